@@ -44,7 +44,6 @@ class NodePlan:
 
     Attributes:
         scenario: resolved scenario as TOML text.
-        seed: root of all draws.
         epoch: number of earlier restarts without memory.
         begins_s: start of the vehicle (s of the mission).
         until_s: end of its actions.
@@ -104,13 +103,7 @@ class NodePlan:
 
 @dataclass(frozen=True, slots=True)
 class LoneVehicle:
-    """Single vehicle with its plan and resolved scenario.
-
-    Attributes:
-        salt: salt of its packets in the current incarnation; empty without a key.
-        lives: number of incarnations, above 1 after its process was restarted.
-        steered: its real body, if any.
-    """
+    """Single vehicle; ``salt`` is empty without a key, ``lives`` counts its incarnations."""
 
     plan: NodePlan
     setup: Setup

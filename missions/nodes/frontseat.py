@@ -1,6 +1,5 @@
 """Frontseat: body, clock and modem of a real vehicle, in place of simulated ones.
 
-The *body* reports its place and moves to goals, the *clock* reports time and uncertainty, the *modem* is a driver.
 Users with a vehicle implement these in one file (see the how-to on nodes). Fixes of the body are logged events, so the
 log of a real dive can be replayed like a simulated one.
 
@@ -44,7 +43,6 @@ class Fix(NamedTuple):
     Attributes:
         x_m, y_m: east and north of the scenario's origin.
         heading_rad, speed_mps: heading (0 along x, counter-clockwise) and speed over ground.
-        depth_m: below the surface.
         battery: remaining share, 0 to 1; NaN if unknown, then the scenario's consumption counts.
         sigma_m: standard deviation of the place per axis; sensors report it with their observations.
     """
@@ -126,11 +124,8 @@ class Frontseat:
 class Disciplined(Paced):
     """Mission time by a real clock, continued by the machine clock between readings.
 
-    A reading counts if it is more certain than the current time. The clock is read on each access.
-
-    Args:
-        start_utc_s: mission start, Unix time.
-        until_read: pace until the first reading; its speed stays.
+    A reading counts if it is more certain than the current time. ``start_utc_s`` is the mission start, Unix time;
+    ``until_read`` the pace before the first reading.
     """
 
     def __init__(self, clock: UtcClock, start_utc_s: float, until_read: Paced) -> None:

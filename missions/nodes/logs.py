@@ -39,7 +39,6 @@ from remoras.version import __version__
 FORMAT = "remoras node"
 """Value of ``log`` in the first line."""
 ENDING = ".jsonl"
-"""File name suffix of a log, after the vehicle name."""
 
 
 class LineKind(StrEnum):
@@ -90,10 +89,9 @@ class Began(NamedTuple):
 
 
 class NodeLog:
-    """Log being written to a new file in ``folder``, named after the vehicle.
+    """Log being written to a new file in ``folder``; ``began`` is None without machine time.
 
-    ``began`` is None if the node does not run by machine time. Raises OutputError if the file exists or is not
-    writable.
+    Raises OutputError if the file exists or is not writable.
     """
 
     def __init__(self, folder: Path, plan: NodePlan, began: Began | None = None) -> None:
@@ -216,13 +214,7 @@ def _no_log(path: Path, number: int, line: str) -> ConfigurationError:
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """Result of a replay.
-
-    Attributes:
-        packets_sent, packets_heard: in the log.
-        state_hash: of the world model at the end.
-        difference: first different packet, or final state, as text; empty if equal.
-    """
+    """Result of a replay; ``difference`` is the first unequal packet or final state, else empty."""
 
     vehicle: str
     packets_sent: int
@@ -270,10 +262,7 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
 
 
 def back(log: Logged, now_s: float) -> tuple[LoneVehicle, str]:
-    """Return the vehicle of an unfinished log, restarted at ``now_s`` (s), and any difference.
-
-    The difference is the first unequal packet as text; empty if the replay equals the log.
-    """
+    """Return the vehicle of an unfinished log, restarted at ``now_s`` (s), and any difference."""
     off_s = just_after(log.last_s)
     own = _hearing(log, [*log.pauses, (off_s, now_s)])
     difference = next(_differences(log.of(LineKind.SENT), own.solo.advance(off_s)), "")
@@ -283,7 +272,6 @@ def back(log: Logged, now_s: float) -> tuple[LoneVehicle, str]:
 
 
 def _hearing(log: Logged, pauses: Sequence[Pause]) -> LoneVehicle:
-    """Return the vehicle of a log with its received packets and fixes scheduled."""
     own = alone(log.plan, log.salts, pauses)
     for entry in log.entries:
         if entry.kind is LineKind.HEARD:

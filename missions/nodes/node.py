@@ -23,9 +23,8 @@ DOUBLES = 40
 class Mishaps:
     """Random loss and duplication at a receiver, in addition to the channel.
 
-    A draw is a pure function of seed, slot, sender and receiver. Losses use the draws of the channel ``bernoulli``, so
-    a simulated fleet loses the same packets at the same rate. ``p_doubled`` is a share of the packets that are not
-    lost.
+    Losses use the draws of the channel ``bernoulli``, so a simulated fleet loses the same packets at the same rate.
+    ``p_doubled`` is a share of the packets that are not lost.
     """
 
     p_lost: float = 0.0
@@ -43,12 +42,9 @@ class NodeOutcome:
     """Final state of a node.
 
     Attributes:
-        time_s: mission time at the end.
-        packets_refused: received but rejected.
         packets_lost, packets_doubled: by draws at this receiver.
         items, open: stored items, and outstanding ones.
         digest: highest contiguous sequence and mask of later ones, by origin, with suffix ``.eN`` for later epochs.
-        state_hash: equal only for equal items.
         is_alive: has energy and is not removed by a fault.
         late_s: maximum delay behind the pace (s of the mission).
         packets_withheld: not sent because of clock uncertainty.
@@ -73,8 +69,7 @@ class NodeOutcome:
 class VehicleNode:
     """Vehicle that exchanges packets through a driver.
 
-    It owns and closes ``driver``, ``log`` and ``body``. ``body`` requires a steered plan. ``witness`` is called with
-    vehicle and time after each step.
+    It owns and closes ``driver``, ``log`` and ``body``. ``witness`` is called with vehicle and time after each step.
     """
 
     def __init__(

@@ -1,14 +1,9 @@
 """ROS 2 interface of a node: a real body in the graph, or publication of a simulated one.
 
 Topics are below the vehicle name (``/auv00/odometry``). Frames follow REP 103: x east, y north, z up; headings count
-from east, counter-clockwise.
+from east, counter-clockwise. The how-to on nodes lists the topics.
 
-    odometry    nav_msgs/Odometry           place of the body and covariance; in (--ros body) or out (--ros tell)
-    goal_pose   geometry_msgs/PoseStamped   target; out, after each tick
-    goal_speed  std_msgs/Float64            speed (m/s), 0 to stop; out
-
-``rclpy`` comes with a ROS 2 installation, not from a package index, so it is imported on use. Calls follow rclpy at
-commit ba72a01 (December 2024).
+``rclpy`` comes with a ROS 2 installation and is imported on use. Calls follow commit ba72a01 (December 2024).
 """
 
 from __future__ import annotations
@@ -28,7 +23,6 @@ KEPT = 10
 """Queue depth of a topic."""
 FRAME = "map"
 MOST_AT_ONCE = 64
-"""Maximum number of messages per call."""
 
 
 class RosShare:

@@ -1,7 +1,4 @@
-"""Swarm: one process per vehicle.
-
-A process sends its port, receives the ports of the others and the mission start, and sends its outcome or a fault.
-"""
+"""Swarm: one process per vehicle."""
 
 from __future__ import annotations
 
@@ -31,14 +28,7 @@ LOOPBACK = "127.0.0.1"
 
 @dataclass(frozen=True, slots=True)
 class NodeJob:
-    """Job of the process of one vehicle.
-
-    Attributes:
-        port: UDP port, 0 for a free one.
-        speed: seconds of the mission per second.
-        out: folder of its log; None for none.
-        folders: search path of plug-ins.
-    """
+    """Job of the process of one vehicle; ``port`` 0 means a free one, ``folders`` find plug-ins."""
 
     plan: NodePlan
     port: int
@@ -80,10 +70,8 @@ class SwarmError(MissionsError):
 class Swarm:
     """Result of a swarm.
 
-    Attributes:
-        vehicles: outcomes of completed vehicles, in node order.
-        ended: reasons of the others, by name.
-        equal: True if all live vehicles hold equal items.
+    ``vehicles`` are the outcomes of completed ones, in node order, ``ended`` the reasons of the others; ``equal`` is
+    True if all live vehicles hold equal items.
     """
 
     scenario: str
@@ -176,7 +164,6 @@ def swarm(
         plans: in node order.
         speed: seconds of the mission per second.
         lost_and_doubled: share of packets that a receiver loses, and share of the others that it receives twice.
-        out: folder of the logs; None for none.
         first_port: port of the first vehicle, followed by the others; 0 for free ports.
         begun: called with the process ids at the start of the mission.
 
