@@ -1,7 +1,4 @@
-"""Search by own choice, along lanes or on orders, and identification of anomalies.
-
-A vehicle that chooses publishes its target, so that others avoid it.
-"""
+"""Search by own choice, along lanes or on orders, and identification of anomalies."""
 
 from __future__ import annotations
 
@@ -36,7 +33,6 @@ from remoras.work import Point
 
 TARGET = "searchTarget"
 ARRIVED_M = 10.0
-"""Distance at which a target is reached."""
 STALE_S = 240.0
 """Time after which a target is chosen again, reached or not."""
 HELD_S = STALE_S + 60.0
@@ -44,7 +40,6 @@ HELD_S = STALE_S + 60.0
 ORDERS_S = 10.0
 """Interval at which a leader checks for idle vehicles."""
 HOVER_M = 2.0
-"""Distance at which a vehicle hovers at an anomaly."""
 ENOUGH_IMAGES = 12
 """Images after which an unidentified anomaly stays unknown."""
 
@@ -333,7 +328,6 @@ class Identifying(Behaviour):
             yield Observation(((anomaly, "picturedBy", self._data.name),))
 
     def _next(self, motion: Motion, facts: Known) -> str | None:
-        """Anomaly with the highest site probability per time."""
         self._chart.update(facts, self._crew)
         gains = []
         for name, place_m in unidentified(facts).items():

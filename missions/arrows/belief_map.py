@@ -18,8 +18,7 @@ without detections as one number per tile with a bit per cell, and a detection a
 
 Each historic find contributes a density (1 - d^2 / s^2)^2 within the distance s, zero beyond (quartic kernel, up to
 scale). The densities of a kind and a uniform share sum to 1 over the cells. Times the expected number this is the
-probability that a cell holds such a thing. Cells are sampled from the prior by seed and number in a separate stream.
-The prior is therefore correct, and strategies, losses and faults never move a thing.
+probability that a cell holds such a thing. Cells are sampled from this prior by seed and number in a separate stream.
 """
 
 from __future__ import annotations
@@ -45,7 +44,6 @@ TILE = 4
 MOST_CELLS, MOST_TILES, MOST_PASSES, MOST_LOOKS = 4096, 256, 32, 64
 """Ranges of numbers on the wire; further observations are not reported."""
 N_DETECTORS = 2
-"""Kinds of sweeping detectors."""
 
 
 def halved(values: Array) -> Array:
@@ -280,10 +278,8 @@ def log2_of(x: Array) -> Array:
 def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
     """Posterior of each cell, shape (kinds, cells); columns sum to 1.
 
-    Args:
-        prior: shape (kinds, cells), columns sum to 1; the first kind is nothing.
-        p_yes: detection rates, shape (detectors, kinds), in (0, 1).
-        n_yes, n_no: answers, shape (detectors, cells).
+    ``prior`` has that shape, ``p_yes`` (0 to 1, exclusive) shape (detectors, kinds), ``n_yes`` and ``n_no`` (detectors,
+    cells).
     """
     weights = prior.copy()
     for detector, rates in enumerate(p_yes):
@@ -309,10 +305,7 @@ def total_of(rows: Array | Sequence[Array]) -> Array:
 
 
 def look_information(chart: Array, rates: Array) -> Array:
-    """Mutual information (bits), shape (cells,), of an observation and each cell's content.
-
-    ``chart`` has shape (kinds, cells); ``rates`` are detection rates in (0, 1) by kind.
-    """
+    """Mutual information (bits), shape (cells,), of an observation and each cell's content."""
     p_yes = np.zeros(chart.shape[1])
     expected = np.zeros(chart.shape[1])
     sure = rates * log2_of(rates) + (1.0 - rates) * log2_of(1.0 - rates)
@@ -363,10 +356,7 @@ SWEPT, CONTACT = "swept", "contact"
 class Chart:
     """Map updated from known facts.
 
-    Args:
-        prior: shape (1 + kinds, n_cells); the first row is nothing.
-        rates: detection rates, shape (detectors, 1 + kinds).
-        names: of the kinds, nothing first.
+    ``prior`` has shape (1 + kinds, n_cells), ``rates`` of detection (detectors, 1 + kinds); nothing comes first.
     """
 
     def __init__(self, grid: CellGrid, prior: Array, rates: Array, names: Sequence[str]) -> None:

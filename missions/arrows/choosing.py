@@ -1,10 +1,6 @@
 """Target selection: route with most information per time, less what other vehicles cover.
 
-These elementary behaviours contain no plan. The fleet's behaviour emerges from each vehicle's map, from the received
-targets of others, and from its leash.
-
-**Contact.** All vehicles know where the group stays and the channel's loss over range. Each therefore knows the area of
-contact.
+**Contact.** All vehicles know where the group stays and the loss over range, so each knows the area of contact.
 
 **A leash by value.** A site is worth the time left when it is found, and again the time left when it is identified. T
 is the time until the search ends. A find is identified once a report reaches an identifying vehicle and this one has
@@ -15,9 +11,9 @@ with no return it gains
     sum over i of  p_i * (T - max(l + h, b) - a_i)  -  2 * r * c * (T - l - c / 2),
 
 with negative times as 0: reported finds are identified, and later finds are both found and identified later. It takes a
-leg if a return afterwards gains more than a return now, or if neither gains (``goes_on``). It does not return
-if reception is expected sooner anyway: a silence is expected to last as long again as so far, the median without
-further knowledge (Gott, Nature 363, 1993).
+leg if a return afterwards gains more than a return now, or if neither gains (``goes_on``). It does not return if
+reception is expected sooner anyway: a silence is expected to last as long again as so far, the median without further
+knowledge (Gott, Nature 363, 1993).
 """
 
 from __future__ import annotations
@@ -60,10 +56,8 @@ def contact_range_m(scenario: ArrowsScenario) -> float:
 class Reach:
     """Area of contact around ``point_m``.
 
-    Attributes:
-        alone_s: longest time out of contact for a vehicle on orders.
-        greeting_s: longest wait for reception after a return.
-        p_loss: packet loss at ``range_m``.
+    ``alone_s`` is the longest time out of contact for a vehicle on orders, ``greeting_s`` the longest wait for
+    reception after a return.
     """
 
     point_m: Point
@@ -246,12 +240,9 @@ class Trail:
 
 @dataclass(frozen=True)
 class Choosing:
-    """Target selection of a vehicle.
+    """Target selection of a vehicle, with repulsion from the paths of others.
 
-    Attributes:
-        ranges_m: by detector number; again_s: time in which a repeated observation is worthless.
-        repulsion, repulsion_m: weight and range of avoidance of other vehicles' paths.
-        leaves_finds: skip cells with a detection.
+    A repeated observation within ``again_s`` is worthless; ``leaves_finds`` skips cells with a detection.
     """
 
     ranges_m: Mapping[int, float]

@@ -1,7 +1,7 @@
 """Detectors: acoustic and magnetic ones that sweep, and a camera that identifies.
 
 A detector observes a cell when it comes into range and every ``look_s`` while it stays there. Results are keyed by
-seed, vehicle, cell, detector and number: strategies, losses and faults never change an observation.
+seed, vehicle, cell, detector and number.
 """
 
 from __future__ import annotations

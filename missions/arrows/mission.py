@@ -58,7 +58,6 @@ SUM_TOLERANCE = 1e-6
 
 
 def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    """Yield faults: borders outside the world, and too many cells."""
     search, grid = scenario.search, grid_of(scenario)
     for key in ("x_m", "y_m"):
         (low, high), (least, most) = getattr(search, key), getattr(scenario.world, key)
@@ -72,7 +71,6 @@ def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    """Yield faults: repeated kinds, invalid maps, and more things than cells."""
     for name, times in Counter(kind.name for kind in scenario.kind).items():
         if times > 1:
             yield ConfigurationFault(f"kind.{name}.name", "", f"given {times} times; each kind has one table")
@@ -91,7 +89,6 @@ def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _map(kind: KindTable, grid: CellGrid) -> Iterator[ConfigurationFault]:
-    """Yield faults in size or values of a map of shares."""
     key, rows = f"kind.{kind.name}.map", kind.map
     if len(rows) != grid.n_rows or any(len(row) != grid.n_columns for row in rows):
         sizes = " or ".join(str(size) for size in sorted({len(row) for row in rows}))
@@ -298,7 +295,6 @@ class ArrowsMission(JobMission):
         raise PlanningError(f"activity {activity.name!r} has no behaviour")
 
     def _lanes(self, data: VehicleData) -> Sequence[Point]:
-        """Lanes in this vehicle's strip of the area."""
         (west_m, east_m), (south_m, north_m) = self.scenario.search.x_m, self.scenario.search.y_m
         apart_m = LANE_SHARE * max(self._choosing(data).ranges_m.values())
         n, number = len(self.searchers), self.searchers.index(data.name)
@@ -311,7 +307,6 @@ class ArrowsMission(JobMission):
 
 
 def _numbers(data: VehicleData) -> tuple[int, ...]:
-    """Numbers of a vehicle's detectors."""
     return tuple(sorted({sensor.NUMBER for sensor in data.sensors if isinstance(sensor, DetectorSettings)}))
 
 

@@ -345,7 +345,6 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def _draw_of_maps(axes: Axes, results: RunResults, style: Style, column: str, label: str) -> None:
-    """Draw a column of the table ``maps`` over time, a line per vehicle."""
     rows = results.rows(MAPS.name)
     for vehicle, look in style.looks.items():
         own = [row for row in rows if row["vehicle"] == vehicle]
@@ -447,4 +446,3 @@ FIGURES: tuple[Declared, ...] = (
     Mark("site_found", "site found"),
     Mark("site_identified", "site identified"),
 )
-"""Figures of the mission."""

@@ -5,9 +5,8 @@ before, independent of beliefs and of the referee. A drill works while its vehic
 on. An empty drill halts. It resumes once its battery is full, or once a tenth is charged and the supply ends. Energy
 comes from any vehicle at the berth beside the site with its charger on. A drill's battery does not propel its vehicle.
 
-With an empty battery a drilling vehicle stays, reports the work as halted and is dissatisfied. A vehicle with a charger
-takes the berth beside the drill site and transfers energy. Both rely on their own equipment: one stays until its drill
-reports the hole finished, the other until its charger reports a full battery or an empty store.
+With an empty battery a drilling vehicle stays, reports the work as halted and is dissatisfied. It stays until its drill
+reports the hole finished, the giving vehicle until its charger reports a full battery or an empty store.
 """
 
 from __future__ import annotations
@@ -82,11 +81,8 @@ class Store:
 class Energies:
     """True energies, drilling progress and events of a run.
 
-    Attributes:
-        stores: of drills and chargers, by vehicle and sensor, after first use.
-        bored: finished share by site, 0..1.
-        events: in order, rows of ``missions.fieldwork.truth.ENERGY``.
-        passing: transferred energy (J) and time of the last transfer, by giver and site.
+    ``stores`` are by vehicle and sensor, ``bored`` is the finished share by site, ``passing`` the transferred energy
+    (J) and time of the last transfer, by giver and site.
     """
 
     stores: dict[tuple[str, str], Store] = field(default_factory=dict)
@@ -355,7 +351,6 @@ class Drilling(Behaviour):
         return Perception(1.0, advance) if performed else attracted(to_go_m)
 
     def _waits_elsewhere(self, facts: Known) -> bool:
-        """True if it waits for energy at another drill site."""
         hole = facts.get((BORES, self._me))
         if hole not in self._others or not facts.get((IS_HALTED, hole)) or facts.get((DONE_BY, hole)) is not None:
             return False
@@ -408,7 +403,6 @@ class HelpAtBerth(Help):
 
 
 def _has_energy(data: VehicleData, facts: Known) -> bool:
-    """True if the last reported store, or the initial one, is not empty."""
     charger = data.sensor(ChargerSettings)
     return charger is not None and facts.get((STORE_CHARGE, data.name), charger.store_j) > 0.0
 

@@ -3,8 +3,7 @@
 The holder of such a job waits. Its satisfaction falls, and its role calls the initially assigned roles of the group.
 These hold the objective ``Helping``: one activity for each job of another vehicle that needs help. Only this activity
 ends the wait, so only it answers the call. Its effect depends on travel time and on the time at which another vehicle
-would come anyway, see ``Help.ends``. ``remoras.executive`` alone decides whether a vehicle leaves its own work. Idle
-vehicles help uncalled.
+would come anyway, see ``Help.ends``. Idle vehicles help uncalled.
 """
 
 from __future__ import annotations
@@ -70,9 +69,8 @@ def n_helpers(job: Job) -> int:
 class Help:
     """Usefulness of one vehicle at a job of others, and its effect on their wait.
 
-    The vehicle reports the job to which it goes. It is of no use once enough nearer vehicles have reported the same, or
-    while others have priority. ``n_helpers`` counts vehicles besides the holder; ``is_on`` means that this vehicle has
-    helped since the last decision.
+    It is of no use once enough nearer vehicles have reported the same, or while others have priority. ``n_helpers``
+    counts vehicles besides the holder; ``is_on`` means that this vehicle has helped since the last decision.
     """
 
     turn_frames: ClassVar[float] = 0.0

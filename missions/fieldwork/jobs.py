@@ -4,12 +4,11 @@ A site survey is a dwell at a site. A delivery picks up a load at one place and 
 
 **Lines.** A vehicle surveys a line from its first end to its second. On some lines the holder carries a source and
 advances only while its obstacle sonar shows a vehicle within ``within_m``. The escort carries the receiver. It goes to
-the last received position of the holder and, with sonar contact, keeps abreast of it, out of its way. No messages are
-needed.
+the last received position of the holder and, with sonar contact, keeps abreast of it, out of its way.
 
 **Lifts.** An object has one end per required vehicle, on a circle around its middle. A vehicle takes the nearest end
 where its obstacle sonar shows no vehicle. The lift starts once all ends are taken and ends after ``lift_s``; a
-departure restarts it. Sonar alone shows whether the other ends are taken, without messages.
+departure restarts it.
 """
 
 from __future__ import annotations

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 PASSAGE = "passage"
 """Key of the reef feature."""
 STANDS_MPS = 0.1
-"""Speed below which a vehicle stands."""
 MARK_M = 5.0
 """Distance between check marks along a line."""
 PASSED_M = 1.5 * ON_LINE_M
@@ -166,7 +165,6 @@ class EnergyTruth(FieldTruth):
         return super().reachable_fraction(fleet)
 
     def _is_energy_left(self, fleet: FleetView) -> bool:
-        """True if a remaining vehicle has energy in its store."""
         for vehicle in fleet.vehicles:
             data = vehicle.able_data
             charger = None if data is None else data.sensor(ChargerSettings)
@@ -175,7 +173,6 @@ class EnergyTruth(FieldTruth):
         return False
 
     def _is_drill_charged(self, fleet: FleetView, boring: Boring) -> bool:
-        """True if a remaining vehicle can continue drilling at the site with its battery."""
         for vehicle in fleet.vehicles:
             data = vehicle.able_data
             drill = None if data is None else boring.drill_of(data)
@@ -416,4 +413,3 @@ RESUPPLY_FIGURES: tuple[Declared, ...] = (
             partial(draw_kinds, table=ENERGY, event=BORED, label="holes bored", says=BORED_SAYS), ENERGY.name),
     Mark("job_done", "job done"),
 )  # fmt: skip
-"""Figures of each mission."""

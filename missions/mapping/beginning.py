@@ -1,7 +1,6 @@
 """Wizard for a new scenario: six answers give adjacent squares and a fleet south of them.
 
-The TOML template beside this file repeats the text between ``#: each KIND`` and ``#: end`` for each area, role, vehicle
-or fault.
+The TOML template repeats the text between ``#: each KIND`` and ``#: end`` for each area, role, vehicle or fault.
 """
 
 from __future__ import annotations

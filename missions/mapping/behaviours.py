@@ -1,8 +1,7 @@
 """Behaviours of the mapping mission.
 
 A vehicle plans one row ahead. At the end of each row it looks up the cells not known to be mapped and takes the fastest
-path over them. It therefore continues the surveys of other vehicles and skips rows that they have mapped. Received
-updates about cells ahead shorten a row; cells that its own sensor maps do not.
+path over them. Received updates about cells ahead shorten a row; cells that its own sensor maps do not.
 
 A cell still unmapped after its row was passed is tried once more at the end, then given up. The vehicle fails in three
 cases: two whole rows without yield while the sensor is on (dead sensor); two position fixes in succession with nothing
@@ -91,9 +90,7 @@ WORTH_FINISHING = 0.42
 def due(share_left: float, half_left: float) -> float:
     """Stimulus of remaining work: 0 if none is left, else between ``WORTH_FINISHING`` and 1.
 
-    Args:
-        share_left: 0..1.
-        half_left: share at which the stimulus is midway between its bounds; 0 for a constant stimulus.
+    ``half_left`` is the share at which it is midway between these bounds; 0 for a constant stimulus.
 
     >>> round(due(1.0, 0.25), 3), due(0.25, 0.25), due(0.0, 0.25)
     (0.884, 0.71, 0.0)
@@ -119,7 +116,6 @@ class WorkLeft:
         return self._stimulus
 
     def _greatest(self, facts: Known) -> float:
-        """Return the largest remaining share, 0..1; drop finished areas from later checks."""
         most, done = 0.0, []
         for job in self._jobs:
             share = job.left(facts).share_left
@@ -154,8 +150,7 @@ class _Passage:
 class ZigzagExploring(Behaviour):
     """Survey of the remaining cells of an area, row by row.
 
-    The stimulus falls with the remaining ``work``; before the first row also with the distance to it. The vehicle
-    starts as far as possible from ``others`` already in the area.
+    The stimulus falls with the remaining ``work``; before the first row also with the distance to it.
     """
 
     def __init__(

@@ -2,8 +2,8 @@
 
 A mapping sensor detects a feature when it maps the feature's cell; the fact ``foundAt`` creates the job. The inspecting
 vehicle stays near the feature, slowly, until its sensor has seen enough. The dwell shows only on site; plans assume the
-mean. Places and dwells are sampled by seed and number in a separate stream. Strategies, losses and faults therefore
-never change a feature, and a larger number of features leaves the first ones unchanged.
+mean. Places and dwells are sampled by seed and number in a separate stream, so more features leave the first ones
+unchanged.
 """
 
 from __future__ import annotations
@@ -39,9 +39,7 @@ from remoras.organisation import Group
 from remoras.picture import Picture
 
 INSPECTING = "Inspecting"
-"""Objective of a role with a find."""
 NEEDED = ("foundAt", "inspectedBy")
-"""Attributes that vehicles need from each other in scenarios with features."""
 
 
 def seabed_with_finds(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[SeaObject, ...] = ()) -> Seabed:
@@ -98,8 +96,8 @@ def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Ob
 def with_inspectors(scenario: MappingScenario) -> MappingScenario:
     """Return the scenario with an inspector role for each find; unchanged without finds.
 
-    The roles join the first group with exploring roles, or the group that it forms at run time. Every vehicle that has
-    a sensor and may explore may play them, unless some vehicle lists them explicitly. Listed entries stay.
+    The roles join the first group with exploring roles, or the group that it forms at run time. Every vehicle with a
+    sensor that may explore may play them, unless some vehicle lists them explicitly.
     """
     areas = {area.name for area in scenario.area}
     exploring = [key for key, role in scenario.roles.items() if role.job in areas]

@@ -1,7 +1,6 @@
 """Random scenarios by seed, for the held-out split of a benchmark.
 
-The areas are pieces of a random rectangle that is cut repeatedly. The number of pieces, their capacity (one vehicle or
-two) and the number of mapping vehicles are random too. Equal seeds give equal scenarios.
+The areas are pieces of a random rectangle. Number of pieces, capacity (one vehicle or two) and mappers are random too.
 """
 
 from __future__ import annotations
@@ -67,7 +66,6 @@ def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:
 
 
 def _draws(seed: int) -> Iterator[float]:
-    """Yield uniform numbers in [0, 1)."""
     number = 0
     while True:
         yield uniform(seed, GROUNDS, number, 0, 1)
@@ -75,7 +73,6 @@ def _draws(seed: int) -> Iterator[float]:
 
 
 def _whole(draws: Iterator[float], least: int, most: int) -> int:
-    """Sample an integer from ``least`` to ``most``, both included."""
     return least + int((most - least + 1) * next(draws))
 
 

@@ -2,15 +2,15 @@
 
 Rows are those of ``survey`` for the vehicle's swath; beside a slanted border they extend to every cell. Each cell
 belongs to its nearest row. A row with some mapped cells is cut to the span of the others; one without remaining cells
-is skipped. Rows run upwards or downwards, each from the end that gives the shortest path. Hence fewer remaining cells
-never make the path longer. An unmapped area is run in zigzag rows, see ``survey.to_and_fro``.
+is skipped. Rows run upwards or downwards, each from the end that gives the shortest path. An unmapped area is run in
+zigzag rows, see ``survey.to_and_fro``.
 
 With position errors, rows may overlap. On one of n rows a vehicle may be off by a_n and still map all cells; beyond
 that it takes a new fix. If K is the error accumulated in the time of one fix, n rows take n (1 + K / a_n) times as long
 as one. The n with the least time is chosen, from the rows of one swath to twice as many. If cells are as wide as the
 swath, a_n is half a swath without overlap.
 
-Remaining cells are bits of one integer by index in the area, so that comparing, caching and cutting need no loop.
+Remaining cells are bits of one integer by index in the area.
 """
 
 from __future__ import annotations
@@ -56,10 +56,7 @@ class Way(NamedTuple):
 
 
 class Ground:
-    """Cells of one area (row by row from the south-west) and paths over them.
-
-    ``fix_m`` is the position error accumulated in the time of one fix; 0 without position errors.
-    """
+    """Cells of one area, row by row from the south-west; ``fix_m`` is the error gained per fix."""
 
     def __init__(self, corners_m: Sequence[Point], cell_m: float, cells: Sequence[Cell], fix_m: float = 0.0) -> None:
         self._fix_m = fix_m
@@ -275,10 +272,7 @@ class _Memory:
 
 @dataclass(frozen=True)
 class SurveyJob:
-    """Zigzag survey of one area with a mapping sensor: a ``remoras.work.DivisibleJob``.
-
-    ``ground`` None means cells of 25 m; ``cells`` are bits, None for all; ``parts`` caches partial surveys.
-    """
+    """Zigzag survey of ``cells`` (None for all) of an area; ``ground`` None means cells of 25 m."""
 
     name: str
     corners_m: tuple[Point, ...]

@@ -102,7 +102,7 @@ REGION = 2.4477468306808166
 def courses_m(
     items: Iterable[tuple[Any, ...]], vehicles: Iterable[str], objects_m: Sequence[Point]
 ) -> Iterator[list[tuple[float, float]]]:
-    """Yield (error of the fused place, 95 % radius) after each observation, per reported object.
+    """Yield (error of the fused place, 95 % radius) after each observation of an object.
 
     The reported object is matched to the true one nearest to its last place.
     """
@@ -189,7 +189,6 @@ METRICS = (
         note="Runs in which nobody gave up are left out.",
     ),
 )  # fmt: skip
-"""Metrics of the mapping mission."""
 
 
 SHADE = 0.16
@@ -303,4 +302,3 @@ FIGURES: tuple[Declared, ...] = (
     Mark("found", "feature found"),
     Mark("inspected", "find inspected"),
 )
-"""Figures of the mission."""

@@ -7,19 +7,15 @@ Missions decompose into objectives of roles (planned by the social layer)::
                          with a group declared for inspections: form it after the first find, dissolve it at the end
     Inspection(group)    of a group formed at run time: recruit members, allocate finds among them
 
-Objectives decompose into activities (planned by each vehicle with its own characteristics; Table II)::
+Objectives decompose into activities (planned by each vehicle; Table II), besides those of
+``missions.meeting.meeting``::
 
-    GroupSupervision  -> OrganisationalPerformanceOptimiser + MissionPlanner | LeaderInformationGathering
-                         | Following (Leader to ...)
-    MissionGathering  -> Following (Follower to ...)
-    RendezVous(p)     -> Homing(p)
     Exploring(area)   -> ZigzagExploring(area), while the area is unfinished
     Mapping           -> Mapping, beside ZigzagExploring
     Inspecting(find)  -> Inspecting(find), while uninspected
     Positioning       -> Positioning(place in the formation)
 
-The activities of one method are performed simultaneously; ``|`` separates alternatives. Motivations alone decide when a
-vehicle switches between activities.
+The activities of one method are performed simultaneously.
 """
 
 from __future__ import annotations
@@ -130,7 +126,6 @@ def _areas(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _overlaps(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """Yield faults: areas on common ground, whose cells would be mapped twice."""
     for number, area in enumerate(scenario.area):
         for other in scenario.area[:number]:
             if overlap(area.corners_m, other.corners_m):
@@ -233,7 +228,6 @@ NO_FINDS = FindsTable.usual()
 FINDS_WORDS = Path(__file__).with_name("finds.ttl")
 
 SENSORS: Mapping[str, type[SensorSettings]] = {"mapping": SwathSettings, "classifier": ClassifierSettings}
-"""Sensor kinds by short name."""
 
 ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
 
@@ -386,7 +380,6 @@ class MappingMission(JobMission):
     def _parameters(
         self, name: str, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[Any, ...], set[Key]]:
-        """Return the parameters of an activity and the keys of the facts used."""
         group = self.groups[objective.group]
         head_key = ("members", f"{group.name}.{group.head_role}")
         match name:
@@ -486,7 +479,6 @@ def _at_it_before(
 
 
 def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:
-    """Return all sensors for mapping and inspecting, else none."""
     if activity not in SENSING or data.sensor(SwathSettings) is None:
         return ()
     return tuple(sensor.name for sensor in data.sensors)

@@ -3,8 +3,7 @@
 A classifier observes place and class of an object in range, both with errors. It reports the class with its
 probability. The reported place uncertainty combines the sensor error with the vehicle's own position error, which all
 observations of a dive share. The first report creates an ontology instance; an observation near a known instance is
-associated with it. Draws are keyed by seed, object, vehicle and observation number. Strategies, losses and faults
-therefore never change an observation.
+associated with it. Draws are keyed by seed, object, vehicle and observation number.
 """
 
 from __future__ import annotations
@@ -157,8 +156,7 @@ class Seabed:
     """Cells of the areas to map, with features and objects.
 
     ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell's centre is ((column + 0.5)
-    cell_m, (row + 0.5) cell_m). ``under(x_m, y_m, reach_m)`` returns the cells with centres within ``reach_m``; it is
-    cached, since the ground truth repeats the queries of sensors. ``seed`` is the root of observations.
+    cell_m, (row + 0.5) cell_m). ``under(x_m, y_m, reach_m)`` returns the cells with centres within ``reach_m``, cached.
     """
 
     cell_m: float

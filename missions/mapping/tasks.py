@@ -1,8 +1,7 @@
 """HTN tasks of the mapping mission, and the calls that unfinished work suppresses.
 
-A mission is not complete before its goal is reached, however early its groups meet. While a vehicle does not know that
-enough is mapped and every find inspected, its rendezvous behaviours answer no call. Otherwise waiting vehicles would
-call others away from work that remains undone.
+While a vehicle does not know that enough is mapped and every find inspected, its rendezvous behaviours answer no call.
+Otherwise waiting vehicles would call others away from work that remains undone.
 """
 
 from __future__ import annotations

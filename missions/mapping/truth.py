@@ -1,11 +1,8 @@
 """Ground truth of the mapping mission: true coverage, finished and abandoned surveys.
 
 Coverage is geometric. A cell is covered once its centre is within half a swath of a vehicle with a working mapping
-sensor that is on and slow enough. Claims of sensors do not count. A find is inspected once a vehicle with a working
-sensor has stayed near it, slowly, for its dwell. In the goal a find weighs as many cells as are mapped in a mean dwell.
-
-The goal covers all cells and all finds, detected or not, whichever vehicles remain. Only the reachable fraction depends
-on the abilities of the remaining vehicles.
+sensor that is on and slow enough. A find is inspected once a vehicle with a working sensor has stayed near it, slowly,
+for its dwell. The goal covers all cells and finds; a find weighs as many cells as are mapped in a mean dwell.
 """
 
 from __future__ import annotations
@@ -129,12 +126,7 @@ class MappingTruth(MeetingTruth):
         return {vehicle.name for vehicle in self._fleet.vehicles if vehicle.is_alive or vehicle.will_return}
 
     def _is_open(self, fleet: FleetView) -> bool:
-        """Return True while a leader does not declare its group gathered.
-
-        It waits for members, has reassigned work, or is within the isolation grace period and resumes work after it. Or
-        it has not yet received that the groups which meet after its own have gathered, after which it sees remaining
-        work.
-        """
+        """Return True while a leader waits, has reassigned work, or will resume work after a wait."""
         heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
         for head, group in heads:
             awaited = [group, *(self._meeting[group] if head.communicates and head.is_in_contact else ())]

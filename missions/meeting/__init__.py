@@ -1,7 +1,6 @@
 """Shared base of missions whose groups do jobs and then meet at a rally point.
 
-``JobMission`` asks its subclass for the jobs and the behaviour at a job. Missions with further needs, such as
-``missions.mapping``, combine ``Meeting`` and ``MeetingTruth`` themselves.
+Missions with further needs than ``JobMission``, such as ``missions.mapping``, combine ``Meeting`` and ``MeetingTruth``.
 """
 
 from missions.meeting.job_mission import AnyonesJob, JobMission, JobScenario, JobSettings, ReportedJob, Stay, StayJob

@@ -1,20 +1,7 @@
 """Base of missions whose groups do jobs and meet at a rally point.
 
-A subclass defines its jobs and the behaviour of a vehicle at a job; the rest has defaults::
-
-    class Buoys(JobMission):
-        Scenario = BuoyScenario                  # a JobScenario with additional tables
-        group_missions = ("BuoyService",)
-        objective = "Servicing"                  # of a role with a job; the vocabulary has objectiveServicing
-        kind = "Buoy"                            # class of the jobs' instances in the vocabulary
-        needs = (*JobMission.needs, "objectiveServicing")
-        vocabulary = (Path(__file__).with_name("buoys.ttl"),)
-
-        def jobs_of(self, scenario):
-            return [Service(buoy.name, buoy.place_m) for buoy in scenario.buoy]
-
-        def behaviour_at(self, job, data):
-            return Servicing(job, data)
+A subclass defines its jobs and the behaviour of a vehicle at a job; the rest has defaults. ``remoras new mission NAME``
+writes an example.
 
 ``AnyonesJob`` is the base of jobs that any vehicle can do. ``StayJob``, and ``ReportedJob`` at a place to be found, are
 done by a dwell: ``Staying`` is their behaviour, ``Stay`` the dwell itself.
@@ -110,10 +97,7 @@ class StayJob(AnyonesJob):
 
 @dataclass(frozen=True)
 class ReportedJob(AnyonesJob):
-    """Stay that exists once its place is reported, restarted by a successor: a ``remoras.work.DivisibleJob``.
-
-    ``place_m`` is the origin, and ``share_left`` 1, before.
-    """
+    """Stay that exists once its place is reported, restarted by a successor: a ``DivisibleJob``."""
 
     stay_s: float
     place_m: Point = (0.0, 0.0)
@@ -213,8 +197,7 @@ def with_job_roles(
     """Return the scenario with additional roles in the first group and defaults for needs.
 
     Vehicles that are ``able`` (default: they list playable roles) may play the new roles. A listed role for a job
-    replaces the new one. Signals of initially assigned roles then also address ``addressed``. ``needs`` maps attributes
-    to urgencies.
+    replaces the new one. Signals of initially assigned roles also address ``addressed``.
     """
     first = scenario.group[0]
     listed = {role.job for role in first.role}
@@ -420,12 +403,10 @@ class JobMission(Mission):
         return [] if job is None else [Task(ASSIGN_OBJECTIVE, (group, role, self.objective, job))]
 
     def _unfinished(self, facts: FactsLike, group: Group) -> list[tuple[str, str]]:
-        """(role, job) of each job of the group that is not known to be done."""
         roles = [(role.name, role.job) for role in group.roles if role.job is not None]
         return [(role, job) for role, job in roles if facts.get(self._jobs[job].done) is None]
 
     def _open(self, facts: FactsLike, group: Group) -> bool:
-        """True while a job of the group is not known to be done or impossible."""
         unfinished = self._unfinished(facts, group)
         if not self.meeting.says_impossible:
             return bool(unfinished)
@@ -477,8 +458,7 @@ class JobMission(Mission):
     ) -> Sequence[Finding]:
         """Return the leader's finding that its group has gathered.
 
-        Vehicles may start at the rally point. The leader therefore also waits until all jobs of the group are done or
-        impossible, or until the deadline.
+        The leader also waits until all jobs of the group are done or impossible, or until the deadline.
         """
         if self._open(beliefs, group) and not self.meeting.is_overdue(group, beliefs, picture):
             return ()

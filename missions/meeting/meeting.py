@@ -7,9 +7,8 @@ Three objectives and their activities (Table II of the REMORAS paper)::
     MissionGathering  -> Following (Follower to ...)
     RendezVous(p)     -> Homing(p)
 
-PerformerSubordination and the navigation activities of the table are omitted. Role holders obey in any case, and all
-vehicles know their positions. LeaderInformationGathering is perceived, not performed; it determines the leader's
-satisfaction. Leaders hold GroupSupervision initially; the mission plan assigns the others, see ``Meeting.methods``.
+PerformerSubordination and the navigation activities of the table are omitted. LeaderInformationGathering is perceived,
+not performed; it determines the leader's satisfaction. Leaders hold GroupSupervision initially.
 
 Operators of the leader's HTN planner:
 
@@ -83,9 +82,7 @@ OBJECTIVES = (SUPERVISION, GATHERING, RENDEZ_VOUS)
 NEEDS = (
     "playsRole", "leftRole", "position", "gatheredAt", *(f"objective{name}" for name in OBJECTIVES)
 )  # fmt: skip
-"""Attributes required for a rendezvous."""
 MEET = "Meet"
-"""Task of a group: gather."""
 GATHER = "Gather"
 """Task of a group and an initially assigned role: come to the rendezvous."""
 HEARD_TOLERANCE_M = 1.0
@@ -111,11 +108,8 @@ def importance_of(table: Mapping[str, float], objective: Objective) -> float:
 class Meeting:
     """Rendezvous component of a mission.
 
-    Attributes:
-        patience_s: longest age of updates for a satisfied leader.
-        deadline_s: wait at the rally point after which a leader meets with the members present.
-        opens_s: earliest rendezvous; waits are counted from then.
-        says_impossible: vehicles report impossible jobs.
+    ``patience_s`` is the longest age of updates for a satisfied leader, ``deadline_s`` the wait (from ``opens_s`` on)
+    after which a leader meets with the members present.
     """
 
     groups: Mapping[str, Group]

@@ -7,8 +7,8 @@ the product leaves the bounds ::
     reject where log ratio <= log(p_missed / (1 - p_mistaken))
 
 (A. Wald, Sequential tests of statistical hypotheses, Annals of Mathematical Statistics 16, 1945). The test accepts a
-false hypothesis with probability about p_mistaken and rejects a true one with p_missed; the sum of both rates is at
-most p_mistaken + p_missed. No test with these rates needs fewer observations on average.
+false hypothesis with probability about p_mistaken and rejects a true one with p_missed. No test with these rates needs
+fewer observations on average.
 
 **Two-sided cumulative sum test** (CUSUM) with a given false-alarm rate and an estimate. For readings z of standard
 deviation 1 and expected mean 0, each side accumulates the excess over k = 1/2::

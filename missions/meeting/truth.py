@@ -1,9 +1,8 @@
 """Ground truth of missions with a rendezvous: progress, gathering, verdict.
 
 A supervising group gathers after the groups that it supervises. Only survivors need to meet. No group waits for a
-vehicle that is dead, resigned or out of contact, nor for a role that no free survivor can play. The work is different:
-all of it counts, so losses never bring the goal nearer. After the deadline the rendezvous of the present members
-counts; ``missed_meeting`` names the others.
+vehicle that is dead, resigned or out of contact, nor for a role that no free survivor can play. All work counts. After
+the deadline the rendezvous of the present members counts; ``missed_meeting`` names the others.
 
 A failed mission ends once three conditions hold. No vehicle out of contact will return. No remaining vehicle can make
 progress, or the vehicles report all remaining work as impossible. All live vehicles are at home or at a rally point.
@@ -217,7 +216,6 @@ class MeetingTruth:
 
     @staticmethod
     def _is_consulted(survivors: Sequence[VehicleView]) -> bool:
-        """True once every assignment is valid at its assignee."""
         by_name = {vehicle.name: vehicle for vehicle in survivors}
         for vehicle in survivors:
             for a in vehicle.issued:
@@ -231,7 +229,6 @@ class MeetingTruth:
 
     @staticmethod
     def _members(survivors: Sequence[VehicleView], group: Group) -> list[VehicleView]:
-        """Survivors that belong to the group, by their own state."""
         return [vehicle for vehicle in survivors if vehicle.organisation.is_member(vehicle.name, group.name)]
 
     def _note_who_is_there(self, alive: Sequence[VehicleView], group: Group, now_s: float) -> None:
@@ -299,10 +296,7 @@ class MeetingTruth:
 
 
 class JobTruth(MeetingTruth):
-    """Referee of jobs: records them in the table ``jobs`` and as milestones ``job_done``.
-
-    The goal is all jobs of the mission and of roles. A group gathers only after all jobs of its roles are done.
-    """
+    """Referee of jobs: the goal is all jobs; a group gathers only after those of its roles are done."""
 
     work = "do"
     ends_with_meeting = False
@@ -365,10 +359,7 @@ class JobTruth(MeetingTruth):
 
     @property
     def is_over(self) -> bool:
-        """True once no progress is possible, or all groups have gathered and report all jobs done.
-
-        Gathered vehicles do not return to a job that is open in truth.
-        """
+        """True once no progress is possible, or all groups have gathered and report all jobs done."""
         have_met = self._n_meetings > 0 and not self._apart and not self._is_awaited
         return super().is_over or (have_met and (self.ends_with_meeting or self._done.issuperset(self._jobs)))
 

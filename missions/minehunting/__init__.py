@@ -1,8 +1,4 @@
-"""Minehunting: contacts of an earlier survey are viewed again and classified, mine or rock.
-
-An analyst decides by the received image snippets, and requests another view of undecided contacts. Scenario:
-``minehunting-contacts``.
-"""
+"""Minehunting (``minehunting-contacts``): contacts are viewed again and classified, mine or rock."""
 
 from missions.minehunting.mission import MinehuntingMission
 

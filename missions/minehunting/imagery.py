@@ -1,14 +1,13 @@
 """Views of contacts, the sonar snippets taken there, and their analysis.
 
-A view is a place beside a contact. A vehicle that stays there takes a snippet strip by strip; the middle strips show
-the contact, the others the seabed. Echoes are levels of highlight and shadow relative to the snippet's reference level.
-Classes and echoes are keyed by seed, contact and view. Strategies, losses and faults therefore never change them, and a
-repeated view shows the same.
+A vehicle that stays at a view beside a contact takes a snippet strip by strip; the middle strips show the contact, the
+others the seabed. Echoes are levels relative to the snippet's reference level. Classes and echoes are keyed by seed,
+contact and view: a repeated view shows the same.
 
 The analyst classifies contacts by received evidence, on the group leader's vehicle. Mine echoes lie above a level
 halfway between mine and rock, rock echoes equally far below, with independent normal errors. Each level x therefore
-adds 2 m (x - reference)/sigma^2 to the log likelihood ratio (Wald, Sequential Analysis, 1947). Here m is the distance
-of the mean from the halfway level. The analyst never knows the truth.
+adds 2 m (x - reference)/sigma^2 to the log likelihood ratio (Wald, Sequential Analysis, 1947), where m is the distance
+of the mean from the halfway level.
 """
 
 from __future__ import annotations
@@ -42,7 +41,6 @@ SHOWN, ON_TARGET, ON_FLOOR, TAKEN_FROM, REFERENCE = (
 )  # fmt: skip
 """Attributes of contacts and snippets."""
 ECHOES = 5
-"""Echoes of a strip, each an attribute."""
 TARGET_ECHOES = tuple(f"targetEcho{n}" for n in range(1, ECHOES + 1))
 FLOOR_ECHOES = tuple(f"floorEcho{n}" for n in range(1, ECHOES + 1))
 REVISITS = "revisits"
@@ -55,7 +53,6 @@ MOST_LEVEL_DB = 60.0
 REFERENCE_DB = 20.0
 """Half range of reference levels around 0."""
 DRAWS_OF_STRIP = 64
-"""Upper limit of draws per strip."""
 
 
 MOST_STRIPS = 40
@@ -89,13 +86,7 @@ class ImageryTable(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class ContactView(ReportedJob):
-    """View of a contact; a revisit exists once requested.
-
-    Attributes:
-        number: 0 for the first view of a contact.
-        contact: empty for a revisit before its request.
-        beside_m: place relative to the contact.
-    """
+    """View ``number`` (from 0) of a contact; a revisit has an empty ``contact`` before its request."""
 
     number: int
     contact: str
@@ -219,10 +210,7 @@ MINE, ROCK = "mine", "rock"
 
 @dataclass(frozen=True)
 class Analysis:
-    """Decision rule: ``confidence`` is the probability of a correct decision.
-
-    ``patience_s`` is the wait for missing strips after the last view and the last update.
-    """
+    """Decision rule; ``patience_s`` is the wait for missing strips after the last view and update."""
 
     imagery: ImageryTable
     confidence: float
@@ -265,8 +253,8 @@ def evidence_of(contact: str, facts: Known, imagery: ImageryTable) -> Evidence:
 class Analysing(Standing):
     """Background classification of contacts; requests another view of undecided ones.
 
-    The request follows once all strips across the contact have come without a decision. Without views left to request,
-    all strips together decide for the likelier class. ``firsts`` has one view per contact.
+    The request follows once all strips across the contact have come without a decision. Without views left, all strips
+    decide for the likelier class.
     """
 
     def __init__(self, analysis: Analysis, firsts: Sequence[ContactView], revisits: Sequence[ContactView]) -> None:

@@ -1,7 +1,6 @@
 """Minehunting mission: views of contacts as jobs, classified by an analyst.
 
-The analyst is the group leader, wherever it is. It knows received evidence only, so decisions depend on the strips that
-pass the channel. It requests another view of undecided contacts.
+The analyst is the group leader. It decides by received evidence, and requests another view of undecided contacts.
 """
 
 from __future__ import annotations
@@ -62,7 +61,6 @@ MOST_REVISITS = 40
 LEAST_APART_M = 7.0
 """Least distance between views of one contact: over twice the radius of a view."""
 URGENCY = {REVISITS: 50, CLASSIFIED: 50, SHOWN: 20, ON_TARGET: 20, ON_FLOOR: 2}
-"""Default urgencies of the mission's attributes."""
 
 
 class ContactTable(Section):

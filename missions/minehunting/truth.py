@@ -138,4 +138,3 @@ FIGURES: tuple[Declared, ...] = (
     ),
     Mark("job_done", "view done"),
 )  # fmt: skip
-"""Figures of the mission."""

@@ -11,9 +11,9 @@ consumption      hotel load and drag, plus ``extraPower``            ``extraPowe
 camera    its place, plus ``cameraOffset``                    ``cameraOffset``             camera drifts
 =====================  ==================================================  ===========================  ==============
 
-An alarm sets the estimate to the mean since the change, which is then the expectation. Faults are therefore reported at
-detection and at each correction, recovery included. Estimates are facts and outlast the action. The camera is dead
-after more missing images in succession than turbid water explains at the stated false-alarm rate.
+An alarm sets the estimate to the mean since the change, which is then the expectation. Estimates are facts and outlast
+the action. The camera is dead after more missing images in succession than turbid water explains at the stated
+false-alarm rate.
 """
 
 from __future__ import annotations

@@ -81,7 +81,6 @@ def _tools(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
 
 
 def _too_near(places: Sequence[tuple[str, str, PointM]], least_m: float) -> Iterator[ConfigurationFault]:
-    """Yield faults: places (kind, part, position) closer than ``least_m``."""
     for number, (kind, name, at_m) in enumerate(places):
         for _, other, other_m in places[:number]:
             if distance(at_m, other_m) < least_m:
@@ -90,7 +89,6 @@ def _too_near(places: Sequence[tuple[str, str, PointM]], least_m: float) -> Iter
 
 
 def _upsets(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    """Yield faults: upsets of unknown valves, repeated ones, and moves out of the world."""
     valves_m, seen = {valve.name: valve.position_m for valve in scenario.valve}, set[str]()
     west_m, south_m, east_m, north_m = scenario.world.box_m
     for number, upset in enumerate(scenario.upset, 1):

@@ -150,7 +150,6 @@ class Acting(Behaviour):
         return [(self._data.name, "overpowered", waits)]
 
     def _time(self) -> list[Fact]:
-        """Compare elapsed with expected time."""
         settings, expected_s = self._settings, self._expected_s or math.inf
         if self._taken_s > settings.failed_factor * expected_s:
             return self._failed()

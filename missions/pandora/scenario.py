@@ -25,7 +25,6 @@ TOLD = (
 )  # fmt: skip
 """Attributes that vehicles exchange; all others stay private."""
 URGENCY = 10
-"""Default urgency of these attributes."""
 
 
 class PartTable(Section):

@@ -1,8 +1,7 @@
 """Structure: planned parts, their true state in a run, their service jobs, and the sensors that perceive them.
 
-True states are sampled by seed and number of the upset in a separate stream, readings by seed, vehicle and number of
-the reading. Strategies, losses and other faults never change them. Tools keep the state of parts, since each part is
-serviced once and not inspected afterwards.
+True states are sampled by seed and number of the upset in a separate stream, readings by seed, vehicle and number.
+Tools keep the state of parts, since each part is serviced once and not inspected afterwards.
 """
 
 from __future__ import annotations
@@ -270,10 +269,8 @@ class PlannedPart:
     """Planned part with its service task: a ``remoras.work.Job``.
 
     Attributes:
-        of: name of the part.
         points_m: one place; many for chains.
         work_s: time per point, or of a tool.
-        panel_m: place of its panel; None without one.
         resists: valve known to need a wrench.
         dead: (vehicle, tool) of tools known to be dead.
         vehicles: that report dead tools; empty without plan repair.

@@ -106,7 +106,6 @@ SERVICED = Table("serviced", (TIME, VEHICLE, Column("part", "str")))
 MET = Table("met", (TIME, VEHICLE, Column("part", "str"), Column("kind", "str")))
 """First approach of a working vehicle to the planned place of an upset part."""
 MET_M = 6.0
-"""Distance of an approach."""
 
 
 class PandoraTruth(JobTruth):
@@ -311,7 +310,6 @@ METRICS = (
 
 
 FOUND_BY = ("diagnosis", "anomaly")
-"""Attributes of findings."""
 
 
 def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
@@ -370,4 +368,3 @@ FIGURES: tuple[Declared, ...] = (
     Layer("structure", draw_upset, needs=(SERVICED.name,)),
     Mark("job_done", "part done"),
 )
-"""Figures of the mission."""

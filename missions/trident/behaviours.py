@@ -52,11 +52,7 @@ class AwaitingPartner(Standing):
 
 
 class Escorting(Behaviour):
-    """Escort of the first received submerged vehicle away from home, on the side of home.
-
-    A vehicle within ``radius_m`` of ``home_m`` is at home. The escort keeps ``distance_m`` from the other's last
-    received position. It stays out until the other comes home.
-    """
+    """Escort of the first received submerged vehicle beyond ``radius_m`` of ``home_m``, on its home side."""
 
     def __init__(
         self, escorted: Sequence[str], home_m: Point, radius_m: float, distance_m: float, data: VehicleData
@@ -117,10 +113,8 @@ class Lane(NamedTuple):
 class Surveying(Behaviour):
     """Survey along the uncharted lanes of a block, nearest first.
 
-    Args:
-        patience_s: time over blank tiles after which the step fails.
-        asked: service and recovery if the survey is done on request only. The end of a first survey then follows
-            from the map; that of a repeated one is reported, since the map does not change.
+    It fails after ``patience_s`` over blank tiles. ``asked`` are service and recovery of a survey on request. The end
+    of a first survey then follows from the map; that of a repeated one is reported, since the map does not change.
     """
 
     def __init__(
@@ -268,7 +262,7 @@ class Ranging(Behaviour):
 class Reacquiring(Behaviour):
     """Search around the expected place of the chosen candidate, then observation at close range.
 
-    ``search_m`` bounds the search, after which the step fails. A candidate unseen for ``patience_s`` is searched again.
+    A candidate unseen for ``patience_s`` is searched again.
     """
 
     def __init__(

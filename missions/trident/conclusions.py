@@ -1,6 +1,6 @@
 """Conclusions of a vehicle: service status, requests, choice, verdicts.
 
-Each conclusion depends only on facts and on responding modules. It needs no memory and is not repeated.
+Each depends only on facts and on responding modules.
 """
 
 from __future__ import annotations
@@ -181,15 +181,10 @@ class Concluding:
         return asked, is_possible
 
     def _may_look_again(self, beliefs: Beliefs, candidate: str) -> bool:
-        """True while the number of renewed inspections of a candidate is below its limit."""
         return beliefs.count(("verdict", candidate), "open") < self.settings.looks_again
 
     def _due_s(self, beliefs: Beliefs) -> float | None:
-        """Time since which a choice is pending; None if none is.
-
-        Causes: last survey, first or repeated; rejection of the chosen candidate; another candidate identified as
-        target.
-        """
+        """Time since which a choice is pending, by a survey, rejection or identification; else None."""
         if beliefs.get(("recoveredBy", self.recovery)) is not None:
             return None
         chosen = beliefs.get(("chosen", self.recovery))
@@ -207,7 +202,6 @@ class Concluding:
         return max(at_last_s, *known_s) if len(known_s) == len(surveyed_s) else None
 
     def _recovers(self, me: str, organisation: Organisation) -> bool:
-        """True for the vehicle with the role of the recovery job."""
         return any(
             role.job == self.recovery and organisation.plays(me, group.name, role.name)
             for group in self.groups.values()

@@ -13,8 +13,7 @@ HTN tasks of one vehicle are composed of basic services::
     FindAgain                 it is not there -> Missing(recovery, candidate)
 
 A step is bound to a service at planning time, with one alternative per able service. After a failed step the next
-alternative follows; a changed match causes a new plan. A vehicle without alternatives releases the job. A successor
-must reacquire and hold the candidate itself before it can handle it.
+alternative follows; a changed match causes a new plan. A vehicle without alternatives releases the job.
 """
 
 from __future__ import annotations
@@ -326,7 +325,6 @@ def _operators(matching: Matching) -> list[Operator]:
 
 
 def _is_open(facts: FactsLike, recovery: str) -> bool:
-    """True once a candidate is chosen and not rejected."""
     chosen = facts.get(("chosen", recovery))
     return chosen is not None and facts.get(("verdict", chosen)) not in ("decoy", "absent")
 

@@ -80,7 +80,6 @@ MOST_TILES = 1024
 
 
 def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
-    """Yield faults of blocks: outside the world, too large, overlapping, or with a name in use."""
     tile_m, before = scenario.mission.tile_m, list[BlockTable]()
     yield from names_apart(scenario, ("block",), [scenario.recovery.name])
     for block in scenario.block:
@@ -99,7 +98,6 @@ def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
 
 
 def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> Iterator[ConfigurationFault]:
-    """Yield faults of services: unknown names or capabilities, activities without a service."""
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     kinds = sorted(tbox.classes[uid].name for uid in tbox.subclasses(named[SERVICE]))
     modules = {
@@ -134,7 +132,6 @@ def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> 
 
 
 def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -> Iterator[ConfigurationFault]:
-    """Yield faults of a planned or spare service: missing, or not among ``able``."""
     if not able:
         return
     if not table.service:
@@ -147,7 +144,6 @@ def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -
 
 
 def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[ConfigurationFault]:
-    """Yield faults: unreachable states, dead ends, unknown states, facts or vehicles."""
     table, faults = scenario.choreography, list[ConfigurationFault]()
     states = [state.name for state in table.state]
     for name, count in Counter(states).items():

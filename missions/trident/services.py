@@ -2,7 +2,7 @@
 
 A service is advertised with its class, cost and precondition. It works while an activity has it switched on. It senses
 at the true position and reports relative to the believed one. Draws are keyed by seed, vehicle, object and observation
-number. Strategies, losses and faults therefore never change the outcome of an observation or attempt.
+number.
 
 =========  ========================================================================================================
 response   services for an activity, in the order of trial
@@ -16,8 +16,7 @@ matching   all services of the requested class, by the world model, that are ava
 Without inference, matching compares the requested with the advertised class.
 
 The site of a run has seabed blocks in tiles, and objects. One object is the target, the others are decoys. Positions
-are sampled by seed and number in a separate stream. Strategies, losses and faults never move an object, and more decoys
-leave the others unchanged.
+are sampled by seed and number in a separate stream, so more decoys leave the others unchanged.
 """
 
 from __future__ import annotations
@@ -49,7 +48,6 @@ APART_M = 35.0
 RIM_M = 10.0
 """Least distance of an object from the border of its block."""
 TARGET = "target"
-"""Name of the target in tables."""
 DRAWS = 64
 """Trials for a place before objects may lie closer."""
 
@@ -167,11 +165,9 @@ SAME_M = 25.0
 FOUND_PER_OBJECT = 4
 """Most candidates that one vehicle creates per object."""
 MOST_LOOKS = 128
-"""Most observations of an object per module."""
 LOOK_S, REST_MPS = 10.0, 0.15
 """Time between observations of an object; speed below which a vehicle is at rest."""
 REACH_M = 6.0
-"""Greatest reach of an effector."""
 KINDS = ("survey", "find", "hold", "handle")
 """Kinds of modules, each with its own stream of draws."""
 LIKE_TARGET, LIKE_DECOY = 0.7, 0.45
@@ -414,7 +410,6 @@ class Looks:
 
 
 def _placed(thing: Lying, pose: Pose, off: list[float], sigma_m: float) -> Fact:
-    """Reported place of an observed object with its uncertainty."""
     (x_m, y_m), (east_m, north_m) = thing.position_m, pose.error_m
     seen_m = x_m + east_m + sigma_m * normal_error(off[0]), y_m + north_m + sigma_m * normal_error(off[1])
     return pose.located(seen_m, max(0.5, sigma_m))
@@ -463,11 +458,7 @@ def parties(group: Group, facts: FactsLike) -> frozenset[str]:
 class Matching:
     """Matching of activities with services.
 
-    Attributes:
-        activities: requested class and planned service of each activity.
-        blocks: the same for the survey of each block.
-        response: reaction to a failed service.
-        inference: use of inferred classes.
+    ``activities`` and ``blocks`` (surveys) map to requested class and planned service.
     """
 
     services: Mapping[str, Service]

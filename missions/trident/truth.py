@@ -1,9 +1,9 @@
 """Ground truth, metrics and figures: charted tiles, recovered object, choreography.
 
-A choreography is an expected pattern of messages, checked at load time and against sent messages. A pattern is a state
-machine whose transitions are messages. It is sound if every state is reachable from the first and leads to a final one.
-During a run, facts in packets trigger transitions. A message that the state does not allow is a violation, and so is an
-overdue one. A fact counts at its first transmission, received or not.
+A choreography is a state machine whose transitions are messages, checked at load time and against sent messages. It is
+sound if every state is reachable from the first and leads to a final one. During a run, facts in packets trigger
+transitions. A message that the state does not allow is a violation, and so is an overdue one. A fact counts at its
+first transmission, received or not.
 """
 
 from __future__ import annotations
@@ -270,7 +270,6 @@ def n_mistaken(run: MeasuredRun) -> int:
 
 
 def _handled(run: MeasuredRun) -> list[tuple[float, str]]:
-    """Time and object of each successful handling."""
     return [(row[0], row[4]) for row in run.recorder.rows(ATTEMPTS.name) if row[3] == "handle" and row[-1]]
 
 
@@ -335,11 +334,9 @@ METRICS = (
         note="Of the places that vehicles under water tell, which are rounded to 0.5 m.",
     ),
 )  # fmt: skip
-"""Metrics of this mission."""
 
 
 USES = {"Surveying", "Ranging", "Reacquiring", "Holding", "Handling"}
-"""Steps that use a service."""
 
 
 def statuses(results: RunResults) -> dict[str, list[tuple[float, str]]]:
@@ -446,4 +443,3 @@ FIGURES = (
     Figure("choreography", "Choreography over mission time", draw_choreography, needs=(CHOREOGRAPHY.name,)),
     Layer("site", draw_site, needs=(CHARTED.name, ATTEMPTS.name)),
 )
-"""Figures of this mission."""
