@@ -14,7 +14,6 @@ NOTHING = Merged((), ())
 WAITING_S = 600.0
 """Default time after which a pending block is discarded (s)."""
 WAITING_BLOCKS = 64
-"""Default maximum number of pending blocks per origin."""
 
 Rank = tuple[bool, int, int]
 """Creation order of an origin's blocks: items before private blocks, then as recorded."""

@@ -69,7 +69,6 @@ class MeasuredLinks(BudgetLinks):
 
 
 RANGES = 200
-"""Number of ranges in the mean loss."""
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,6 @@ from remoras.work import Point
 Array = npt.NDArray[np.float64]
 
 TILE = 4
-"""Cells along the side of a tile."""
 MOST_CELLS, MOST_TILES, MOST_PASSES, MOST_LOOKS = 4096, 256, 32, 64
 """Ranges of numbers on the wire; further observations are not reported."""
 N_DETECTORS = 2

@@ -97,7 +97,6 @@ MOST_LIFTS = 20
 ROOM = 1.65
 """Least distance of vehicles side by side, in separations: their margin and half of it."""
 SEEN_M = 30.0
-"""Greatest range of an obstacle sonar."""
 FARTHEST_M = 20.0
 """Greatest distance of a berth from its drill site, within obstacle sonar."""
 SHORTEST_M = 10.0

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PASSAGE = "passage"
-"""Key of the reef feature."""
 STANDS_MPS = 0.1
 MARK_M = 5.0
 """Distance between check marks along a line."""

@@ -65,7 +65,6 @@ class Ground:
         self.cells = tuple(cells)
         self.survey = lru_cache(maxsize=64)(self._survey)
         self.work = (1 << len(self.cells)) - 1
-        """Bits of all cells."""
         self._bit_of: dict[float, int] = {index: 1 << index for index in range(len(self.cells))}
 
     def centre_m(self, index: int) -> Point:

@@ -63,7 +63,6 @@ from remoras.work import IS_IMPOSSIBLE, Job, Outlook, Point, vehicles_taken
 DONE_BY = "jobDone"
 """Attribute of a job: vehicle that has done it."""
 THERE_M = 2.0
-"""Distance below which a vehicle is at a place."""
 
 
 @dataclass(frozen=True)

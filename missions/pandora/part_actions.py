@@ -21,7 +21,6 @@ from remoras.work import Point
 RAISE, RAISE_S, MOST_GAIN, LOW_QUALITY = 1.25, 30.0, 4.0, 0.8
 """Speed increase for poor station keeping: factor, interval (s), limit; quality below which."""
 NEAR_M = 1.5
-"""Distance within which a vehicle is on station."""
 STEADY_M = 12.0
 """Distance within which a vehicle slows down and its speed is not assessed."""
 MARGIN_S, MARGIN_SHARE = 30.0, 0.25

@@ -130,7 +130,6 @@ class _Names(dict[Node, str]):
         super().__init__()
         self._prefixes = tuple((namespace, prefix) for prefix, namespace in prefixes.items())
         self.used: dict[str, str] = {}
-        """Used namespaces, by prefix."""
 
     def __missing__(self, term: Node) -> str:
         name = self[term] = self._literal(term) if isinstance(term, Literal) else self._iri(str(term))
