@@ -6,8 +6,8 @@ def every_other_frame(n_nodes, frame, sender, row, column):
     return frame == 0 and row == sender
 
 
-def own_receptions(said, mine, received, held):
-    return mine & received
+def own_receptions(reported, own, received, holders):
+    return own & received
 
 
 KIND = Acknowledgement(

@@ -15,7 +15,7 @@ class FadingLink:
 
 class Fading(ChannelModel):
     title = "losses grow with the square of the range"
-    reach_m: float = Field(2000.0, gt=0.0, description="range from which on all is lost (m)")
+    reach_m: float = Field(2000.0, gt=0.0, description="range beyond which all packets are lost (m)")
 
     def link_model(self, deployment, seed):
         return FadingLink(self.reach_m)

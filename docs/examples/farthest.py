@@ -21,7 +21,7 @@ FARTHEST = """
     GROUP BY ALL ORDER BY ALL
 """
 
-if __name__ == "__main__":  # every worker loads the script again
+if __name__ == "__main__":  # each worker process loads this script
     Path("small.toml").write_text(STUDY)
     results = remoras.sweep("small.toml", out="small", jobs=2)
     print(results.runs().groupby(["policy", "per"]).n_bytes.describe())

@@ -4,11 +4,11 @@ from remoras import Condition, DeclaredFault
 
 
 class Fouled(DeclaredFault):
-    """One ``[[fault]]`` of a vehicle that has weed in its propeller."""
+    """One ``[[fault]]``: weed in the propeller."""
 
-    TEXT = "weed is in its propeller: it is slower, and loses weed_w beside what it uses"
+    TEXT = "weed in the propeller: the vehicle is slower and consumes weed_w more"
 
-    weed_w: float = Field(30.0, gt=0.0, description="power that the weed takes, W")
+    weed_w: float = Field(30.0, gt=0.0, description="additional power (W)")
 
     def leaves(self, data):
         return Condition(speed_factor=0.7, drain_w=self.weed_w)

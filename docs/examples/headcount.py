@@ -1,4 +1,4 @@
-"""Head counts: ``[[headcount]]``, times at which the number of vehicles that are alive is written down."""
+"""Head counts: ``[[headcount]]`` records the number of live vehicles at given times."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ HEADCOUNT = Table("headcount", (TIME, Column("alive", "int")))
 class HeadcountTable(Section):
     """One ``[[headcount]]``."""
 
-    at_s: NotNegative = Field(description="when it is counted")
+    at_s: NotNegative = Field(description="time of the count")
 
 
 def headcount_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Counts after the end."""
+    """Yield a fault for each count after the end of the mission."""
     end_s = scenario.scenario.duration_s
     for number, table in enumerate(scenario.of_feature(KEY), 1):
         if table.at_s >= end_s:
-            allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
+            allowed = f"must be below scenario.duration_s = {end_s:g}, the end of the mission"
             yield ConfigurationFault(f"{KEY}.{number}.at_s", "", allowed)
 
 
 @dataclass(frozen=True)
 class Counts:
-    """It is time to count."""
+    """Event: a count."""
 
     def act(self, host: Host) -> None:
         """Write a row."""
@@ -48,14 +48,14 @@ class Counts:
 
 
 class HeadCounts(Observer):
-    """Lets the counts happen in a run."""
+    """Counts of a run."""
 
     def __init__(self, joining: Joining) -> None:
         joining.recorder.declare(HEADCOUNT)
         self.tables = joining.scenario.of_feature(KEY)
 
     def on_start(self, host: Host) -> None:
-        """Schedule them."""
+        """Schedule all counts."""
         for table in self.tables:
             host.at(table.at_s, Priority.FAULT, Counts())
 

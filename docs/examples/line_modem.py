@@ -8,7 +8,7 @@ class LineModem:
 
     Args:
         stream: a socket, or a serial port with these methods.
-        pace: what time of the mission it is.
+        pace: clock of the mission time.
     """
 
     def __init__(self, stream, pace):
@@ -20,12 +20,12 @@ class LineModem:
 
     def receive(self, until_s):
         while self._is_open and select.select([self._stream], [], [], self._pace.wait_s(until_s))[0]:
-            came = self._stream.recv(4096)
-            if not came:  # the other end has closed
+            data = self._stream.recv(4096)
+            if not data:  # the other end has closed
                 self._is_open = False
-            *lines, self._rest = (self._rest + came).split(b"\n")
-            if heard := [packet for line in lines if (packet := self._packet(line)) is not None]:
-                return heard
+            *lines, self._rest = (self._rest + data).split(b"\n")
+            if packets := [packet for line in lines if (packet := self._packet(line)) is not None]:
+                return packets
         return []
 
     def _packet(self, line):

@@ -1,4 +1,4 @@
-"""Vehicles follow the edges of an oil plume, strip by strip down the current, and tell each other where these are."""
+"""Mission: vehicles trace the edges of an oil plume, strip by strip down the current, and share the places."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from remoras import (
 
 EDGES = Table("edges", (TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m")))
 TURN_M = 15.0
-"""A vehicle goes on so far beyond the edge before it turns: the plume may be ragged."""
+"""Distance beyond the edge at which a vehicle turns, since the plume may be ragged."""
 
 
 class Plume(Section):
-    """The truth: oil that the current carries east from a leak, the farther the wider. No vehicle knows it."""
+    """Ground truth: oil that the current carries east from a leak in a widening plume."""
 
-    leak_m: PointM = Field((0.0, 0.0), description="where the oil comes from")
+    leak_m: PointM = Field((0.0, 0.0), description="place of the leak")
     width_m: float = Field(20.0, gt=0.0, description="half width at the leak")
-    spread: float = Field(0.1, ge=0.0, description="how much half width it gains for each metre down the current")
+    spread: float = Field(0.1, ge=0.0, description="gain of half width per metre down the current")
 
     def half_width_m(self, x_m):
         return self.width_m + self.spread * (x_m - self.leak_m[0])
@@ -35,9 +35,9 @@ class Plume(Section):
 
 class StripTable(Section):
     name: Name = Field(description="name of the strip")
-    start_m: PointM = Field(description="where a vehicle begins, at the western border of the strip")
-    length_m: float = Field(gt=0.0, description="how far east the strip goes")
-    reach_m: float = Field(150.0, gt=0.0, description="how far north and south a vehicle looks for oil")
+    start_m: PointM = Field(description="start of a vehicle, at the western border of the strip")
+    length_m: float = Field(gt=0.0, description="length of the strip to the east")
+    reach_m: float = Field(150.0, gt=0.0, description="distance north and south within which a vehicle looks for oil")
 
 
 class PlumeSettings(JobSettings):
@@ -49,7 +49,7 @@ class PlumeScenario(JobScenario):
     strip: tuple[StripTable, ...] = Field(min_length=1)
 
 
-# The job: whoever has a fluorometer is able to do it
+# Job of a vehicle with a fluorometer
 @dataclass(frozen=True)
 class Strip:
     name: str
@@ -70,7 +70,7 @@ class Strip:
         return Outlook(outlook.free_s + way_s + 3.0 * self.length_m / data.survey_speed_mps, self.place_m)
 
 
-# The sensor: reports the water that it sees, and where it changed
+# Sensor: reports each change of the water, with its place
 class FluorometerSettings(SensorSettings):
     EQUIPMENT = "WaterSensor"
 
@@ -93,7 +93,7 @@ class Fluorometer:
         return [Observation(found="PlumeEdge", facts=(edge, (self._vehicle, "inOil", in_oil)), row=pose.believed_m)]
 
 
-# The behaviour: to and fro across the plume, turning where the known facts place the vehicle outside the oil
+# Behaviour: to and fro across the plume, turning where the known facts place the vehicle outside the oil
 class Tracing(Behaviour):
     def __init__(self, strip, data):
         self._strip, self._data = strip, data
@@ -111,7 +111,7 @@ class Tracing(Behaviour):
         if picture.facts.get(("inOil", self._data.name)):
             self._left_m = None
         elif self._left_m is None:
-            self._left_m = motion.y_m  # here it left the oil, or began outside
+            self._left_m = motion.y_m  # left the oil here, or began outside
         beyond_m = 0.0 if self._left_m is None else (motion.y_m - self._left_m) * self._side
         off_m = (motion.y_m - self._strip.place_m[1]) * self._side
         has_crossed = beyond_m > TURN_M and off_m > 0.0
@@ -120,22 +120,22 @@ class Tracing(Behaviour):
         return Reference((motion.x_m + 15.0, motion.y_m + 40.0 * self._side), self._data.survey_speed_mps)
 
 
-# The results
+# Results
 def n_edges(run):
     return len(run.recorder.rows("edges"))
 
 
 def edge_error_m(run):
-    plume, found = run.scenario.mission.plume, run.recorder.rows("edges")
-    errors_m = [abs(abs(y_m - plume.leak_m[1]) - plume.half_width_m(x_m)) for _, _, x_m, y_m in found]
+    plume, edges = run.scenario.mission.plume, run.recorder.rows("edges")
+    errors_m = [abs(abs(y_m - plume.leak_m[1]) - plume.half_width_m(x_m)) for _, _, x_m, y_m in edges]
     return sum(errors_m) / len(errors_m) if errors_m else None
 
 
 def draw_edges(axes, results, style):
-    found = results.table("edges").to_pylist()
-    at_m = [row["x_m"] for row in found], [row["y_m"] for row in found]
+    edges = results.table("edges").to_pylist()
+    at_m = [row["x_m"] for row in edges], [row["y_m"] for row in edges]
     axes.scatter(*at_m, s=16, marker="D", facecolors="none", edgecolors=style.black, label="edge found")
-    return f"n = {len(found)} points of the edge."
+    return f"n = {len(edges)} points of the edge."
 
 
 class PlumeMission(JobMission):

@@ -5,7 +5,7 @@ from remoras import IDLE, Approach, Behaviour, Perception, Reference, distance_m
 
 
 class Ring(Behaviour):
-    """Goes to a place of its own on a circle around the rally point, and stays there."""
+    """Wait at a place on a circle around the rally point, another one for each vehicle."""
 
     def __init__(self, centre_m, radius_m, group, data):
         angle_rad = 2.4 * data.node  # the golden angle: places differ
@@ -27,6 +27,6 @@ class Ring(Behaviour):
 class RingMission(MappingMission):
     def behaviour_for(self, activity, data):
         if activity.name == "Homing":
-            point_m, group, _ = activity.parameters  # and the groups that meet before
+            point_m, group, _ = activity.parameters  # third: groups that meet before
             return Ring(point_m, 12.0, group, data)
         return super().behaviour_for(activity, data)
