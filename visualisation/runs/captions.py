@@ -2,22 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from missions.figure import RunResults
 from visualisation import run_records, words
-
-
-def roles(results: RunResults, folded: Sequence[Sequence[str]] = ()) -> str:
-    """Return the caption of the roles over time; ``folded``: vehicles of each folded lane."""
-    lanes = "; ".join(f"{len(vehicles)} vehicles: {', '.join(vehicles)}" for vehicles in folded)
-    return of_run(
-        results,
-        "Roles of the vehicles over mission time.",
-        "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
-        f"Vehicles with the same roles share a lane, where the height is the share of them ({lanes})." if lanes else "",
-        is_timed=True,
-    )
 
 
 def of_run(results: RunResults, *sentences: str, is_timed: bool = False) -> str:
@@ -32,17 +18,6 @@ def faults(results: RunResults) -> str:
         for fault in run_records.vehicle_faults(results)
     ]
     return f"Faults: {'; '.join(listed)}." if listed else ""
-
-
-def satisfaction_caption(results: RunResults) -> str:
-    """Return the caption of the personal satisfaction."""
-    return words.joined(
-        "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
-        "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
-        "Colours are those of the vehicles, lines and markers tell their roles.",
-        time_notes(results),
-        run_conditions(results),
-    )
 
 
 def run_conditions(results: RunResults) -> str:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
@@ -17,11 +16,9 @@ from visualisation import run_records, style
 from visualisation.page import DrawnPage
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
-from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
+from visualisation.runs.sheet import Row, ends_in, fitting, room_in, sheet
 
-ROW_IN, GAP_IN, INDENT_IN = 0.125, 0.06, 0.08
-NAMES_IN, NARROW_NAMES_IN = 2.7, 1.6
-"""Widths for task names, on wide and narrow pages."""
+ROW_IN = 0.125
 DEPTHS = (99, 2, 1, 0)
 """Maximum tree depths, tried in order until a page fits; after the last, omit plans."""
 HEIGHTS: dict[str, float] = {"waiting": 0.15, "running": 0.7}
@@ -99,40 +96,25 @@ def _event(row: dict[str, Any]) -> TaskStatus:
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw a row for each task, indented below its parent, with bars while it waits and runs."""
-    plans, most_in = trees(results), room_in(results, width_in)
-    depth = next((depth for depth in DEPTHS if _tops_in(plans, depth)[-1] <= most_in), DEPTHS[-1])
-    shown = [tree for tree, end_in in zip(plans, _tops_in(plans, depth)[1:], strict=True) if end_in <= most_in]
-    tops_in = _tops_in(shown, depth)
-    names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
+    plans = trees(results)
+    shown = fitting(([_band(tree, depth) for tree in plans] for depth in DEPTHS), room_in(results, width_in))
     looks, end_s = Kit(results).looks, run_records.end_s(results)
-    rows = [
-        (tree, task, top_in + GAP_IN / 2 + (number + 0.5) * ROW_IN)
-        for tree, top_in in zip(shown, tops_in, strict=False)
-        for number, task in enumerate(_tasks(tree, depth))
-    ]
-    names = []
-    for _, task, middle_in in rows:
-        weight, indent_in = "normal" if task.depth else "bold", INDENT_IN * task.depth
-        label = style.fitted(task.label, names_in - indent_in, style.TINY_PT, weight)
-        names.append(Name(BESIDE_IN - names_in + indent_in, middle_in, label, style.TINY_PT, weight))
     with style.paper():
-        names = names or [Name(-names_in, 0.15, "no plan was carried out")]
-        page = sheet(results, names, tops_in[-1] or 0.3, _legend(), width_in)
-        for top_in, end_in in list(pairwise(tops_in))[::2]:
-            page.band(top_in, end_in - top_in)
-        for tree, task, middle_in in rows:
-            _row(page.axes, task, middle_in, looks[tree.vehicle].colour, end_s)
+        page = sheet(results, ends_in(shown)[-1] or 0.3, _legend(), width_in)
+        for row, top_in in page.rows(shown):
+            tree, task = row.content
+            _row(page.axes, task, top_in + ROW_IN / 2, looks[tree.vehicle].colour, end_s)
+        if not shown:
+            page.axes.set_yticks([0.15], ["no plan was carried out"])
         figure = page.finished()
-    return DrawnPage(figure, _caption(results, depth, len(plans) - len(shown)))
+    deepest = max((row.level for band in shown for row in band), default=0)
+    has_deeper = any(task.depth > deepest for tree in plans for task in tree.tasks)
+    return DrawnPage(figure, _caption(results, deepest, has_deeper, len(plans) - len(shown)))
 
 
-def _tasks(tree: Tree, depth: int) -> list[TaskRow]:
-    return [task for task in tree.tasks if task.depth <= depth]
-
-
-def _tops_in(shown: Sequence[Tree], depth: int) -> list[float]:
-    """Return the tops of trees, and the bottom of the last one."""
-    return [0.0, *accumulate(ROW_IN * len(_tasks(tree, depth)) + GAP_IN for tree in shown)]
+def _band(tree: Tree, depth: int) -> list[Row[tuple[Tree, TaskRow]]]:
+    """Return the rows of a tree down to a depth."""
+    return [Row(task.label, ROW_IN, task.depth, (tree, task)) for task in tree.tasks if task.depth <= depth]
 
 
 def _row(axes: Axes, task: TaskRow, middle_in: float, colour: str, end_s: float) -> None:
@@ -160,15 +142,15 @@ def _legend() -> list[Artist]:
     return [*bars, *ends, Line2D([], [], label="expected end", **MARK, **EXPECTED)]
 
 
-def _caption(results: RunResults, depth: int, n_left_out: int) -> str:
+def _caption(results: RunResults, deepest: int, has_deeper: bool, n_left_out: int) -> str:
     return captions.of_run(
         results,
         "Plans of the vehicles as trees of tasks, over mission time: first those of the groups' missions, each by the "
         "head that carries it out, then those of objectives.",
         "A task below another is a part of it; behind the colon stands the method. A thin bar: the task waits; a thick "
         "one: it runs; the mark at its end: done, failed, or dropped since the plan had it no longer.",
-        "A diamond: when a step was expected to end." if depth > 0 else "",
-        f"Tasks more than {depth} levels below the top are left out." if depth < DEPTHS[0] else "",
+        "A diamond: when a step was expected to end." if deepest > 0 else "",
+        f"Tasks more than {deepest} levels below the top are left out." if has_deeper else "",
         f"{n_left_out} plans are left out." if n_left_out else "",
         is_timed=True,
     )

@@ -7,23 +7,22 @@ roles. A folded lane shows the share of its vehicles that hold a role and that t
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from itertools import accumulate, chain, pairwise, product
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults
 from visualisation import run_records, style
 from visualisation.page import DrawnPage
-from visualisation.run_records import RoleKey, Span, Tenure, VehicleFault, n_at_once
+from visualisation.run_records import RoleKey, Span, Tenure, n_at_once
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
-from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
+from visualisation.runs.sheet import TITLE_IN, Row, ends_in, fitting, room_in, sheet
 
 Tenures = Mapping[str, Sequence[Tenure]]
 """Roles by vehicle."""
@@ -105,12 +104,7 @@ def shares(of_vehicles: Sequence[Sequence[Span]], n_vehicles: int) -> list[tuple
     return [(span, n / n_vehicles) for span, n in n_at_once(chain(*of_vehicles)) if n]
 
 
-ROWS = ((0.15, style.SMALL_PT), (0.12, style.TINY_PT))
-"""Heights of rows (in) and font sizes (pt): spacious, dense."""
-BAND_GAP_IN = 0.06
-FOLDED_ROW_IN = 0.2
-VEHICLE_ROOM_IN = 1.0
-ROLE_ROOM_IN, NARROW_ROLE_ROOM_IN = 1.5, 0.8
+ROW_IN, FOLDED_ROW_IN = 0.12, 0.2
 MOST_LANES = 12
 """Maximum number of lanes before similar vehicles are folded."""
 HELD, DRIVING = 0.3, 0.68
@@ -131,90 +125,45 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     faults = run_records.vehicle_faults(results)
     groups = Counter(tenure.group for own in tenures.values() for tenure in own)
     hatches = {group: HATCHES[number % len(HATCHES)] for number, (group, _) in enumerate(groups.most_common())}
-    for fold, row in product(FOLDS, ROWS):
-        lanes = fold(tenures)
-        if sum(_band_in(lane, row[0]) for lane in lanes) <= room_in(results, width_in) and len(lanes) <= MOST_LANES:
-            break
-    with style.paper():
-        figure = _drawn(results, lanes, hatches, faults, width_in, row)
-    return DrawnPage(figure, captions.roles(results, [lane.vehicles for lane in lanes if lane.is_folded]))
-
-
-def _height_in(lane: VehicleLane, row_in: float) -> float:
-    """Return the height of a row of a lane."""
-    return FOLDED_ROW_IN if lane.is_folded else row_in
-
-
-def _band_in(lane: VehicleLane, row_in: float) -> float:
-    """Return the height of the band of a lane."""
-    return max(1, len(lane.rows)) * _height_in(lane, row_in) + BAND_GAP_IN
-
-
-def _drawn(
-    results: RunResults,
-    lanes: Sequence[VehicleLane],
-    hatches: Mapping[str, str],
-    faults: Sequence[VehicleFault],
-    width_in: float,
-    row: tuple[float, float],
-) -> Figure:
-    """Draw a page of lanes; ``row`` is row height (in) and font size (pt)."""
-    row_in, size_pt = row
-    names, tops_in = _names(lanes, row_in, size_pt, ROLE_ROOM_IN if width_in >= WIDE_IN else NARROW_ROLE_ROOM_IN)
-    legend = _legend(hatches, bool(faults), any(lane.is_folded for lane in lanes))
-    page = sheet(results, names, tops_in[-1], legend, width_in)
+    folds = [fold(tenures) for fold in FOLDS]
+    few = [lanes for lanes in folds if len(lanes) <= MOST_LANES] or folds[-1:]
+    bands = fitting(([list(_band(lane)) for lane in lanes] for lanes in few), room_in(results, width_in))
+    lanes = [title.content[0] for title, *_ in bands]
     looks = Kit(results).looks
-    for number, (lane, (top_in, end_in)) in enumerate(zip(lanes, pairwise(tops_in), strict=True)):
-        if number % 2 == 0:
-            page.band(top_in, end_in - top_in)
-        for fault in faults:  # the band of a vehicle is hatched while something has befallen it
-            if lane.vehicles == (fault.vehicle,):
-                length_s = fault.span.end_s - fault.span.start_s
-                page.axes.broken_barh([(fault.span.start_s, length_s)], (top_in, end_in - top_in), **FAULT)
-        for index, role in enumerate(lane.rows):
-            middle_in = _middle_in(lane, top_in, index, row_in)
-            if lane.is_folded:
+    with style.paper():
+        legend = _legend(hatches, bool(faults), any(lane.is_folded for lane in lanes))
+        page = sheet(results, ends_in(bands)[-1], legend, width_in)
+        for row, top_in in page.rows(bands):
+            lane, role = row.content
+            middle_in = top_in + row.high_in / 2
+            if role is None:  # the title; the band of a vehicle is hatched during its faults
+                spans = [fault.span for fault in faults if lane.vehicles == (fault.vehicle,)]
+                high_in = sum(other.high_in for other in _band(lane))
+                page.axes.broken_barh(page.along(spans), (top_in, high_in), **FAULT)
+            elif lane.is_folded:
                 _shares(page.axes, lane, role, middle_in)
             else:
-                _bars(page.axes, role, looks[lane.vehicles[0]].colour, hatches[role.group], middle_in, row_in)
-    return page.finished()
+                _bars(page.axes, role, looks[lane.vehicles[0]].colour, hatches[role.group], middle_in)
+        figure = page.finished()
+    return DrawnPage(figure, _caption(results, lanes, len(tenures) - sum(len(lane.vehicles) for lane in lanes)))
 
 
-def _middle_in(lane: VehicleLane, top_in: float, number: int, row_in: float) -> float:
-    return top_in + BAND_GAP_IN / 2 + (number + 0.5) * _height_in(lane, row_in)
+def _band(lane: VehicleLane) -> Iterator[Row[tuple[VehicleLane, LaneRole | None]]]:
+    """Yield the title of a lane and a row for each of its roles."""
+    names = ", ".join(lane.vehicles)
+    title = f"{len(lane.vehicles)} vehicles: {names}" if lane.is_folded else names
+    yield Row(title, TITLE_IN, 0, (lane, None))
+    for role in lane.rows:
+        yield Row(role.role, FOLDED_ROW_IN if lane.is_folded else ROW_IN, 1, (lane, role))
 
 
-def _names(
-    lanes: Sequence[VehicleLane], row_in: float, size_pt: float, role_room_in: float
-) -> tuple[list[Name], list[float]]:
-    """Return names of lanes and roles, and the tops of lanes with the bottom of the last one."""
-    tops_in = [0.0, *accumulate(_band_in(lane, row_in) for lane in lanes)]
-    titles = [f"{len(lane.vehicles)} vehicles" if lane.is_folded else lane.vehicles[0] for lane in lanes]
-    titles = [style.fitted(title, VEHICLE_ROOM_IN, size_pt, "bold") for title in titles]
-    titles_in = max((style.width_in(title, size_pt, "bold") for title in titles), default=0.0)
-    roles = {role.role: style.fitted(role.role, role_room_in, size_pt) for lane in lanes for role in lane.rows}
-    left_in = (
-        BESIDE_IN - max((style.width_in(role, size_pt) for role in roles.values()), default=0.3) - 0.12 - titles_in
-    )
-    names = []
-    for lane, title, (top_in, end_in) in zip(lanes, titles, pairwise(tops_in), strict=True):
-        middle_in, aside_in = (top_in + end_in) / 2, 0.0
-        if lane.is_folded and len(lane.rows) > 1:
-            aside_in, members = 0.06, style.fitted(", ".join(lane.vehicles), titles_in + 0.1, style.TINY_PT)
-            names.append(Name(left_in, middle_in + aside_in, members))
-        names.append(Name(left_in, middle_in - aside_in, title, size_pt, "bold"))
-        for number, role in enumerate(lane.rows):
-            names.append(Name(BESIDE_IN, _middle_in(lane, top_in, number, row_in), roles[role.role], size_pt))
-    return names, tops_in
-
-
-def _bars(axes: Axes, row: LaneRole, colour: str, hatch: str, middle_in: float, row_in: float) -> None:
+def _bars(axes: Axes, row: LaneRole, colour: str, hatch: str, middle_in: float) -> None:
     for spans, fill, shade, pattern in (
         (row.held[0], HELD, style.tint(colour, 0.4), ""),
         (row.active[0], DRIVING, colour, hatch),
     ):
         boxes = [(span.start_s, span.end_s - span.start_s) for span in spans]
-        where_in = middle_in - fill * row_in / 2, fill * row_in
+        where_in = middle_in - fill * ROW_IN / 2, fill * ROW_IN
         axes.broken_barh(boxes, where_in, facecolor=shade, edgecolor=shade, linewidth=0.4, zorder=2)
         if pattern:
             axes.broken_barh(boxes, where_in, facecolor="none", edgecolor="white", hatch=pattern, linewidth=0, zorder=3)
@@ -222,12 +171,22 @@ def _bars(axes: Axes, row: LaneRole, colour: str, hatch: str, middle_in: float, 
 
 def _shares(axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> None:
     """Draw a folded lane: pale the share that holds a role, dark the share that it drives."""
-    high_in = DRIVING * FOLDED_ROW_IN
     for of_vehicles, strength in ((row.held, 0.4), (row.active, 1.0)):
-        for span, share in shares(of_vehicles, len(lane.vehicles)):
-            where_in = middle_in + high_in / 2 - share * high_in, share * high_in
-            box = [(span.start_s, span.end_s - span.start_s)]
-            axes.broken_barh(box, where_in, facecolor=style.tint(FOLDED, strength), linewidth=0, zorder=2)
+        draw_shares(axes, of_vehicles, len(lane.vehicles), middle_in, style.tint(FOLDED, strength))
+
+
+def draw_shares(
+    axes: Axes,
+    of_vehicles: Sequence[Sequence[Span]],
+    n_vehicles: int,
+    middle_in: float,
+    colour: str | tuple[float, float, float],
+) -> None:
+    """Draw the share of vehicles as the height of a bar in a row of ``FOLDED_ROW_IN``; see ``shares``."""
+    high_in = DRIVING * FOLDED_ROW_IN
+    for span, share in shares(of_vehicles, n_vehicles):
+        where_in = middle_in + high_in / 2 - share * high_in, share * high_in
+        axes.broken_barh([(span.start_s, span.end_s - span.start_s)], where_in, facecolor=colour, linewidth=0, zorder=2)
 
 
 def _legend(hatches: Mapping[str, str], with_faults: bool, with_folds: bool) -> list[Artist]:
@@ -244,3 +203,16 @@ def _legend(hatches: Mapping[str, str], with_faults: bool, with_folds: bool) -> 
               label=f"group {group}")
         for group, hatch in hatches.items()
     ]  # fmt: skip
+
+
+def _caption(results: RunResults, lanes: Sequence[VehicleLane], n_left_out: int) -> str:
+    folded = [f"{len(lane.vehicles)} vehicles: {', '.join(lane.vehicles)}" for lane in lanes if lane.is_folded]
+    shared = f"Vehicles with the same roles share a lane, where the height is the share of them ({'; '.join(folded)})."
+    return captions.of_run(
+        results,
+        "Roles of the vehicles over mission time.",
+        "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
+        shared if folded else "",
+        f"{n_left_out} vehicles are left out." if n_left_out else "",
+        is_timed=True,
+    )

@@ -1,4 +1,4 @@
-"""Page of figures over mission time: time axis, milestones as numbered flags, key.
+"""Pages over mission time: time axis, milestones as numbered flags with their key, bands of named rows.
 
 The axis ends at a round number that all runs of a scenario share. In the panel, y is in inches down from its top, so
 text stays legible for any fleet size.
@@ -7,9 +7,10 @@ text stays legible for any fleet size.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import accumulate, pairwise
+from typing import Generic, NamedTuple, TypeVar
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -19,19 +20,19 @@ from matplotlib.ticker import MaxNLocator
 
 from missions.figure import RunResults, axis_end_s
 from visualisation import page, run_records, style, words
-from visualisation.run_records import MilestoneRow
+from visualisation.run_records import MilestoneRow, Span
 
-WIDE_IN = 5.0
-"""Minimum width of a page wider than a column of text."""
 TALLEST_IN = 9.0
 """Height of a paper's page."""
-AROUND_IN, LINE_IN = 0.95, 0.137
-"""Approximate height of axis and legend, and height of a line of the key."""
-FLAG_IN = 0.15
-FLAG_HALF_IN = 0.075
+AROUND_IN, LINE_IN = 1.1, 0.137
+"""Approximate height of axis, flags and legend, and height of a line of the key."""
+TITLE_IN, GAP_IN, INDENT_IN = 0.14, 0.06, 0.08
+"""Height of the title of a band, gap between bands, indent of a name for each level."""
+NAME_SHARE = 0.38
+"""Maximum share of a page for names of rows."""
 FLAG = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": style.BLACK, "linewidth": 0.5}
 
-STAFF = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0.0, "shrinkB": 0.0}
+Content = TypeVar("Content")
 
 
 class NumberedMark(NamedTuple):
@@ -42,18 +43,26 @@ class NumberedMark(NamedTuple):
     label: str
 
 
-class Name(NamedTuple):
-    """Text beside the panel: left end relative to the panel, or right end at ``BESIDE_IN``."""
+class Row(NamedTuple, Generic[Content]):
+    """Row of a band with its level of indent; 0 is that of the bold title."""
 
-    left_in: float
-    down_in: float
-    text: str
-    size_pt: float = style.TINY_PT
-    weight: str = "normal"
+    name: str
+    high_in: float
+    level: int
+    content: Content
+
+    @property
+    def weight(self) -> str:
+        """Weight of the name."""
+        return "normal" if self.level else "bold"
+
+    @property
+    def name_in(self) -> float:
+        """Width of the name with its indent."""
+        return INDENT_IN * self.level + style.width_in(self.name, style.TINY_PT, self.weight)
 
 
-BESIDE_IN = -0.06
-"""Right end of right-aligned names beside the panel."""
+Band = Sequence[Row[Content]]
 
 
 @dataclass(frozen=True)
@@ -69,38 +78,58 @@ class Sheet:
     above: Axes | None
     axes: Axes
     heights_in: Sequence[float]
+    marks: Sequence[NumberedMark]
     end_s: float
 
-    @property
     def inch_s(self) -> float:
-        """Duration of an inch of the time axis."""
+        """Return the duration of an inch of the time axis, once the names beside it are drawn."""
+        engine = self.figure.get_layout_engine()
+        assert engine is not None
+        engine.execute(self.figure)
         return float(self.axes.get_xlim()[1] / page.panel_in(self.axes)[0])
 
-    def band(self, top_in: float, high_in: float) -> None:
-        """Draw a pale background band over the duration of the run."""
+    def along(self, spans: Iterable[Span]) -> list[tuple[float, float]]:
+        """Return start and duration of bars for these spans of the run."""
+        return [(span.start_s, min(span.end_s, self.end_s) - span.start_s) for span in spans]
+
+    def shade(self, top_in: float, high_in: float) -> None:
+        """Draw a pale background over the duration of the run."""
         self.axes.broken_barh([(0.0, self.end_s)], (top_in, high_in), color=style.PALE, linewidth=0, zorder=0)
 
+    def rows(self, bands: Sequence[Band[Content]]) -> Iterator[tuple[Row[Content], float]]:
+        """Shade every second band, name its rows, and yield each row with its top."""
+        most_in = NAME_SHARE * float(self.figure.get_figwidth())
+        names_in = min(most_in, max((row.name_in for band in bands for row in band), default=0.0))
+        for number, (band, (top_in, end_in)) in enumerate(zip(bands, pairwise(ends_in(bands)), strict=True)):
+            if number % 2 == 0:
+                self.shade(top_in, end_in - top_in)
+            tops_in = accumulate((row.high_in for row in band), initial=top_in + GAP_IN / 2)
+            for row, at_in in zip(band, tops_in, strict=False):
+                left_in = INDENT_IN * row.level - names_in
+                self.axes.annotate(
+                    style.fitted(row.name, -left_in, style.TINY_PT, row.weight), (0.0, at_in + row.high_in / 2),
+                    (72.0 * left_in - 4.0, 0.0), self.axes.get_yaxis_transform(), "offset points",
+                    annotation_clip=False, fontsize=style.TINY_PT, weight=row.weight, va="center_baseline",
+                )  # fmt: skip
+                yield row, at_in
+
     def finished(self) -> Figure:
-        """Lay out the page and return it."""
+        """Add time axis and flags, lay out the page and return it."""
+        inch_s = self.inch_s()
+        _time_axis(self.axes, self.end_s, inch_s)
+        _flags(self.axes, self.marks, inch_s)
         page.lay_out(self.figure, [self.above, self.axes] if self.above else [self.axes], self.heights_in)
         return self.figure
 
 
 def sheet(
-    results: RunResults,
-    names: Sequence[Name],
-    body_in: float,
-    legend: Sequence[Artist],
-    width_in: float = style.PAGE_IN,
-    above_in: float = 0.0,
-    has_key: bool = True,
+    results: RunResults, body_in: float, legend: Sequence[Artist], width_in: float, above_in: float = 0.0
 ) -> Sheet:
-    """Create a page: empty panel, names beside it, flags above, legend on top, key below.
+    """Create a page: empty panel, legend on top, key of the flags below.
 
     Args:
         body_in: height of the panel.
         above_in: height of an extra panel on top, 0 for none.
-        has_key: whether the flags are listed below; else only the caption explains them.
     """
     marks = grouped(run_records.milestones(results))
     heights_in = [above_in, body_in] if above_in else [body_in]
@@ -108,32 +137,31 @@ def sheet(
     *above, axes = page.panels(figure, len(heights_in), 1, framed=True)
     for extra in above:
         extra.set_axis_off()
-    for name in names:
-        axes.annotate(
-            name.text, (0.0, name.down_in), (72.0 * name.left_in, 0.0), axes.get_yaxis_transform(), "offset points",
-            annotation_clip=False, fontsize=name.size_pt, weight=name.weight, va="center_baseline",
-            ha="right" if name.left_in == BESIDE_IN else "left",
-        )  # fmt: skip
     page.legend(figure, legend, "outside upper center")
-    key = [Line2D([], [], linestyle="", label=f"{mark.number}  {mark.label}") for mark in marks if has_key]
+    key = [Line2D([], [], linestyle="", label=f"{mark.number}  {mark.label}") for mark in marks]
     page.legend(figure, key, room_in=width_in, handlelength=0.0, handletextpad=0.0)
-    axes.set(xlim=(0.0, axis_end_s(results)), ylim=(body_in, 0.0), xlabel=words.axis("time", "s"))
-    axes.set_yticks([])
-    engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.execute(figure)  # now the panel has its width
-    room_in, _ = page.panel_in(axes)
-    _time_axis(axes, run_records.end_s(results), room_in)
-    _flags(axes, marks, room_in, _n_rows(len(marks), room_in))
-    return Sheet(figure, above[0] if above else None, axes, heights_in, run_records.end_s(results))
+    axes.set(xlim=(0.0, axis_end_s(results)), ylim=(body_in, 0.0), xlabel=words.axis("time", "s"), yticks=[])
+    return Sheet(figure, above[0] if above else None, axes, heights_in, marks, run_records.end_s(results))
 
 
-def room_in(results: RunResults, width_in: float, has_key: bool = True) -> float:
+def room_in(results: RunResults, width_in: float) -> float:
     """Return the approximate maximum height of a body on a paper's page."""
     marks = grouped(run_records.milestones(results))
     columns = style.legend_columns([f"{mark.number}  {mark.label}" for mark in marks], width_in - 0.1)
-    n_lines = -(-len(marks) // columns) if has_key else 0
-    return TALLEST_IN - AROUND_IN - LINE_IN * n_lines - FLAG_IN * _n_rows(len(marks), 0.5 * width_in)
+    return TALLEST_IN - AROUND_IN - LINE_IN * -(-len(marks) // columns)
+
+
+def ends_in(bands: Sequence[Band[Content]]) -> list[float]:
+    """Return the top of the first band and the ends of all."""
+    return [0.0, *accumulate(GAP_IN + sum(row.high_in for row in band) for band in bands)]
+
+
+def fitting(variants: Iterable[Sequence[Band[Content]]], most_in: float) -> list[Band[Content]]:
+    """Return the first variant that fits a height; if none does, those bands of the last that do."""
+    for bands in variants:
+        if ends_in(bands)[-1] <= most_in:
+            break
+    return [band for band, end_in in zip(bands, ends_in(bands)[1:], strict=True) if end_in <= most_in]
 
 
 def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
@@ -147,57 +175,35 @@ def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
     ]
 
 
-def spread(wanted_in: Sequence[float], gap_in: float, low_in: float, high_in: float) -> list[float]:
-    """Move ascending positions minimally to be ``gap_in`` apart within the limits.
-
-    >>> spread([1.0, 1.0, 2.0], 0.5, 0.0, 2.0)
-    [1.0, 1.5, 2.0]
-    >>> spread([1.0, 2.0, 2.0], 0.5, 0.0, 2.0)
-    [1.0, 1.5, 2.0]
-    """
-    placed: list[float] = []
-    for want_in in wanted_in:
-        placed.append(max(want_in, placed[-1] + gap_in if placed else low_in))
-    limit_in = high_in
-    for index in reversed(range(len(placed))):
-        placed[index] = min(placed[index], limit_in)
-        limit_in = placed[index] - gap_in
-    return placed
-
-
-def _n_rows(n_flags: int, width_in: float) -> int:
-    per_row = max(1, int(width_in / (2 * FLAG_HALF_IN + 0.02)) - 1)
-    return -(-n_flags // per_row)
-
-
-def _time_axis(axes: Axes, run_end_s: float, width_in: float) -> None:
+def _time_axis(axes: Axes, run_end_s: float, inch_s: float) -> None:
     """Set the ticks and end the axis lines at the end of the run."""
     end_s = axes.get_xlim()[1]
-    ticks = MaxNLocator(max(1, int(width_in / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, end_s)
-    shown = {}
-    for tick in ticks:
-        label = f"{tick:g}" if tick < 1e6 else f"{tick:.3g}"
-        half_in = style.width_in(label, style.SMALL_PT) / 2
-        at_in = tick / end_s * width_in
-        if tick <= run_end_s and half_in - 0.035 <= at_in <= width_in - half_in + 0.035:
-            shown[float(tick)] = label
-    axes.set_xticks(list(shown), list(shown.values()))
+    ticks = MaxNLocator(max(1, int(end_s / inch_s / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, run_end_s)
+    shown = [tick for tick in ticks if tick <= run_end_s]
+    axes.set_xticks(shown, [f"{tick:g}" if tick < 1e6 else f"{tick:.3g}" for tick in shown])
     axes.spines["top"].set_visible(False)
     axes.spines["bottom"].set_bounds(0.0, run_end_s)
     axes.spines["right"].set_position(("data", run_end_s))
 
 
-def _flags(axes: Axes, marks: Sequence[NumberedMark], width_in: float, n_rows: int) -> None:
-    scale = axes.get_xlim()[1] / width_in
-    for row in range(n_rows):
-        chosen = marks[row::n_rows]
-        wanted_in = [mark.time_s / scale for mark in chosen]
-        places_in = spread(wanted_in, 2 * FLAG_HALF_IN + 0.02, FLAG_HALF_IN, width_in - FLAG_HALF_IN)
-        up_in = 0.06 + FLAG_IN * (row + 0.5)
-        for mark, at_in, place_in in zip(chosen, wanted_in, places_in, strict=True):
-            axes.axvline(mark.time_s, color=style.BLACK, linewidth=0.5, linestyle=(0, (3, 2)), zorder=3)
-            axes.annotate(
-                str(mark.number), (mark.time_s, 0.0), (72.0 * (place_in - at_in), 72.0 * up_in),
-                textcoords="offset points", fontsize=style.TINY_PT, ha="center", va="center_baseline",
-                bbox=FLAG, arrowprops=STAFF, annotation_clip=False, zorder=5 + n_rows - row,
-            )  # fmt: skip
+def _flags(axes: Axes, marks: Sequence[NumberedMark], inch_s: float) -> None:
+    """Draw a line at each milestone, and flags above; milestones too close for flags of their own share one."""
+    shared: list[list[NumberedMark]] = []
+    for mark in marks:
+        axes.axvline(mark.time_s, color=style.BLACK, linewidth=0.5, linestyle=(0, (3, 2)), zorder=3)
+        if shared:
+            wide_s = (style.width_in(_numbers(shared[-1]), style.TINY_PT) + 0.06) * inch_s
+        if shared and mark.time_s < shared[-1][0].time_s + wide_s:
+            shared[-1].append(mark)
+        else:
+            shared.append([mark])
+    for flag in shared:
+        axes.annotate(
+            _numbers(flag), (flag[0].time_s, 1.0), (0.0, 6.0), axes.get_xaxis_transform(), "offset points",
+            fontsize=style.TINY_PT, bbox=FLAG, annotation_clip=False, zorder=5,
+        )  # fmt: skip
+
+
+def _numbers(flag: Sequence[NumberedMark]) -> str:
+    """Return the numbers of a flag: ``3``, or ``3–5``."""
+    return "\u2013".join(dict.fromkeys((str(flag[0].number), str(flag[-1].number))))
