@@ -16,7 +16,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
-from numpy.typing import NDArray
 
 from visualisation import style
 
@@ -117,9 +116,14 @@ def _cut(text: str, room_in: float, size_pt: float) -> str:
     return style.fitted(named, room_in, size_pt) + unit if is_long else text
 
 
-CLEAR_PT = 5.0
 LEAST_LETTERS = 4
 PAPER = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
+BESIDE = (
+    (5, 0, "left"), (-5, 0, "right"), (5, 7, "left"), (-5, 7, "right"), (5, -7, "left"), (-5, -7, "right"),
+    (0, 10, "center"), (0, -10, "center"), (0, 20, "center"), (0, -20, "center"),
+)  # fmt: skip
+INSIDE = ((0, 0, "center"), (0, 9, "center"), (0, -9, "center"), (0, 18, "center"), (0, -18, "center"))
+"""Offsets of a label (pt) with its alignment, best first: beside a point, and in an outline."""
 
 
 class Label(NamedTuple):
@@ -139,46 +143,26 @@ def place_labels(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple
         labels: most important first.
         keep_clear: data points that no label may cover.
     """
-    pixel_pt = axes.figure.dpi / 72.0
-    frame = axes.get_window_extent()
-    taken = [_around(axes.transData.transform(point), 3.0 * pixel_pt) for point in keep_clear]
+    inch_px, frame = axes.figure.dpi, axes.get_window_extent()
+    taken = [Bbox([point, point]).padded(inch_px / 24) for point in map(axes.transData.transform, keep_clear)]
     for label in labels:
-        at_x, at_y = axes.transData.transform((label.x, label.y))
-        room_in = frame.width / 72.0 / pixel_pt * 0.6
+        room_in = 0.6 * frame.width / inch_px
         if label.inside:
-            edge = axes.transData.transform((label.x + label.inside, label.y))[0]
-            room_in = min(room_in, (edge - at_x) / 72.0 / pixel_pt * 0.95)
+            (left, _), (right, _) = axes.transData.transform([(0.0, 0.0), (label.inside, 0.0)])
+            room_in = min(room_in, 0.95 * (right - left) / inch_px)
         text = style.fitted(label.text, room_in, style.TINY_PT)
         if len(text) < min(LEAST_LETTERS, len(label.text)):
             continue
-        width = style.width_in(text, style.TINY_PT) * 72.0 * pixel_pt + 2.0 * pixel_pt
-        height = style.TINY_PT * 1.5 * pixel_pt
-        for centre_x, centre_y in _candidates(label, (at_x, at_y), (width, height), CLEAR_PT * pixel_pt):
-            box = Bbox.from_bounds(centre_x - width / 2, centre_y - height / 2, width, height)
-            if _within(box, frame) and not any(box.overlaps(other) for other in taken):
+        for x_pt, y_pt, side in INSIDE if label.inside else BESIDE:
+            drawn = axes.annotate(
+                text, (label.x, label.y), (x_pt, y_pt), textcoords="offset points", ha=side, va="center",
+                fontsize=style.TINY_PT, zorder=6, bbox=PAPER,
+            )  # fmt: skip
+            box = drawn.get_window_extent().padded(inch_px / 72)
+            if frame.contains(*box.min) and frame.contains(*box.max) and not box.count_overlaps(taken):
                 taken.append(box)
-                x, y = axes.transData.inverted().transform((centre_x, centre_y))
-                axes.text(x, y, text, fontsize=style.TINY_PT, ha="center", va="center", zorder=6, bbox=PAPER)
                 break
-
-
-def _candidates(
-    label: Label, point: tuple[float, float], size: tuple[float, float], clear: float
-) -> list[tuple[float, float]]:
-    (x, y), (width, height) = point, size
-    aside, over = width / 2 + clear, height / 2 + clear
-    around = [(x + side * aside, y + up * over) for up in (0, 1, -1) for side in (1, -1)]
-    around += [(x, y + over), (x, y - over), (x, y + 2.5 * over), (x, y - 2.5 * over)]
-    return [(x, y + step * height) for step in (0, 1, -1, 2, -2)] if label.inside else around
-
-
-def _around(point: NDArray[np.float64], reach: float) -> Bbox:
-    x, y = point
-    return Bbox.from_extents(x - reach, y - reach, x + reach, y + reach)
-
-
-def _within(box: Bbox, frame: Bbox) -> bool:
-    return bool(box.x0 >= frame.x0 and box.x1 <= frame.x1 and box.y0 >= frame.y0 and box.y1 <= frame.y1)
+            drawn.remove()
 
 
 class DrawnPage(NamedTuple):

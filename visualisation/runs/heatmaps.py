@@ -6,7 +6,7 @@ Colours denote vehicles in run figures; numbers are therefore grey.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,12 +30,14 @@ MOST_NUMBERS = 8
 """Maximum fleet size for numbers in matrices."""
 
 
-class Timespan(NamedTuple):
-    """Time of a run: its end, end of the axis, and spans out of the mission by vehicle."""
+class Shades(NamedTuple):
+    """Panel of shades: title, values, value of black, label of the key (empty for none), whether values are shares."""
 
-    end_s: float
-    axis_end_s: float
-    out: Mapping[str, Sequence[Span]]
+    title: str
+    values: Floats
+    top: float
+    label: str
+    percent: bool = False
 
 
 def row_in(n: int, least_in: float, most_in: float, all_in: float) -> float:
@@ -102,17 +104,20 @@ def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent
     axes.set_ylim(n - 0.5, -0.5)
 
 
-def strip(axes: Axes, names: Sequence[str], values: Floats, top: float, span: Timespan, row_in: float) -> None:
-    """Draw a row of shades per vehicle over mission time, hatched while out of the mission."""
+def strip(
+    axes: Axes, results: RunResults, values: Floats, top: float, row_in: float, out: Mapping[str, Sequence[Span]]
+) -> None:
+    """Draw a row of shades per vehicle over mission time, hatched while ``out`` of the mission."""
+    names, end_s = run_records.vehicle_names(results), run_records.end_s(results)
     n = max(1, len(names))
     if values.size:
-        draw_shades(axes, values, top, (0.0, span.end_s, n - 0.5, -0.5))
-    axes.set_xlim(0.0, span.axis_end_s)
+        draw_shades(axes, values, top, (0.0, end_s, n - 0.5, -0.5))
+    axes.set_xlim(0.0, axis_end_s(results))
     name_rows(axes, names, row_in)
     for edge in range(1, n):
         axes.axhline(edge - 0.5, color="white", linewidth=min(1.0, 6.0 * row_in))
     for row, name in enumerate(names):
-        for start, end in outages_until(span.out.get(name, ()), span.end_s):
+        for start, end in outages_until(out.get(name, ()), end_s):
             axes.barh(row, end - start, 1.0, start, facecolor="none", edgecolor=style.GREY, hatch="////", linewidth=0)
     axes.set_xlabel(words.axis("time", "s"))
 
@@ -142,24 +147,39 @@ def _sampled(end_s: float) -> Floats:
     return times_s
 
 
+def _drawn(
+    results: RunResults, strips: Sequence[Shades], squares: Sequence[Shades], high_in: float, width_in: float
+) -> Figure:
+    """Draw lettered strips with rows of ``high_in``, above matrices that are side by side on a wide page."""
+    names, out = run_records.vehicle_names(results), outages(results)
+    columns = 2 if squares and width_in >= LEAST_FOR_TWO_IN else 1
+    side_in, strip_in, n = width_in / columns - 0.7, high_in * max(1, len(names)), len(strips)
+    letters = page.LETTERS[: n + len(squares)]
+    rows = [[letter] * columns for letter in letters[:n]]
+    rows += [list(letters[first : first + columns]) for first in range(n, len(letters), columns)]
+    with style.paper():
+        figure = page.opened(width_in, n * strip_in + 2 * side_in)
+        panels = figure.subplot_mosaic(rows)  # type: ignore[arg-type]
+        for (letter, axes), shown in zip(panels.items(), (*strips, *squares), strict=True):
+            axes.set_title(f"({letter}) {shown.title}")
+            if letter in letters[:n]:
+                strip(axes, results, shown.values, shown.top, high_in, out)
+            else:
+                matrix(axes, names, shown.values, shown.top, shown.percent, side_in)
+            if shown.label:
+                key(figure, axes, strip_in if n else side_in, shown.top, shown.label, shown.percent)
+        column = [panels[letter] for letter, *_ in rows]
+        page.lay_out(figure, column, lambda: [strip_in] * n + [page.panel_in(axes)[0] for axes in column[n:]])
+    return figure
+
+
 def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw two matrices, receivers down and senders across, stacked on a narrow page."""
     traffic = news.traffic(results)
-    worst_s = news.worst_age_s(traffic)
-    panels: list[tuple[str, Floats, float, str, bool]] = [
-        ("packets lost", traffic.lost_shares, 1.0, "share of the sender's packets that were lost", True),
-        ("age of news", traffic.mean_ages_s, worst_s, "mean age of the news of the sender (s)", False),
-    ]
-    columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
-    side_in = width_in / columns - 0.7
-    with style.paper():
-        figure = page.opened(width_in, 2 * side_in)
-        squares = page.panels(figure, 2, columns, [title for title, *_ in panels], framed=True)
-        for axes, (_, values, top, label, percent) in zip(squares, panels, strict=True):
-            matrix(axes, traffic.vehicles, values, top, percent, side_in)
-            key(figure, axes, side_in, top, label, percent)
-        first = squares[::columns]
-        page.lay_out(figure, first, lambda: [page.panel_in(axes)[0] for axes in first])
+    squares = (
+        Shades("packets lost", traffic.lost_shares, 1.0, "share of the sender's packets that were lost", percent=True),
+        Shades("age of news", traffic.mean_ages_s, news.worst_age_s(traffic), "mean age of the news of the sender (s)"),
+    )
     received, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
     text = captions.of_run(
         results,
@@ -169,7 +189,7 @@ def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         f"Black is {news.WORST_FRAMES} TDMA frames or more, whatever the run.",
         "Crossed: nothing was sent that could be heard.",
     )
-    return DrawnPage(figure, text)
+    return DrawnPage(_drawn(results, (), squares, 0.0, width_in), text)
 
 
 AGE_ROWS_IN = 0.065, 0.3, 2.9
@@ -181,24 +201,13 @@ WORST_ITEMS = 5.0
 def knowledge(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw strips per vehicle: mean age of information on peers, and missing items of peers."""
     traffic = news.traffic(results)
-    names = traffic.vehicles
-    high_in = row_in(len(names), *AGE_ROWS_IN)
-    body_in = high_in * max(1, len(names))
-    at_s = _sampled(traffic.end_s)
-    ages_s = np.ma.masked_invalid(traffic.ages_s(at_s)).mean(axis=1).filled(np.nan)
-    lacking = news.items_lacking(results, at_s)
-    panels = (
-        ("mean age of the news of the others", ages_s, words.axis("age", "s"), news.worst_age_s(traffic)),
-        ("items of the others that the vehicle lacks", lacking, "items", WORST_ITEMS * max(1.0, len(names))),
+    n, at_s = len(traffic.vehicles), _sampled(traffic.end_s)
+    ages_s = _mean(traffic.ages_s(at_s))
+    lacking, most = news.items_lacking(results, at_s), WORST_ITEMS * max(1.0, n)
+    strips = (
+        Shades("mean age of the news of the others", ages_s, news.worst_age_s(traffic), words.axis("age", "s")),
+        Shades("items of the others that the vehicle lacks", lacking, most, "items"),
     )
-    span = Timespan(traffic.end_s, axis_end_s(results), traffic.out)
-    with style.paper():
-        figure = page.opened(width_in, 2 * body_in)
-        strips = page.panels(figure, 2, 1, [title for title, *_ in panels], framed=True)
-        for axes, (_, values, label, top) in zip(strips, panels, strict=True):
-            strip(axes, names, values, top, span, high_in)
-            key(figure, axes, body_in, top, label)
-        page.lay_out(figure, strips, [body_in] * 2)
     text = captions.of_run(
         results,
         "Knowledge of the vehicles over mission time, darker is worse.",
@@ -207,7 +216,7 @@ def knowledge(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage
         f"Black is {news.WORST_FRAMES} TDMA frames, and {WORST_ITEMS:g} items for each vehicle, or more.",
         "Hatched: the vehicle is out of the mission." if traffic.out else "",
     )
-    return DrawnPage(figure, text)
+    return DrawnPage(_drawn(results, strips, (), row_in(n, *AGE_ROWS_IN), width_in), text)
 
 
 LOSS_ROWS_IN = 0.055, 0.18, 1.8
@@ -265,32 +274,16 @@ def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], li
 def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw strips of estimated loss and absent peers, above matrices of last estimates."""
     estimates = link_estimates(results)
-    names, n, end_s = estimates.vehicles, max(1, len(estimates.vehicles)), run_records.end_s(results)
-    high_in = row_in(n, *LOSS_ROWS_IN)
-    columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
-    side_in = width_in / columns - 0.7
+    n, last = len(estimates.vehicles), (estimates.incoming[:, :, -1], estimates.outgoing)
+    label = "estimated loss; share"
     strips = (
-        ("(a) receivers: estimated loss of what is sent to them", _mean(estimates.incoming)),
-        ("(b) peers: share of the others that do without them", estimates.without),
+        Shades("receivers: estimated loss of what is sent to them", _mean(estimates.incoming), 1.0, ""),
+        Shades("peers: share of the others that do without them", estimates.without, 1.0, label, percent=True),
     )
     squares = (
-        ("(c) last estimates of the receivers", estimates.incoming[:, :, -1]),
-        ("(d) last estimates of the senders", estimates.outgoing),
+        Shades("last estimates of the receivers", last[0], 1.0, "", percent=True),
+        Shades("last estimates of the senders", last[1], 1.0, "", percent=True),
     )
-    span = Timespan(end_s, axis_end_s(results), outages(results))
-    rows: list[Any] = [["a"] * columns, ["b"] * columns, *([["c", "d"]] if columns == 2 else [["c"], ["d"]])]
-    with style.paper():
-        figure = page.opened(width_in, 2 * high_in * n + 2 * side_in)
-        panels = figure.subplot_mosaic(rows)
-        for axes, (title, values) in zip(panels.values(), strips, strict=False):
-            axes.set_title(title)
-            strip(axes, names, values, 1.0, span, high_in)
-        key(figure, panels["b"], high_in * n, 1.0, "estimated loss; share", percent=True)
-        for letter, (title, values) in zip("cd", squares, strict=True):
-            panels[letter].set_title(title)
-            matrix(panels[letter], names, values, 1.0, True, side_in)
-        column = [panels[letter] for letter, *_ in rows]
-        page.lay_out(figure, column, lambda: [high_in * n] * 2 + [page.panel_in(axes)[0] for axes in column[2:]])
     text = captions.of_run(
         results,
         "What the vehicles take the links to lose, darker is worse.",
@@ -298,13 +291,13 @@ def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         "(b) Share of the others that wait for nothing that the vehicle lacks, since it is silent for too long.",
         "(c) The same estimates by link, in percent, as they were last.",
         "(d) Those of the senders, from the acknowledgements that they heard.",
-        "Crossed: no estimate." if np.isnan(squares[0][1]).sum() + np.isnan(squares[1][1]).sum() > 2 * n else "",
-        "Hatched: the vehicle is out of the mission." if span.out else "",
+        "Crossed: no estimate." if np.isnan(last).sum() > 2 * n else "",
+        "Hatched: the vehicle is out of the mission." if outages(results) else "",
     )
-    return DrawnPage(figure, text)
+    return DrawnPage(_drawn(results, strips, squares, row_in(n, *LOSS_ROWS_IN), width_in), text)
 
 
-def _mean(estimates: Floats) -> Floats:
-    """Return the mean over senders; NaN without estimates."""
-    means: Floats = np.ma.masked_invalid(estimates).mean(axis=1).filled(np.nan)
+def _mean(by_sender: Floats) -> Floats:
+    """Return the mean over senders; NaN without values."""
+    means: Floats = np.ma.masked_invalid(by_sender).mean(axis=1).filled(np.nan)
     return means

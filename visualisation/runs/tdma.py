@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from missions.figure import RunResults, axis_end_s
+from missions.figure import RunResults
 from visualisation import page, style, words
 from visualisation.page import DrawnPage
 from visualisation.run_records import Floats, Span
@@ -28,7 +28,7 @@ UNHEARD = style.tint(style.BLACK, 0.08)
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw loss shares by sender and by receiver over all frames, and one stretch slot by slot."""
     traffic = news.traffic(results)
-    names, n = traffic.vehicles, max(1, len(traffic.vehicles))
+    n = max(1, len(traffic.vehicles))
     row_in, lane_in = heatmaps.row_in(n, *ROWS_IN), heatmaps.row_in(n, *LANES_IN)
     stretch = worst_stretch(traffic)
     by_sender, by_receiver = _by_frame(traffic)
@@ -37,13 +37,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         "receivers: share of the frame's packets that were lost",
         f"slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
     )
-    span = heatmaps.Timespan(traffic.end_s, axis_end_s(results), {})
     bodies_in = row_in * n, row_in * n, lane_in * n
     with style.paper():
         figure = page.opened(width_in, sum(bodies_in))
         strips = page.panels(figure, 3, 1, titles, framed=True)
         for axes, values in zip(strips, (by_sender, by_receiver), strict=False):
-            heatmaps.strip(axes, names, values, 1.0, span, row_in)
+            heatmaps.strip(axes, results, values, 1.0, row_in, {})
             if values.size:
                 axes.set_facecolor(UNHEARD)
         heatmaps.key(figure, strips[1], bodies_in[1], 1.0, "share lost", percent=True)

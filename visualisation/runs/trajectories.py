@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 
 from missions.figure import Layer, Mark, Place, PointM, RunResults
 from visualisation import page, run_records, style, words
@@ -63,6 +64,8 @@ LEAST_FOR_TWO_IN = 5.5
 """Minimum page width for panels side by side."""
 TALLEST, LOWEST = 1.25, 0.6
 LEAST_EXTENT_M = 20.0
+MARGIN_OF_MAP = 0.075
+"""Space around the contents of a map, as a share of their extent."""
 CLOSE = 0.4
 """Maximum extent of end positions in their own panel, relative to the previous panel."""
 MOST_NAMED = 12
@@ -70,38 +73,6 @@ MOST_NAMED = 12
 OTHERS = style.Look(style.GREY, "-", "")
 BELOW = 0.1
 """Factor on the z-order of layers: keeps their order, below places and tracks."""
-
-
-class Frame(NamedTuple):
-    """Rectangle of the map."""
-
-    west_m: float
-    south_m: float
-    east_m: float
-    north_m: float
-
-    def filling(self, shape: float) -> Frame:
-        """Return the frame, widened with a margin to height over width ``shape``."""
-        width_m = max(1.15 * (self.east_m - self.west_m), LEAST_EXTENT_M)
-        height_m = max(1.15 * (self.north_m - self.south_m), LEAST_EXTENT_M)
-        width_m, height_m = max(width_m, height_m / shape), max(height_m, width_m * shape)
-        x_m, y_m = (self.west_m + self.east_m) / 2, (self.south_m + self.north_m) / 2
-        return Frame(x_m - width_m / 2, y_m - height_m / 2, x_m + width_m / 2, y_m + height_m / 2)
-
-    def holds(self, point_m: PointM) -> bool:
-        """Return True for a point inside."""
-        return self.west_m <= point_m[0] <= self.east_m and self.south_m <= point_m[1] <= self.north_m
-
-    @property
-    def shape(self) -> float:
-        """Height over width; 1 for a point."""
-        high_m, wide_m = self.north_m - self.south_m, self.east_m - self.west_m
-        return (high_m + LEAST_EXTENT_M) / (wide_m + LEAST_EXTENT_M)
-
-    @property
-    def size_m(self) -> float:
-        """Length of the longer side."""
-        return max(self.east_m - self.west_m, self.north_m - self.south_m)
 
 
 class Symbol(NamedTuple):
@@ -172,7 +143,7 @@ class Panel(NamedTuple):
     """One map: title, borders, time span."""
 
     title: str
-    frame: Frame
+    frame: Bbox
     span: Span
 
 
@@ -211,19 +182,20 @@ def picture(
             texts = _layers(axes, results, scene.layers)
             if number == 0:
                 sentences, entries = texts, axes.get_legend_handles_labels()[0]
-            _draw(axes, scene, panel, lowest=number in (0, len(panels) - 1) or not beside)
+            lowest = number in (0, len(panels) - 1) or not beside
+            _draw(axes, scene, panel, lowest, n_ticks=4 if number else 6)
         page.legend(figure, (*_legend(scene), *entries))
 
         def bodies_in() -> list[float]:
-            sizes_in = [page.panel_in(axes) for axes in maps]
-            whole_in = sizes_in[0][0] * min(TALLEST, max(LOWEST, panels[0].frame.shape))
-            small_in = [wide_in * LOWEST for wide_in, _ in sizes_in[1:]]
+            for axes, panel in zip(maps, panels, strict=True):
+                shown = panel.frame.padded(max(MARGIN_OF_MAP * _size_m(panel.frame), LEAST_EXTENT_M / 2))
+                axes.set(xlim=shown.intervalx, ylim=shown.intervaly)  # widened to the shape of the panel when drawn
+            whole, wide_in = panels[0].frame, [page.panel_in(axes)[0] for axes in maps]
+            shape = (whole.height + LEAST_EXTENT_M) / (whole.width + LEAST_EXTENT_M)
+            whole_in = wide_in[0] * min(TALLEST, max(LOWEST, shape))
             if beside:
-                between_in = sizes_in[0][1] - sum(high_in for _, high_in in sizes_in[1:])
-                small_in = [(whole_in - between_in) / len(small_in)] * len(small_in)
-            for axes, panel, (wide_in, _), high_in in zip(maps, panels, sizes_in, [whole_in, *small_in], strict=True):
-                _scale(axes, panel.frame, wide_in, high_in)
-            return small_in if beside else [whole_in, *small_in]
+                return [whole_in / (len(maps) - 1)] * (len(maps) - 1)
+            return [whole_in, *(LOWEST * wide for wide in wide_in[1:])]
 
         page.lay_out(figure, maps[1:] if beside else maps, bodies_in)
         for panel, axes in zip(panels, maps, strict=True):
@@ -278,7 +250,7 @@ def _panels(scene: MapContents, eventful: Span | None) -> list[Panel]:
     everything = frame_of([*points_of(scene.tracks.values()), *points, *corners])
     mission = Span(0.0, scene.end_s)
     panels = [Panel(f"whole mission, 0 to {scene.end_s:.0f} s", everything, mission)]
-    if not scene.tracks or everything.size_m < LEAST_EXTENT_M:
+    if not scene.tracks or _size_m(everything) < LEAST_EXTENT_M:
         return panels
     if eventful is not None:
         moves = [track.between(*eventful) for track in scene.tracks.values()]
@@ -286,9 +258,9 @@ def _panels(scene: MapContents, eventful: Span | None) -> list[Panel]:
         panels.append(Panel(title, frame_of(points_of(moves)), eventful))
     at_end = [track.at(scene.end_s) for name, track in scene.tracks.items() if name not in scene.out]
     ends = frame_of([*at_end, *points])
-    if ends.size_m >= CLOSE * panels[-1].frame.size_m:
+    if _size_m(ends) >= CLOSE * _size_m(panels[-1].frame):
         ends = frame_of(at_end)
-    if ends.size_m < CLOSE * panels[-1].frame.size_m and len(at_end) > 1:
+    if _size_m(ends) < CLOSE * _size_m(panels[-1].frame) and len(at_end) > 1:
         ending = eventful if eventful is not None and eventful.end_s == scene.end_s else mission
         panels.append(Panel("where the vehicles end", ends, ending))
     return panels
@@ -305,10 +277,15 @@ def points_of(tracks: Iterable[PlanTrack]) -> list[PointM]:
     ]
 
 
-def frame_of(points: Sequence[PointM]) -> Frame:
+def frame_of(points: Sequence[PointM]) -> Bbox:
     """Return the bounding box of points."""
-    xs, ys = [x for x, _ in points] or [0.0], [y for _, y in points] or [0.0]
-    return Frame(min(xs), min(ys), max(xs), max(ys))
+    xs, ys = zip(*points or [(0.0, 0.0)], strict=True)
+    return Bbox.from_extents(min(xs), min(ys), max(xs), max(ys))
+
+
+def _size_m(frame: Bbox) -> float:
+    """Return the length of the longer side."""
+    return float(max(frame.width, frame.height))
 
 
 def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
@@ -319,15 +296,10 @@ def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
     return words.joined(*sentences)
 
 
-def _scale(axes: Axes, frame: Frame, wide_in: float, high_in: float) -> None:
-    """Set limits and ticks of a map of this size."""
-    shown = frame.filling(high_in / wide_in)
-    axes.set(xlim=(shown.west_m, shown.east_m), ylim=(shown.south_m, shown.north_m))
-    axes.xaxis.set_major_locator(MaxNLocator(max(2, int(wide_in / 0.55)), steps=[1, 2, 5, 10]))
-    axes.yaxis.set_major_locator(MaxNLocator(max(2, int(high_in / 0.3)), steps=[1, 2, 5, 10]))
-
-
-def _draw(axes: Axes, scene: MapContents, panel: Panel, lowest: bool) -> None:
+def _draw(axes: Axes, scene: MapContents, panel: Panel, lowest: bool, n_ticks: int) -> None:
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.xaxis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))
     axes.set_ylabel(words.axis("y north", "m"))
     if lowest:
         axes.set_xlabel(words.axis("x east", "m"))
@@ -377,12 +349,10 @@ def _name_places(axes: Axes, scene: MapContents, panel: Panel) -> None:
     names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
         frame = frame_of(place.outline_m)
-        x_m, y_m = (frame.west_m + frame.east_m) / 2, (frame.south_m + frame.north_m) / 2
-        names.append(Label(place.name, x_m, y_m, frame.east_m - frame.west_m))
-    (west_m, east_m), (south_m, north_m) = axes.get_xlim(), axes.get_ylim()
-    shown = Frame(west_m, south_m, east_m, north_m)
+        names.append(Label(place.name, (frame.x0 + frame.x1) / 2, (frame.y0 + frame.y1) / 2, frame.width))
+    axes.apply_aspect()
     keep_clear = [point_m for point_m, _ in _marks(scene, panel.span)]
-    page.place_labels(axes, [name for name in names if shown.holds((name.x, name.y))], keep_clear)
+    page.place_labels(axes, [name for name in names if axes.viewLim.contains(name.x, name.y)], keep_clear)
 
 
 def _legend(scene: MapContents) -> list[Artist]:
