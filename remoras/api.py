@@ -484,16 +484,12 @@ class Run:
 
         Raises:
             ExportError: unknown format, missing libraries or data, or ``out`` cannot be written.
-            OutputError: no such vehicle or time, or ``out`` cannot be written.
+            OutputError: no such vehicle or time.
         """
-        from missions.runs import knowledge
-        from visualisation.exports import export
+        from visualisation.exports import Selection, export
 
-        selection = vehicle, at_s, items
-        if (form := knowledge.form_of(format, selection)) is None:
-            return export(self._results, format, Path(out), force, self._results.mission.places).path
-        knowledge.write_knowledge(self._results, form, Path(out), force, *selection)
-        return Path(out)
+        places, selection = self._results.mission.places, Selection(vehicle, at_s, items)
+        return export(self._results, format, Path(out), force, places, selection).path
 
     def query(self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None) -> DataFrame:
         """Query the knowledge of one vehicle, or of each, in SPARQL (``worldmodel.rdf.sparql``).

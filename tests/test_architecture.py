@@ -80,7 +80,7 @@ ROOMS: dict[str, set[str]] = {
     "visualisation.runs": {"visualisation.runs", "visualisation", "missions", "worldmodel"},
     "visualisation.sweeps": {"visualisation.sweeps", "visualisation", "missions", "missions.comparison", "worldmodel"},
     "visualisation.replay": {"visualisation.replay", "visualisation", "missions", "worldmodel"},
-    "visualisation.exports": {"visualisation.exports", "visualisation", "missions"},
+    "visualisation.exports": {"visualisation.exports", "visualisation", "missions", "worldmodel", "worldmodel.rdf"},
 }  # fmt: skip
 """Rooms that the modules of a room may import."""
 DOORS: dict[str, set[str]] = {
@@ -101,6 +101,7 @@ DOORS: dict[str, set[str]] = {
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
     "visualisation.sweeps": {"missions.sweeps.folder"},
+    "visualisation.exports": {"missions.runs.knowledge"},
 }  # fmt: skip
 """Single modules of other rooms that a room may import."""
 FOR_ALL = {"exchange.arithmetic", "exchange.lazily"}

@@ -18,9 +18,9 @@ from remoras.cli.app import FAILED, FigureFormat, Json, aligned, command, fail, 
 from remoras.process import Progress
 
 if TYPE_CHECKING:
+    from missions.figure import Place
     from missions.runs.results import Results
     from visualisation.output import Drawn
-    from worldmodel.rdf.writing import RdfFormat
 
 
 @contextmanager
@@ -174,8 +174,6 @@ def query(
     from missions.runs.results import Results
     from worldmodel.rdf.sparql import time_limit
 
-    if (folder / "study.json").is_file():
-        fail(f"{folder}: holds a sweep, and query takes the results of one run; make one with: remoras run --out DIR")
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
     with time_limit(timeout_s, functools.partial(give_up, as_json=as_json)):
@@ -226,49 +224,28 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Export a run to another tool: Foxglove, ROS 2, QGIS, netCDF, CSV, RDF."""
-    from missions.runs.knowledge import form_of
     from missions.runs.results import Results
-
-    if (folder / "study.json").is_file():
-        fail(f"{folder}: holds a sweep, and export takes the results of one run; make one with: remoras run --out DIR")
-    results, selection = Results.read(folder), (vehicle, at, items)
-    if (form := form_of(file_format.value, selection)) is None:
-        path, counts, label = _voyage(results, file_format, out, force)
-    else:
-        path, counts, label = _knowledge(results, form, out, force, selection)
-    lines = [str(path), *(f"  {count:>8}  {label}{name}" for name, count in counts.items())]
-    show({"path": str(path), "format": file_format.value, "counts": counts}, as_json, lines)
-
-
-def _voyage(
-    results: Results, file_format: ExportFormat, out: Path | None, force: bool
-) -> tuple[Path, dict[str, int], str]:
-    """Write the course of a run; return path, counts per kind and their label."""
-    from missions.errors import ConfigurationError
-    from missions.scenarios.parts import mission_of
+    from visualisation.exports import FORMATS, Selection, export_path
     from visualisation.exports import export as write
-    from visualisation.exports import export_path
 
-    path = out or export_path(results.folder, file_format.value)
+    results, selection = Results.read(folder), Selection(vehicle, at, items)
+    path, of_knowledge = out or export_path(folder, file_format, selection), FORMATS[file_format].of_knowledge
+    places = () if of_knowledge else _places_or_none(results)
+    _, counts = write(results, file_format.value, path, force, places, selection)
+    label = "facts known to " if of_knowledge else ""
+    lines = [str(path), *(f"  {count:>8}  {label}{name}" for name, count in counts.items())]
+    show({"path": str(path), "format": file_format.value, "counts": dict(counts)}, as_json, lines)
+
+
+def _places_or_none(run: Results) -> Sequence[Place]:
+    """Return the places of a run's mission; none, with a note, if this version cannot read the scenario."""
+    from missions.errors import ConfigurationError
+
     try:
-        places = mission_of(results.scenario).places
+        return _places(run)
     except ConfigurationError as error:
         print(f"remoras: places are left out: {error}", file=sys.stderr)
-        places = ()
-    made = write(results, file_format.value, path, force, places)
-    return made.path, dict(made.counts), ""
-
-
-def _knowledge(
-    results: Results, form: RdfFormat, out: Path | None, force: bool, selection: tuple[str | None, float | None, bool]
-) -> tuple[Path, dict[str, int], str]:
-    """Write the knowledge of vehicles; return path, fact counts per vehicle and their label."""
-    from missions.runs.knowledge import knowledge_path
-    from missions.runs.knowledge import write_knowledge as write
-
-    vehicle, _, items = selection
-    path = out or knowledge_path(results.folder, form, vehicle, items)
-    return path, write(results, form, path, force, *selection), "facts known to "
+        return ()
 
 
 @command("replay", "remoras replay results/lossy --out mission.html")
@@ -288,9 +265,6 @@ def replay(
 
     target = out if out is not None else folder / REPLAY
     folders = [folder] if other is None else [folder, other]
-    for source in folders:
-        if (source / "study.json").is_file():
-            fail(f"{source}: holds a sweep; a replay shows one run, or two side by side")
     runs = [Results.read(path) for path in folders]
     check_page_output(target, force)
     for second in runs[1:]:
@@ -334,7 +308,7 @@ def _check_pair(first: Results, second: Results) -> None:
             )
 
 
-def _places(run: Results) -> Sequence[object]:
+def _places(run: Results) -> Sequence[Place]:
     from missions.scenarios.parts import mission_of
 
     return mission_of(run.scenario).places

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from missions.disk import drafted
 from missions.figure import Place
-from visualisation.exports.voyage import Voyage
+from visualisation.exports.voyage import ALL, Selection, Voyage
 from visualisation.output import ExportError, unknown
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
-__all__ = ["FORMATS", "Exported", "export", "export_path"]
+__all__ = ["FORMATS", "Exported", "Selection", "export", "export_path"]
 Counts = Mapping[str, int]
 """Number of messages, rows or features by topic, table or kind."""
 
@@ -43,11 +43,13 @@ class FormatOfExport(NamedTuple):
         ending: file suffix; empty for a folder.
         libraries: additional packages.
         needs_datum: True if it supports only latitude and longitude.
+        of_knowledge: True for RDF, which has the knowledge of vehicles instead of the course of the run.
     """
 
     ending: str
     libraries: tuple[str, ...] = ()
     needs_datum: bool = False
+    of_knowledge: bool = False
 
 
 FORMATS: Mapping[str, FormatOfExport] = {
@@ -55,8 +57,9 @@ FORMATS: Mapping[str, FormatOfExport] = {
     "geojson": FormatOfExport(".geojson", needs_datum=True),
     "netcdf": FormatOfExport(".nc", ("netCDF4",), needs_datum=True),
     "csv": FormatOfExport(""),
+    **{name: FormatOfExport(f".{name}", of_knowledge=True) for name in ("ttl", "trig", "jsonld", "nt")},
 }
-"""All formats, each with a module of its name."""
+"""All formats, each with a module of its name; those of knowledge share the module ``rdf``."""
 STEM = "run"
 """Default output name without suffix."""
 
@@ -69,7 +72,12 @@ class Exported(NamedTuple):
 
 
 def export(
-    results: Results | MemoryResults, format: str, out: Path, force: bool = False, places: Sequence[Place] = ()
+    results: Results | MemoryResults,
+    format: str,
+    out: Path,
+    force: bool = False,
+    places: Sequence[Place] = (),
+    selection: Selection = ALL,
 ) -> Exported:
     """Write a run in another format.
 
@@ -77,13 +85,19 @@ def export(
         out: file, or folder for a format with several files.
         force: replace an earlier export.
         places: declared by the mission.
+        selection: in formats of knowledge.
 
     Raises:
         ExportError: unknown format, missing library or datum, or ``out`` exists or is not writable.
-        OutputError: damaged table.
+        OutputError: damaged table, or no such vehicle or time.
     """
     chosen = of_name(format)
-    voyage = Voyage(results, tuple(places))
+    voyage = Voyage(results, tuple(places), format, selection)
+    if selection != ALL and not chosen.of_knowledge:
+        names = ", ".join(name for name, other in FORMATS.items() if other.of_knowledge)
+        raise ExportError(f"vehicle, at and items: apply to exported knowledge only, in {names}, not {format}")
+    if selection.items and format != "nt":
+        raise ExportError(f"--items: the canonical graph of items is written as nt, and the format is {format}")
     _check_libraries(format, chosen)
     if chosen.needs_datum and voyage.datum is None:
         raise ExportError(
@@ -92,7 +106,7 @@ def export(
             "or take mcap or csv, which have metres"
         )
     _check_place(out, format, force)
-    write: Writer = import_module(f"visualisation.exports.{format}").write
+    write: Writer = import_module(f"visualisation.exports.{'rdf' if chosen.of_knowledge else format}").write
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         with drafted(out) as draft:
@@ -108,14 +122,18 @@ def of_name(format: str) -> FormatOfExport:
     return FORMATS[format]
 
 
-def export_path(folder: Path, format: str) -> Path:
+def export_path(folder: Path, format: str, selection: Selection = ALL) -> Path:
     """Return the default output path, within the folder of the run.
 
     >>> export_path(Path("r"), "mcap").as_posix(), export_path(Path("r"), "csv").as_posix()
     ('r/run.mcap', 'r/run-csv')
+    >>> export_path(Path("r"), "nt", Selection("AUV01", items=True)).as_posix()
+    'r/items-AUV01.nt'
     """
-    ending = of_name(format).ending
-    return folder / (f"{STEM}{ending}" if ending else f"{STEM}-{format}")
+    chosen, stem = of_name(format), STEM
+    if chosen.of_knowledge:
+        stem = ("items" if selection.items else "knowledge") + (f"-{selection.vehicle}" if selection.vehicle else "")
+    return folder / (f"{stem}{chosen.ending}" if chosen.ending else f"{stem}-{format}")
 
 
 def _check_libraries(name: str, chosen: FormatOfExport) -> None:

@@ -98,12 +98,25 @@ class RoleState(NamedTuple):
         return OUT if self.is_out else ", ".join(self.roles) or WAITING
 
 
+class Selection(NamedTuple):
+    """Exported knowledge: of a vehicle, None for all; at a time, None for the end; or the canonical graph of items."""
+
+    vehicle: str | None = None
+    at_s: float | None = None
+    items: bool = False
+
+
+ALL = Selection()
+
+
 @dataclass(frozen=True)
 class Voyage:
-    """One run, with the places declared by its mission."""
+    """One run, with the places declared by its mission, the name of the format, and the knowledge to export."""
 
     results: RunReader
     places: Sequence[Place] = ()
+    format: str = ""
+    selection: Selection = ALL
 
     @property
     def about(self) -> dict[str, str]:

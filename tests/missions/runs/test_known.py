@@ -12,15 +12,16 @@ import pytest
 
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
-from missions.runs.knowledge import knowledge, query, write_knowledge
+from missions.runs.knowledge import knowledge, query
 from missions.runs.known import Belief, Memory
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run, result_of, run
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet.fleet import Fleet
+from visualisation import ExportError
+from visualisation.exports import Selection, export
 from worldmodel import TYPE_UID, WorldModel
-from worldmodel.rdf.writing import RdfFormat
 
 MOMENTS = 25
 LOSS = ("channel.per=0.6",)
@@ -266,12 +267,12 @@ def test_what_cannot_be_written_or_asked_is_one_line(results: Results, tmp_path:
         ({"at_s": 1e6}, "at_s is 1000000.0; allowed: 0 to "),
         ({"items": True}, "--items: the canonical graph of items is written as nt, and the format is ttl"),
     ):
-        with pytest.raises(OutputError, match=says) as caught:
-            write_knowledge(results, RdfFormat.TURTLE, tmp_path / "new.ttl", **about)  # type: ignore[arg-type]
+        with pytest.raises((OutputError, ExportError), match=says) as caught:
+            export(results, "ttl", tmp_path / "new.ttl", selection=Selection(**about))  # type: ignore[arg-type]
         assert "\n" not in str(caught.value)
         assert not (tmp_path / "new.ttl").exists()
-    with pytest.raises(OutputError, match=r"there.ttl: exists; name another with --out or add --force"):
-        write_knowledge(results, RdfFormat.TURTLE, tmp_path / "there.ttl")
+    with pytest.raises(ExportError, match=r"there.ttl: exists; name another with --out or add --force"):
+        export(results, "ttl", tmp_path / "there.ttl")
     assert (tmp_path / "there.ttl").read_text(encoding="utf-8") == "mine"
-    with pytest.raises(OutputError, match="is a folder; name a file"):
-        write_knowledge(results, RdfFormat.TURTLE, tmp_path)
+    with pytest.raises(ExportError, match="is a folder; name a file"):
+        export(results, "ttl", tmp_path)
