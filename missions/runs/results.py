@@ -211,6 +211,10 @@ class Results(RunReader):
     def read(cls, folder: Path) -> Results:
         """Open a folder; raise OutputError if it holds no results."""
         missing = [name for name in NEEDED_KEY if not (folder / name).is_file()]
+        if missing and (folder / "study.json").is_file():
+            raise OutputError(
+                f"{folder}: holds a sweep; allowed: the results of one run, made with: remoras run --out DIR"
+            )
         if not missing and not any(folder.glob("*.parquet")):
             missing = [f"{table.name}.parquet" for table in TABLES]
         if missing:

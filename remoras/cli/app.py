@@ -221,21 +221,6 @@ NoPlugins = Annotated[
 ]
 
 
-def taking_no_plugins(function: Callable[..., None]) -> Callable[..., None]:
-    """Add the option ``--no-plugins`` to a command."""
-
-    @functools.wraps(function)
-    def taking(*args: Any, no_plugins: bool = False, **kwargs: Any) -> None:
-        with shipped_alone() if no_plugins else nullcontext():
-            function(*args, **kwargs)
-
-    option = inspect.Parameter("no_plugins", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=NoPlugins)
-    signature = inspect.signature(function, eval_str=True)
-    taking.__signature__ = signature.replace(parameters=[*signature.parameters.values(), option])  # type: ignore[attr-defined]
-    taking.__annotations__ = {**function.__annotations__, option.name: NoPlugins}
-    return taking
-
-
 @contextmanager
 def shipped_alone() -> Iterator[None]:
     """Disable plug-ins, in worker processes too, which inherit the environment variable."""
@@ -263,10 +248,11 @@ def command(
 
     def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
         @functools.wraps(function)
-        def reported(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+        def reported(*args: Any, no_plugins: bool = False, **kwargs: Any) -> None:
             as_json = bool(kwargs.get("as_json"))
             try:
-                function(*args, **kwargs)
+                with shipped_alone() if no_plugins else nullcontext():
+                    function(*args, **kwargs)
             except KeyboardInterrupt as error:
                 raise typer.Exit(_report_end(error)) from None
             except BrokenPipeError:
@@ -285,7 +271,15 @@ def command(
             summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
             alone = typer.Typer(add_completion=False, **LOOK)
             declare = alone.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)
-            declare(taking_no_plugins(reported) if names_code else reported)
+            if names_code:
+                signature = inspect.signature(function, eval_str=True)
+                option = inspect.Parameter(
+                    "no_plugins", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=NoPlugins
+                )
+                shown = signature.replace(parameters=[*signature.parameters.values(), option])
+                reported.__signature__ = shown  # type: ignore[attr-defined]
+                reported.__annotations__ = {**function.__annotations__, option.name: NoPlugins}
+            declare(reported)
             return cast(TyperCommand, typer.main.get_command(alone))
 
         MAKERS[name] = made
@@ -395,8 +389,10 @@ def main() -> None:
 def _report_usage(error: Any) -> int:
     """Print a parser error, and its JSON value if requested; return the exit code."""
     options, context = getattr(getattr(error, "param", None), "opts", ()), getattr(error, "ctx", None)
-    quoted = next((f"{cut(value, LONGEST_VALUE)!r}: " for option, value in pairwise(sys.argv) if option in options), "")
-    refused = shortened(error.format_message()).replace("': ", f"': {quoted}", 1)
+    given = next((f"{cut(value, LONGEST_VALUE)!r}" for option, value in pairwise(sys.argv) if option in options), "")
+    refused = shortened(error.format_message()).replace("Value error, ", "")  # the library's name of its own error
+    if given and given not in refused:
+        refused = refused.replace("': ", f"': {given}: ", 1)
     if "\n" in refused:  # the help of a group without a command
         message = refused
         print(message, file=sys.stderr)

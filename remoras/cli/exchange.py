@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -29,9 +29,10 @@ from remoras.cli.runs import Seed, Settings
 from remoras.process import Progress
 
 if TYPE_CHECKING:
+    from exchange.channel.acoustic import AcousticChannel
     from exchange.channel.network import Network
     from exchange.policy.policies import AckPolicy
-    from exchange.study.study import ExchangeStudy, StudyRow
+    from exchange.study.study import ExchangeStudy, StudyRow, TrialMean
     from missions.scenarios.scenario import Scenario
     from visualisation.reach import DrawnPackets, ModemReach
 
@@ -189,17 +190,19 @@ def _write(files: Sequence[tuple[str, bytes]], out: Path) -> None:
 def _print_study(rows: Sequence[StudyRow]) -> None:
     """Print mean slots and half-width of the 95 % interval per policy and loss rate."""
 
-    def shown(estimate: Any) -> str:
+    def shown(estimate: TrialMean | None) -> str:
         if estimate is None:
-            return f"{'-':>18}"
-        if estimate.ci95_high is None:
-            return f"{estimate.mean:>18.2f}"
-        return f"{estimate.mean:>10.2f} +- {estimate.ci95_high - estimate.mean:<5.2f}"
+            return "-"
+        more = "" if estimate.ci95_high is None else f" +- {estimate.ci95_high - estimate.mean:.2f}"
+        return f"{estimate.mean:.2f}{more}"
 
-    print(f"{'per':>5} {'policy':<16} {'delivered':>17} {'source acked':>18} {'senders acked':>18}  slots; censored")
+    table: list[Sequence[str]] = [
+        ("per", "policy", "delivered (slots)", "source acked (slots)", "senders acked (slots)", "censored")
+    ]
     for row in rows:
-        estimates = (row.delivered_slots, row.source_acked_slots, row.senders_acked_slots)
-        print(f"{row.per:>5g} {row.policy:<16}", *map(shown, estimates), f"{row.censored_senders:>14}")
+        estimates = map(shown, (row.delivered_slots, row.source_acked_slots, row.senders_acked_slots))
+        table.append((f"{row.per:g}", row.policy, *estimates, str(row.censored_senders)))
+    print(*aligned(table, right=(0, 2, 3, 4, 5)), sep="\n")
 
 
 DEFAULT_RANGES = "250,500,1000,2000,3000,4000,5000,6000,8000,10000"
@@ -320,13 +323,19 @@ def _refuse_other_channels(settings: Sequence[str]) -> None:
             fail(f"--set {cut(setting, LONGEST_VALUE)}: {allowed}")
 
 
+def _acoustic(scenario: Scenario) -> AcousticChannel:
+    from exchange.channel.acoustic import AcousticChannel
+
+    channel = scenario.channel.settings()
+    assert isinstance(channel, AcousticChannel)
+    return channel
+
+
 def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
     """Delivery over range of the scenario's modem, with water between the depths of its fleet."""
-    from exchange.channel.acoustic import AcousticChannel
     from visualisation.reach import ModemReach, Point
 
-    channel, deployment = scenario.channel.settings(), scenario.deployment
-    assert isinstance(channel, AcousticChannel)
+    channel, deployment = _acoustic(scenario), scenario.deployment
     modem, links, budget = deployment.modem, channel.links(deployment), channel.budget(deployment)
     points = tuple(
         Point(
@@ -343,13 +352,11 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
 
 
 def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:
-    from exchange.channel.acoustic import AcousticChannel
     from exchange.channel.channel import n_arrived
     from visualisation.reach import DrawnPackets
 
-    channel, deployment = scenario.channel.settings(), scenario.deployment
-    assert isinstance(channel, AcousticChannel)
-    arrived = n_arrived(channel.links(deployment), deployment.modem, ranges_m, n_packets, seed)
+    deployment = scenario.deployment
+    arrived = n_arrived(_acoustic(scenario).links(deployment), deployment.modem, ranges_m, n_packets, seed)
     return tuple(DrawnPackets(range_m, n_packets, n) for range_m, n in zip(ranges_m, arrived, strict=True))
 
 
@@ -401,8 +408,7 @@ def _print(reaches: Sequence[ModemReach]) -> None:
         for reach in reaches for n, p in enumerate(reach.points)
     ]  # fmt: skip
     columns = (*COLUMNS, *(DRAWN_COLUMNS if any(reach.drawn for reach in reaches) else ()))
-    for row in [columns, *rows]:
-        print(f"{row[0]:<16}", *(f"{value:>10}" for value in row[1:]))
+    print(*aligned([columns, *rows], right=range(1, len(columns))), sep="\n")
 
 
 def _describe_network(name: str, out: Path | None, file_format: str, as_json: bool) -> None:

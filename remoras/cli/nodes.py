@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from remoras.cli.app import FAILED, Json, command, fail, show
+from remoras.cli.app import FAILED, Json, aligned, check_known, command, fail, show
 from remoras.cli.runs import ScenarioName, Seed, Settings
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ LISTEN_FRAMES = 2.0
 """TDMA frames for which a node without start time listens for a mission under way."""
 MOST_PORT, MOST_AWAY_S = 65_535, 365.0 * 86_400.0
 ANY_PORT = "127.0.0.1:0"
+OUTCOME = "vehicle", "sent", "heard", "lost", "twice", "refused", "items", "open", "state", "behind by"
 
 
 class RosSide(StrEnum):
@@ -369,7 +370,6 @@ def _plans(
 
 def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
     from exchange.drivers.udp import address_of
-    from remoras.cli.app import check_known
 
     addresses: dict[str, Address] = {}
     for peer in filter(None, text.split(",")):
@@ -380,12 +380,9 @@ def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
 
 
 def _outcome_lines(outcomes: list[NodeOutcome]) -> list[str]:
-    return [
-        "vehicle       sent  heard   lost  twice refused  items   open  state             behind by",
-        *(
-            f"{outcome.vehicle:<12} {outcome.packets_sent:>5} {outcome.packets_heard:>6} {outcome.packets_lost:>6} "
-            f"{outcome.packets_doubled:>6} {outcome.packets_refused:>7} {outcome.items:>6} {outcome.open:>6}  "
-            f"{outcome.state_hash[:16]}  {outcome.late_s:>6.1f} s"
-            for outcome in outcomes
-        ),
-    ]
+    rows = [
+        (one.vehicle, one.packets_sent, one.packets_heard, one.packets_lost, one.packets_doubled, one.packets_refused,
+         one.items, one.open, one.state_hash[:16], f"{one.late_s:.1f} s")
+        for one in outcomes
+    ]  # fmt: skip
+    return aligned([OUTCOME, *([str(value) for value in row] for row in rows)], right=range(1, len(OUTCOME)))

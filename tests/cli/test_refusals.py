@@ -47,6 +47,7 @@ WRONG = [
     ("plot nowhere", r"no results of a run .* nor of a sweep \(study.json is missing\)"),
     ("query nowhere 'ASK {}'", "no results of a run"),
     ("export nowhere --format csv", "no results of a run"),
+    ("export . --format WRONG", r"value for '--format': 'WRONG' is not one of 'mcap', 'geojson', .*; see: remoras"),
     ("benchmark fathom-2 --strategy cbba --out nowhere", "one of fathom-1"),
     (f"{BENCHMARK} --split test --out nowhere", "--split test"),
     (f"{BENCHMARK} --seeds s.txt", "--seeds is of --split test"),

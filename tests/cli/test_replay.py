@@ -62,7 +62,7 @@ def test_what_is_no_run_is_named(results: Path, tmp_path: Path) -> None:
     assert "is a folder; name a file, such as" in refused("replay", results, "--out", tmp_path)
     assert "there is no folder" in refused("replay", results, "--out", tmp_path / "none" / "a.html")
     (tmp_path / "study.json").write_text("{}")
-    assert "holds a sweep; a replay shows one run" in refused("replay", tmp_path)
+    assert "holds a sweep; allowed: the results of one run" in refused("replay", tmp_path)
     assert "holds a sweep" in refused("replay", results, tmp_path, "--out", tmp_path / "a.html")
 
 
