@@ -64,11 +64,8 @@ class Measure:
         return words.axis(self.metric.label, self.unit)
 
     @property
-    def whiskers(self) -> bool:
-        """True if intervals are lines instead of bands.
-
-        Success rates of many series coincide, so their bands would overlap.
-        """
+    def is_rate(self) -> bool:
+        """True for the success rate, whose intervals are Wilson's."""
         return self.metric.name == RATE and not self.signed
 
     def bounds(self, row: Comparison) -> tuple[float, float]:

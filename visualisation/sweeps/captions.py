@@ -27,10 +27,10 @@ def metric_caption(
     arrangement: Arrangement, combinations: Sequence[PanelSettings], rows: Sequence[Comparison], measure: Measure
 ) -> str:
     """Return the caption of one metric along the axis."""
-    rate = measure.whiskers
+    rate = measure.is_rate
     return words.joined(
         f"{words.capital(measure.name)} over {arrangement.axis_label}.",
-        f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {INTERVALS_OF_MEANS}.",
+        f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bars: {INTERVALS_OF_MEANS}.",
         measure.metric.note,
         _without_values(arrangement, rows),
         _aside(arrangement),
@@ -44,12 +44,12 @@ def metric_caption(
 
 def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measures: Sequence[Measure]) -> str:
     """Return the caption of the overview of metrics."""
-    rates = any(measure.whiskers for measure in measures)
+    rates = any(measure.is_rate for measure in measures)
     notes = [f"{words.capital(measure.name)}: {words.within(measure.metric.note)}" for measure in measures
              if measure.metric.note]  # fmt: skip
     return words.joined(
         f"Overview over {arrangement.axis_label}.",
-        f"Lines: means; bands: {INTERVALS_OF_MEANS}{f', for the success rate {OF_RATES}' if rates else ''}.",
+        f"Lines: means; bars: {INTERVALS_OF_MEANS}{f', for the success rate {OF_RATES}' if rates else ''}.",
         *notes,
         _aside(arrangement),
         _cases(arrangement),
@@ -66,7 +66,7 @@ def differences_caption(
         f"{words.capital(measure.name)}: mean differences to {rows[0].baseline} over {arrangement.axis_label}, run by "
         "run of the same repeat.",
         better.get(measure.metric.better, ""),
-        f"Bands: {INTERVALS_OF_DIFFERENCES}.",
+        f"Bars: {INTERVALS_OF_DIFFERENCES}.",
         without_intervals(rows),
         measure.metric.note,
         _aside(arrangement),
@@ -96,7 +96,7 @@ def trade_off_caption(
     """Return the caption of one metric over another."""
     return words.joined(
         f"{words.capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which "
-        "the size of the markers tells; lines that end elsewhere than others have a number at their end. "
+        "the size of the markers tells. "
         f"Crosses: {INTERVALS_OF_MEANS}.",
         CENSORED if across.metric.censored or up.metric.censored else "",
         _cases(arrangement),

@@ -1,4 +1,4 @@
-"""Charts of a sweep: metrics along the axis with bands, trade-off of two metrics, overview, effects.
+"""Charts of a sweep: metrics along the axis with intervals, trade-off of two metrics, overview, effects.
 
 A strategy's name determines its colour, marker, line and fill, so charts of different studies agree. Series stay
 distinguishable for colour-blind readers and in grey print. If strategies and policies both vary, colour and marker
@@ -8,7 +8,6 @@ denote the strategy, line and fill the policy.
 from __future__ import annotations
 
 import itertools
-import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -38,11 +37,8 @@ LEAST_PANEL_IN = 2.3
 """Minimum width of a panel with its label; limits panels per row on pages of other widths."""
 SPREAD = 10.0
 """Minimum ratio of the largest to the smallest mean for a logarithmic axis."""
-BAND, MOST_INK = 0.2, 0.55
-"""Maximum opacity of a band, and of all bands together."""
 HOLLOW = (1, 3, 4)
 """Looks with hollow markers, as all from the eighth on, to separate looks of one line style."""
-SHARE_TOPS = (0.1, 0.25, 0.5, 1.0)
 SIDE_BY_SIDE, MOST_ASIDE = 0.45, 0.045
 """Maximum spread of points of one axis value, as share of the step and of the axis."""
 SIZES_PT = (2.0, 6.0)
@@ -152,14 +148,12 @@ def trade_off(
     with style.paper():
         titles = [arrangement.titles[combination] for combination in combinations]
         figure, panels = _page(arrangement, titles, width_in, across.label)
-        ends = [_crosses(axes, arrangement, own, (across, up), sizes) for axes, own in zip(panels, shown, strict=True)]
+        for axes, own in zip(panels, shown, strict=True):
+            _crosses(axes, arrangement, own, (across, up), sizes)
         for number, (measure, along) in enumerate(((across, "x"), (up, "y"))):
             _scale(panels, [row for pair in shown for row in pair[number]], measure, along)
         _size_key(figure, arrangement.axis_label, sizes)
         _finish(figure, panels, TRADE_OFF_BODY_IN, up.label)
-        for axes, (named, points) in zip(panels, ends, strict=True):
-            if len({label.text for label in named}) > 1:  # else the largest markers say it
-                page.place_labels(axes, named, points)
     return figure
 
 
@@ -191,7 +185,7 @@ def _places(arrangement: Arrangement, rows: Sequence[Comparison]) -> Places:
 def _curves(
     axes: Axes, arrangement: Arrangement, rows: Sequence[Comparison], measure: Measure, size: float = 1.0
 ) -> None:
-    """Draw means with bands; points of one axis value stand side by side."""
+    """Draw means with intervals; points of one axis value stand side by side."""
     curves = arrangement.curves(rows)
     places = _places(arrangement, rows)
     drawn = looks(arrangement.series)
@@ -202,33 +196,10 @@ def _curves(
         look = {**drawn[series], "markersize": size * drawn[series]["markersize"]}
         if arrangement.cases:  # they are no scale, so nothing lies between them
             look["linestyle"] = ""
-        _intervals(axes, xs, own, measure, look["color"], _opacity(arrangement), bool(arrangement.cases))
+        for x, row in zip(xs, own, strict=True):
+            axes.vlines(x, *measure.bounds(row), color=look["color"], linewidth=0.7)
         axes.plot(xs, [row.mean * measure.scale for row in own], **look)
     _place_ticks(axes, places, arrangement)
-
-
-def _opacity(arrangement: Arrangement) -> float:
-    return min(BAND, MOST_INK / len(arrangement.series))
-
-
-def _intervals(
-    axes: Axes,
-    xs: Sequence[float],
-    rows: Sequence[Comparison],
-    measure: Measure,
-    colour: str,
-    opacity: float,
-    apart: bool,
-) -> None:
-    """Draw a band around the means of a series, or lines for rates and separate points."""
-    bounds = [measure.bounds(row) for row in rows]
-    if not measure.whiskers and not apart:
-        axes.fill_between(
-            xs, [low for low, _ in bounds], [high for _, high in bounds], color=colour, alpha=opacity, linewidth=0
-        )
-    if measure.whiskers or apart or len(rows) == 1:
-        for x, (low, high) in zip(xs, bounds, strict=True):
-            axes.vlines(x, low, high, color=colour, linewidth=0.7)
 
 
 def _place_ticks(axes: Axes, places: Places, arrangement: Arrangement) -> None:
@@ -248,16 +219,14 @@ def _crosses(
     shown: Sequence[Sequence[Comparison]],
     measures: tuple[Measure, Measure],
     sizes: Mapping[float, float],
-) -> tuple[list[page.Label], list[tuple[float, float]]]:
-    """Draw the series of a trade-off; return a label for each last point, and all points.
+) -> None:
+    """Draw the series of a trade-off.
 
     ``shown`` are rows of the horizontal and the vertical metric; ``sizes`` are marker sizes (pt) by axis value.
     """
     across, up = measures
     drawn = looks(arrangement.series)
     curves = [arrangement.curves(rows) for rows in shown]
-    named: list[page.Label] = []
-    points: list[tuple[float, float]] = []
     for series, own in curves[0].items():
         look = dict(drawn[series])
         marker = {name: look.pop(name) for name in ("marker", "markeredgewidth", "markerfacecolor")}
@@ -271,9 +240,6 @@ def _crosses(
             axes.vlines(x, *up.bounds(other), color=look["color"], linewidth=0.5, alpha=0.6, zorder=1)
             size = sizes[arrangement.x(row)]
             axes.plot([x], [y], color=look["color"], markersize=factor * size, **marker, zorder=3, clip_on=False)
-        named += [page.Label(f"{arrangement.x(pairs[-1][0]):g}", *centres[-1])] if pairs else []
-        points += centres
-    return named, points
 
 
 def _sizes(n: int) -> list[float]:
@@ -284,10 +250,9 @@ def _sizes(n: int) -> list[float]:
 def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure, along: str) -> None:
     """Set the same limits on all panels, and a logarithmic scale for a large spread."""
     means = [row.mean * measure.scale for row in rows]
-    intervals = [measure.bounds(row) for row in rows]
-    lowest = min(low for low, _ in intervals)
-    log = not measure.share and not measure.signed and lowest > 0.0 and max(means) > SPREAD * min(means)
-    limits = _limits(means, intervals, measure.share, log, measure.signed)
+    ends = [*means, *(end for row in rows for end in measure.bounds(row))]
+    log = not measure.share and not measure.signed and min(ends) > 0.0 and max(means) > SPREAD * min(means)
+    limits = (0.8 * min(ends), 1.2 * max(ends)) if log else _limits(ends, measure.signed)
     for axes in panels:
         if measure.signed:
             axes.plot(axes.get_xlim(), [0.0, 0.0], color=style.GREY, linewidth=0.7, zorder=0, scalex=False)
@@ -297,25 +262,13 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
         axes.set(**{f"{along}lim": limits})
 
 
-def _limits(
-    means: Sequence[float], intervals: Sequence[tuple[float, float]], share: bool, log: bool, signed: bool = False
-) -> tuple[float, float]:
-    """Return axis limits that contain all intervals: round for shares, from 0 if that is near.
-
-    The limits of differences include zero.
-    """
-    ends = [*means, *(end for interval in intervals for end in interval), *([0.0] if signed else [])]
+def _limits(ends: Sequence[float], signed: bool) -> tuple[float, float]:
+    """Return limits around all intervals, from 0 if that is near or the values are differences."""
     low, high = min(ends), max(ends)
-    if share and low >= 0.0 and high <= 1.0:
-        top = next(top for top in SHARE_TOPS if high <= top)
-        bottom = min(math.floor(10.0 * low) / 10.0, top - 0.1) if low > 0.5 * top else 0.0
-        return bottom - 0.03 * (top - bottom), top + 0.03 * (top - bottom)
-    if log:
-        return 0.8 * low, 1.2 * high
-    if not signed and (0.0 <= low < 0.5 * high or low == high == 0.0):
-        return 0.0, 1.05 * high or 1.0
-    margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
-    return max(0.0 if low >= 0.0 and not signed else -math.inf, low - margin), high + margin
+    if signed or 0.0 <= low < 0.5 * high:
+        low, high = min(low, 0.0), max(high, 0.0)
+    margin = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
+    return low - margin, high + margin
 
 
 def _page(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from missions.comparison import Comparison, Rank
 from missions.comparison.baseline import compare, write_csv
 from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.ranking import ranks as ranked_by_metric
+from missions.comparison.treatments import check_name
 from missions.metric import Better, Metric
 from missions.sweeps.folder import SweepResults
 from visualisation.output import (
@@ -56,32 +57,52 @@ MOST_FIGURES = 8
 DIRECTIONS = (Better.HIGHER, Better.LOWER)
 
 
-@dataclass(frozen=True)
 class Numbers:
-    """Data of the figures of a sweep.
+    """Data of the figures of a sweep, computed for the first figure that needs them.
 
-    Args:
+    Attributes:
         kinds: metrics by figure kind.
         overview: names of the metrics of the overview.
         ranked_by: metric of ranking, differences and effects.
-        measures: metrics on their axes, by name.
-        rows: of the comparison, by metric name.
-        ranks: of all combinations; empty unless requested.
-        effects: of the factors on ``ranked_by``; empty unless requested.
+
+    Raises:
+        DrawingError: two metrics share a figure kind.
+        OutputError: unknown metric of the ranking.
     """
 
-    kinds: Mapping[str, Metric]
-    overview: tuple[str, ...]
-    ranked_by: Metric
-    measures: Mapping[str, Measure]
-    rows: Mapping[str, Sequence[Comparison]]
-    ranks: Sequence[Rank]
-    arrangement: Arrangement
-    effects: Sequence[MainEffect] = ()
+    def __init__(self, results: SweepResults, ranked: str) -> None:
+        self.results = results
+        self.kinds = by_kind(list(results.metrics.values()))
+        check_name("--metric", ranked, results.metrics)
+        self.ranked_by = results.metrics[ranked]
+        self.overview = tuple(results.compared)[:MOST_IN_OVERVIEW]
+        self._rows: dict[str, Sequence[Comparison]] = {}
+
+    def rows(self, name: str) -> Sequence[Comparison]:
+        """Return the comparison of all configurations by a metric."""
+        if name not in self._rows:  # a metric is in several figures
+            self._rows[name] = compare(self.results, [name])
+        return self._rows[name]
+
+    def measure(self, name: str) -> Measure:
+        """Return a metric on its axis."""
+        return measure(self.results.metrics[name], self.rows(name))
+
+    @cached_property  # asked for each figure
+    def arrangement(self) -> Arrangement:
+        """Arrangement of all configurations."""
+        return arranged(self.rows(RANKED), self.results.bounds)
+
+    @cached_property  # asked for each figure
+    def ranks(self) -> Sequence[Rank]:
+        """Ranks of all combinations."""
+        return ranked_by_metric(self.results, self.ranked_by.name)
 
     def drawn_by(self, kind: str) -> tuple[str, ...]:
-        """Return the names of the metrics in a kind of figure; none for the ranking."""
-        return _drawn_by(kind, self.kinds, self.overview, self.ranked_by.name)
+        """Return the names of the metrics in a kind of figure; none for ranking and effects."""
+        several = {"overview": self.overview, "trade-off": TRADE_OFF, "differences": (self.ranked_by.name,)}
+        several |= dict.fromkeys(("ranking", *FACTORIAL_KINDS), ())
+        return several[kind] if kind in several else (self.kinds[kind].name,)
 
     def lacking(self, kind: str) -> str:
         """Return the reason why a kind cannot be drawn; empty if it can."""
@@ -94,9 +115,9 @@ class Numbers:
             return "" if len(contenders) > 1 else "needs two strategies or policies that are no bounds"
         if kind == "differences" and len(self.arrangement.series) < 2:
             return "needs two strategies or policies"
-        if kind == "differences" and all(row.diff_to_baseline is None for row in self.rows[self.ranked_by.name]):
+        if kind == "differences" and all(row.diff_to_baseline is None for row in self.rows(self.ranked_by.name)):
             return "no two runs are a pair"
-        missing = [name for name in self.drawn_by(kind) if not self.rows.get(name)]
+        missing = [name for name in self.drawn_by(kind) if not self.rows(name)]
         if missing and (kind != "overview" or len(missing) == len(self.overview)):
             return f"no run has a value of {', '.join(missing)}"
         return ""
@@ -128,7 +149,7 @@ def sweep_picture(results: SweepResults, kind: str, ranked: str = RANKED, width_
     if len(charts) != 1:
         titles = "; ".join(chart.title for chart in charts)
         raise DrawingError(f"{asked}: this sweep has {len(charts)} of it ({titles}); `remoras plot` writes them all")
-    return DrawnPage(charts[0].figure(width_in), _caption(results, numbers, charts[0]), tuple(notes))
+    return DrawnPage(charts[0].figure(width_in), _caption(numbers, charts[0]), tuple(notes))
 
 
 def draw_sweep_figures(
@@ -167,10 +188,10 @@ def draw_sweep_figures(
     left, left_out = (None if kinds or draw_all else MOST_FIGURES), 0
     for number, kind in enumerate(asked):
         charts = list(_charts(kind, numbers))
-        files += _written(results, kind, charts[:left], numbers, folder, format, width_in)
+        files += _written(kind, charts[:left], numbers, folder, format, width_in)
         if left is not None:
             left, left_out = max(0, left - len(charts)), left_out + max(0, len(charts) - left)
-        progress(len(numbers.rows) + number + 1, len(numbers.rows) + len(asked))
+        progress(len(asked) + number + 1, 2 * len(asked))
     others = left is not None and len(numbers.kinds) + len(SWEEP_KINDS) > len(asked)
     if left_out or others:
         notes.append(f"at most {MOST_FIGURES} figures are drawn unasked; --all draws all, KIND one of its own")
@@ -187,8 +208,8 @@ def _prepared(
     draw_all: bool = False,
 ) -> tuple[Numbers, list[str], list[str]]:
     """Return the data of figures, the kinds that can be drawn, and notes on omissions."""
-    charts = by_kind(list(results.metrics.values()))
-    asked = _asked(kinds, charts) if kinds or draw_all else _telling(results, charts)
+    numbers = Numbers(results, ranked)
+    asked = _asked(kinds, numbers.kinds) if kinds or draw_all else _telling(results, numbers.kinds)
     if results.file.factors and not kinds:
         asked = list(FACTORIAL_KINDS)
     check_format(format)
@@ -197,14 +218,19 @@ def _prepared(
         raise DrawingError(
             "a Latin hypercube of several keys has no axis along which the rest is the same; see runs.parquet"
         )
-    numbers = _numbers(results, asked, charts, ranked, progress)
-    missing = {kind: reason for kind in asked if (reason := numbers.lacking(kind))}
-    if kinds and missing:
-        raise DrawingError("; ".join(f"{kind}: {reason}" for kind, reason in missing.items()))
-    notes = [f"{kind} is left out: {reason}" for kind, reason in missing.items()]
+    notes: list[str] = []
+    drawable: list[str] = []
+    for number, kind in enumerate(asked):
+        if reason := numbers.lacking(kind):
+            notes.append(f"{kind} is left out: {reason}")
+        else:
+            drawable.append(kind)
+        progress(number + 1, 2 * len(asked))
+    if kinds and notes:
+        raise DrawingError("; ".join(note.replace(" is left out", "", 1) for note in notes))
     if remaining := results.status().remaining:
         notes.append(f"the sweep is not finished, {remaining} runs are missing in the figures")
-    return numbers, [kind for kind in asked if kind not in missing], notes
+    return numbers, drawable, notes
 
 
 def _telling(results: SweepResults, charts: Mapping[str, Metric]) -> list[str]:
@@ -233,48 +259,7 @@ def _asked(kinds: Sequence[str], charts: Mapping[str, Metric]) -> list[str]:
     return list(dict.fromkeys(chosen)) or list(usual)
 
 
-def _drawn_by(kind: str, charts: Mapping[str, Metric], overview: tuple[str, ...], ranked: str) -> tuple[str, ...]:
-    of_kind = {"overview": overview, "trade-off": TRADE_OFF, "differences": (ranked,), "ranking": (), "effects": ()}
-    return of_kind[kind] if kind in of_kind else (charts[kind].name,)
-
-
-def _numbers(
-    results: SweepResults,
-    asked: Sequence[str],
-    charts: Mapping[str, Metric],
-    ranked: str,
-    progress: Callable[[float, float], None],
-) -> Numbers:
-    """Compare the runs by each metric of the figures."""
-    declared = {metric.name: metric for metric in charts.values()}
-    overview = tuple(name for name in results.compared if name in declared)[:MOST_IN_OVERVIEW]
-    ranked_by = declared.get(ranked)
-    ranks: Sequence[Rank] = ()
-    if "ranking" in asked and (ranked_by is None or ranked_by.better in DIRECTIONS):
-        ranks = ranked_by_metric(results, ranked)  # says which metrics there are if this one is none
-    if ranked_by is None:
-        raise unknown("metric", ranked, declared)
-    drawn = (name for kind in asked for name in _drawn_by(kind, charts, overview, ranked))
-    of_an_axis = set(asked) - set(FACTORIAL_KINDS)  # the runs of a design have none
-    wanted = [name for name in dict.fromkeys([RANKED, *drawn]) if name in declared] if of_an_axis else []
-    rows: dict[str, Sequence[Comparison]] = {}
-    for name in wanted:
-        rows[name] = compare(results, [name])
-        progress(len(rows), len(wanted) + len(asked))
-    return Numbers(
-        kinds=charts,
-        overview=overview,
-        ranked_by=ranked_by,
-        measures={name: measure(declared[name], own) for name, own in rows.items()},
-        rows=rows,
-        ranks=ranks,
-        arrangement=arranged([row for own in rows.values() for row in own], results.bounds),
-        effects=effects_of(results, [ranked]) if "effects" in asked else (),
-    )
-
-
 def _written(
-    results: SweepResults,
     kind: str,
     drawn_charts: Sequence[SweepChart],
     numbers: Numbers,
@@ -285,7 +270,7 @@ def _written(
     """Draw the charts of a kind, then write their files."""
     from visualisation import output, style
 
-    source = output.of_sweep(results)
+    source = output.of_sweep(numbers.results)
     ranked = numbers.ranked_by.name
     stem = f"{kind}-{ranked}" if kind in ("ranking", "differences", *FACTORIAL_KINDS) and ranked != RANKED else kind
     taken: set[str] = set()
@@ -293,18 +278,18 @@ def _written(
     pictures = {name: style.rendered(chart.figure(width_in), format, source) for name, chart in charts.items()}
     files: list[Path] = []
     for name, chart in charts.items():
-        text = f"{_caption(results, numbers, chart)}\n".encode()
+        text = f"{_caption(numbers, chart)}\n".encode()
         drawn, caption = write_folder(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text)])
         write_csv(chart.rows, folder / f"{name}.csv")
         files += [drawn, folder / f"{name}.csv", caption]
     return files
 
 
-def _caption(results: SweepResults, numbers: Numbers, chart: SweepChart) -> str:
+def _caption(numbers: Numbers, chart: SweepChart) -> str:
     rows = [row for row in chart.rows if not isinstance(row, MainEffect)]
     if not rows:
-        return f"{chart.caption} {captions.effects_conditions(results)}"
-    conditions = captions.sweep_conditions(results, numbers.arrangement, rows)
+        return f"{chart.caption} {captions.effects_conditions(numbers.results)}"
+    conditions = captions.sweep_conditions(numbers.results, numbers.arrangement, rows)
     return f"{chart.title}{': ' * bool(chart.title)}{chart.caption} {conditions}"
 
 
@@ -313,8 +298,9 @@ def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
     if kind in FACTORIAL_KINDS:
         from visualisation.sweeps import charts as drawn
 
-        text = captions.effects_caption(numbers.effects, numbers.ranked_by)
-        yield SweepChart("", numbers.effects, text, partial(drawn.effects_figure, numbers.effects, numbers.ranked_by))
+        by, effects = numbers.ranked_by, effects_of(numbers.results, [numbers.ranked_by.name])
+        text = captions.effects_caption(effects, by)
+        yield SweepChart("", effects, text, partial(drawn.effects_figure, effects, by))
         return
     arrangement = numbers.arrangement
     combinations = list(arrangement.titles)
@@ -338,9 +324,9 @@ def _ranking(title: str, combination: PanelSettings, numbers: Numbers) -> SweepC
 def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbers) -> SweepChart:
     from visualisation.sweeps import charts
 
-    arrangement, rows, measures = numbers.arrangement, numbers.rows, numbers.measures
-    drawn = [measures[name] for name in numbers.drawn_by(kind)]
-    picked = (row for shown in drawn for c in group for row in arrangement.of(c, rows[shown.metric.name]))
+    arrangement, drawn = numbers.arrangement, [numbers.measure(name) for name in numbers.drawn_by(kind)]
+    rows = {shown.metric.name: numbers.rows(shown.metric.name) for shown in drawn}
+    picked = (row for of_metric in rows.values() for c in group for row in arrangement.of(c, of_metric))
     own = list({id(row): row for row in picked}.values())
     if kind == "overview":
         text = captions.overview_caption(arrangement, own, drawn)

@@ -54,11 +54,10 @@ def test_points_of_one_place_stand_side_by_side_in_the_order_of_the_legend(tmp_p
     assert at_first[-1] - at_first[0] < 0.5 * (FEW[1] - FEW[0])
 
 
-def test_a_band_reaches_from_one_end_of_the_intervals_to_the_other(tmp_path: Path) -> None:
+def test_bars_reach_from_one_end_of_the_intervals_to_the_other(tmp_path: Path) -> None:
     rows = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=9))
     axes = chart(rows)
-    (band,) = axes.collections
-    ys = band.get_paths()[0].vertices[:, 1]
+    ys = [y for bar in axes.collections for y in bar.get_paths()[0].vertices[:, 1]]
     intervals = [measure(TIME, rows).bounds(row) for row in rows]
     assert min(ys) == pytest.approx(min(low for low, _ in intervals))
     assert max(ys) == pytest.approx(max(high for _, high in intervals))

@@ -24,7 +24,7 @@ from visualisation import SWEEP_KINDS, style
 from visualisation.output import DrawingError
 from visualisation.sweeps import draw_sweep_figures, ranking, sweep_picture
 from visualisation.sweeps.arrangement import RANKED, arranged, by_kind
-from visualisation.sweeps.comparison import _charts, _numbers
+from visualisation.sweeps.comparison import Numbers, _charts
 
 CHARTS = by_kind(METRICS)
 DRAWN = ("mission-time", "success-rate", "coverage", "double-work", "bytes", "energy", "latency", "consistency-time")
@@ -72,7 +72,7 @@ def test_texts_overlap_nothing_and_means_are_inside_the_frame(
 ) -> None:
     """In a column of a paper panels stand one above the other; a table that has no room is refused."""
     kinds = (*DRAWN, *SWEEP_KINDS)
-    numbers = _numbers(sweeps[name], kinds, CHARTS, RANKED, lambda done, total: None)
+    numbers = Numbers(sweeps[name], RANKED)
     for kind, chart in [(of, one) for of in kinds if not numbers.lacking(of) for one in _charts(of, numbers)]:
         if kind == "ranking":
             with pytest.raises(DrawingError, match=r"ranking: needs a width of \d\.\d in for \d+ columns; 1 given"):
