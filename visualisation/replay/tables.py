@@ -85,21 +85,14 @@ EVENTS = (
     "roles", "organisation", "membership", "activities", "decisions", "plans", "faults", "refused", "links", "peers",
 )  # fmt: skip
 """Event tables."""
-KIND = {
-    "time_s": "time", "stimulus": "share", "own": "share", "external": "share", "best_mean": "mean",
-    "expected_time_s": "span", "p_loss": "rate", "activities": "texts",
-    **dict.fromkeys(("vehicle", "peer", "issuer", "source", "sender"), "vehicle"),
-    **dict.fromkeys(("slot", "chosen", "node", "parent", "n"), "whole"),
-}  # fmt: skip
-"""Kind of a column of events, else ``text``; a ``mean``, ``span`` or ``rate`` may be missing."""
+VEHICLES = ("vehicle", "peer", "issuer", "source", "sender")
+"""Columns of events that name a vehicle."""
 UNSHOWN = ("motivation", "expected_energy_j")
 """Columns of events that the page does not show."""
 MISSING = -1000.0
 """Placeholder of a missing number, below all values."""
-ORDER = {"time": 1}
-"""Difference order by kind of column; else 0."""
-STEP = {"time": TIME_STEP_S, "share": SHARE_STEP, "mean": SHARE_STEP, "span": 0.125, "rate": 2.0**-7}
-"""Resolution by kind of column; else integers."""
+STEP = {"time_s": TIME_STEP_S, "expected_time_s": 0.125, "p_loss": 2.0**-7}
+"""Resolution of columns of events; else ``SHARE_STEP``."""
 
 
 class Names(NamedTuple):
@@ -138,21 +131,21 @@ def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
 
 def add_events(columns: Columns, names: Names, table: Any, called: str) -> None:
     """Add the shown columns of an event table as ``called.column``."""
-    for column in (name for name in table.column_names if name not in UNSHOWN):
-        values, kind = table[column], KIND.get(column, "text")
-        if kind == "vehicle":
+    for column in table.schema:
+        name, kind, values, step = column.name, str(column.type), table[column.name], 1.0
+        if name in UNSHOWN:
+            continue
+        if name in VEHICLES:
             numbers: Any = numbered(values, names.vehicle)
-        elif kind == "text":
-            numbers = numbered(values, names.text)
-        elif kind == "texts":
+        elif kind.startswith("list"):
             numbers = [names.text(" + ".join(several)) for several in values.to_pylist()]
-        elif kind == "whole":
+        elif kind == "double":
+            numbers, step = np.nan_to_num(array(values), nan=MISSING), STEP.get(name, SHARE_STEP)
+        elif kind in ("int64", "bool"):
             numbers = [NOBODY if value is None else int(value) for value in values.to_pylist()]
-        elif kind in ("mean", "span", "rate"):
-            numbers = np.nan_to_num(np.array(values.to_pylist(), dtype=float), nan=MISSING)
         else:
-            numbers = array(values)
-        columns.add(f"{called}.{column}", numbers, ORDER.get(kind, 0), STEP.get(kind, 1.0))
+            numbers = numbered(values, names.text)
+        columns.add(f"{called}.{name}", numbers, int(name == "time_s"), step)
 
 
 def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
