@@ -21,6 +21,7 @@ from remoras.errors import PluginError
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
 from remoras.testing.behaviours import passed
+from remoras.testing.missions import recorded_rows
 
 SCENARIO, VEHICLE, SEED = "mapping-rendezvous", "AUV01", 1
 FROM_S, UNTIL_S, END_S = 20.0, 40.0, 60.0
@@ -69,7 +70,7 @@ def check_its_rows(name: str, keys: Mapping[str, Any]) -> None:
     setup = _setup(_table(name, keys))
     (fault,) = faults_in(setup, SEED)
     fleets = [_sailed(setup, END_S) for _ in range(2)]
-    first, again = ({table: fleet.recorder.rows(table) for table in fleet.recorder.tables} for fleet in fleets)
+    first, again = (recorded_rows(fleet.recorder) for fleet in fleets)
     rows = [(row[0], row[3]) for row in first["faults"] if row[1:3] == (VEHICLE, name)]
     due = [(fault.from_s, fault.detail), (fault.until_s, "over")]
     assert rows == due, f"its rows in the table of faults are {rows}; expected: {due}"

@@ -33,7 +33,7 @@ from remoras.fleet.fleet import Fleet
 from remoras.htn import NoPlan, Task, plan
 from remoras.mission import FleetView, Milestone, Mission
 from remoras.plugins import plugin_folders
-from remoras.recorder import TABLES
+from remoras.recorder import TABLES, Recorder
 from remoras.social.planning import Pursuit
 from remoras.testing.behaviours import check as check_behaviour
 from remoras.testing.behaviours import difference, picture_of
@@ -189,15 +189,15 @@ def _behaviour(mission: Mission, activity: Activity, data: VehicleData) -> Any:
 
 def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
     """Check determinism of repeated runs and of a second mission object, and its immutability."""
-    first = recorded_rows(finished(setup))
+    first = recorded_rows(finished(setup).recorder)
     before = picture_of(setup.mission)
-    again = recorded_rows(finished(setup))
+    again = recorded_rows(finished(setup).recorder)
     changed = difference(before, picture_of(setup.mission), "mission")
     assert not changed, f"a run changes the mission, which all vehicles and runs share: {changed}"
     _same(first, again, "two runs of one mission object differ")
     _same(
         first,
-        recorded_rows(finished(resolved(scenario))),
+        recorded_rows(finished(resolved(scenario)).recorder),
         "from_scenario makes two missions of one scenario that differ",
     )
     return first
@@ -212,9 +212,9 @@ def finished(setup: Setup, truth: Any = None) -> Fleet:
     return fleet
 
 
-def recorded_rows(fleet: Fleet) -> Rows:
+def recorded_rows(recorder: Recorder) -> Rows:
     """Return all recorded rows."""
-    return {name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables}
+    return {name: list(recorder.rows(name)) for name in recorder.tables}
 
 
 def _same(one: Rows, other: Rows, claim: str) -> None:
@@ -243,7 +243,7 @@ class Unseeing:
 def check_truth_only_watches(setup: Setup, watched: Rows) -> None:
     """Check that the mission's referee does not affect vehicles."""
     end_s = watched["trajectories"][-1][0]
-    unwatched = recorded_rows(finished(setup, Unseeing(end_s)))
+    unwatched = recorded_rows(finished(setup, Unseeing(end_s)).recorder)
     for table in TABLES:
         column = table.column_names.index("time_s")
         own = [row for row in watched[table.name] if row[column] < end_s]
@@ -283,7 +283,12 @@ def check_free_of_hashes(scenario: Scenario) -> None:
 
 def mission_digest(scenario: str) -> str:
     """Return a digest of all rows of a run of a scenario file."""
-    return hashlib.sha256(json.dumps(recorded_rows(finished(resolved(load(scenario))))).encode()).hexdigest()
+    return rows_digest(finished(resolved(load(scenario))).recorder)
+
+
+def rows_digest(recorder: Recorder) -> str:
+    """Return a digest of all recorded rows."""
+    return hashlib.sha256(json.dumps(recorded_rows(recorder)).encode()).hexdigest()
 
 
 HASH_SEEDS = ("1", "2")

@@ -4,8 +4,6 @@ By name: ``remoras check strategy package.module:object`` or a shipped name. Fro
 which raise ``AssertionError``.
 """
 
-import hashlib
-import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -25,7 +23,7 @@ from remoras.plugins import named_object
 from remoras.strategies import configured, parameters
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, division_of, faults_of_strategy
 from remoras.testing.behaviours import passed
-from remoras.testing.missions import printed_by_each
+from remoras.testing.missions import printed_by_each, rows_digest
 from remoras.testing.sample_worlds import (
     GROUPS,
     NAMES,
@@ -335,9 +333,7 @@ def check_deterministic(*references: str) -> None:
 
 def strategy_digest(reference: str) -> str:
     """Return a digest of all rows of a short run."""
-    recorder = run(small_patches(reference, "channel.per=0.4", "scenario.duration_s=400")).recorder
-    rows = {name: list(recorder.rows(name)) for name in recorder.tables}
-    return hashlib.sha256(json.dumps(rows).encode()).hexdigest()
+    return rows_digest(run(small_patches(reference, "channel.per=0.4", "scenario.duration_s=400")).recorder)
 
 
 # All checks
