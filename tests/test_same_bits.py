@@ -36,7 +36,7 @@ EXCEPT = {
     "missions.verification": "an independent reader of finished runs, which enters none",
     "remoras.testing": "checks of plug-ins, which enter no run",
     "missions.sweeps.study": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",
-    "remoras.strategies.search": "costs are whole milliseconds, so all sums of the assignment are exact",
+    "remoras.strategies.allocation": "costs are whole milliseconds, so all sums of the assignment are exact",
     "remoras.strategies.founding": "the programme is one of whole numbers, and so is its answer",
     "exchange.study.estimates": "sums and products of whole numbers of slots, exact below 2^53",
     "exchange.study.parts": "counts, which are whole numbers",

@@ -109,9 +109,18 @@ def attracted_velocity(
     >>> attracted_velocity((3.0, 0.0), (0.0, 0.0), Pulls(answered={"AUV01": 1.0}), {"AUV01": (-30.0, 0.0)}, 0.5)
     (1.5, 0.0)
     """
-    speed_mps = length(*goal)
-    x_mps, y_mps = _added(goal, position_m, pulls.answered, positions_m, weight * speed_mps)
-    return _limited((x_mps, y_mps), speed_mps)
+    (x_mps, y_mps), most_mps = goal, length(*goal)
+    for name, strength in pulls.answered.items():
+        if (at_m := positions_m.get(name)) is None:
+            continue
+        dx_m, dy_m = at_m[0] - position_m[0], at_m[1] - position_m[1]
+        distance_m = length(dx_m, dy_m)
+        if 0.0 < distance_m <= REACH_M:
+            x_mps += weight * most_mps * strength * dx_m / distance_m
+            y_mps += weight * most_mps * strength * dy_m / distance_m
+    speed_mps = length(x_mps, y_mps)
+    share = most_mps / speed_mps if speed_mps > most_mps else 1.0
+    return share * x_mps, share * y_mps
 
 
 def repelled(position_m: Point, at_m: Point, weight_mps: float) -> Velocity:
@@ -220,25 +229,3 @@ def passed_signal(strength: float) -> int:
     """
     value = -round(128.0 * strength)
     return value + 1 if value % 2 == 0 else value + 2
-
-
-def _added(
-    goal: Velocity, position_m: Point, strengths: Mapping[str, float], positions_m: Mapping[str, Point], scale: float
-) -> Velocity:
-    """Velocity plus scaled directions to vehicles in range, weighted by strength."""
-    x_mps, y_mps = goal
-    for name, strength in strengths.items():
-        if (at_m := positions_m.get(name)) is None:
-            continue
-        dx_m, dy_m = at_m[0] - position_m[0], at_m[1] - position_m[1]
-        distance_m = length(dx_m, dy_m)
-        if 0.0 < distance_m <= REACH_M:
-            x_mps += scale * strength * dx_m / distance_m
-            y_mps += scale * strength * dy_m / distance_m
-    return x_mps, y_mps
-
-
-def _limited(velocity: Velocity, most_mps: float) -> Velocity:
-    speed_mps = length(*velocity)
-    share = most_mps / speed_mps if speed_mps > most_mps else 1.0
-    return share * velocity[0], share * velocity[1]

@@ -1,14 +1,13 @@
 """Separation: sonar contacts and true conflicts between vehicles.
 
 Vehicles with a depth difference above ``SAME_DEPTH_M`` do not interact. Depths are constant in a run, so the fleet has
-fixed layers; a feature with variable depths replaces ``Separation``. In each tick, close pairs of a layer are found
-directly, or for many vehicles by a grid with squares of sonar range.
+fixed layers; a feature with variable depths replaces ``Separation``.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from typing import Protocol
 
@@ -28,10 +27,6 @@ TOLERANCE_M = 0.001
 """Tolerance of distances: starts at exactly the separation are no conflict."""
 CONFLICT = "conflict"
 """Kind of rows in ``faults`` for violated separation."""
-FEW = 8
-"""Number of vehicles up to which comparing all pairs is faster than a grid."""
-_HALF = ((1, -1), (1, 0), (1, 1), (0, 1))
-"""Adjacent squares, one of each opposite pair."""
 
 
 class _Layer(Protocol):
@@ -78,20 +73,6 @@ def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
     return [sorted(layer) for layer in layers if len(layer) > 1]
 
 
-def _in_adjacent_squares(motions: Mapping[int, Motion]) -> list[tuple[int, int]]:
-    """Sorted pairs of indices in one square of the grid or in adjacent ones."""
-    squares: dict[tuple[int, int], list[int]] = {}
-    for index, motion in motions.items():
-        squares.setdefault((int(motion.x_m // SONAR_M), int(motion.y_m // SONAR_M)), []).append(index)
-    near: list[tuple[int, int]] = []
-    for (column, row), own in squares.items():
-        near += combinations(own, 2)
-        for right, up in _HALF:
-            if others := squares.get((column + right, row + up)):
-                near += [(mine, other) if mine < other else (other, mine) for mine in own for other in others]
-    return sorted(near)
-
-
 class Separation:
     """Monitor of the distances in a fleet.
 
@@ -116,25 +97,20 @@ class Separation:
         A vehicle without power floats to the surface, out of the way.
         """
         self._pairs = []
+        vehicles = self.vehicles
         seen: dict[int, list[Neighbour]] = {}
         for layer in self.layers:
-            self._look_in(layer, seen)
+            motions = {index: vehicles[index].functional.motion for index in layer}
+            for first, second in combinations(layer, 2):
+                a, b = motions[first], motions[second]
+                dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
+                if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
+                    continue
+                if vehicles[first].is_alive and vehicles[second].is_alive and self.may_meet(first, second):
+                    self._pairs.append((first, second))
+                    seen.setdefault(first, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
+                    seen.setdefault(second, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
         return seen
-
-    def _look_in(self, layer: Sequence[int], seen: dict[int, list[Neighbour]]) -> None:
-        vehicles = self.vehicles
-        motions = {index: vehicles[index].functional.motion for index in layer}
-        for first, second in combinations(layer, 2) if len(layer) <= FEW else _in_adjacent_squares(motions):
-            a, b = motions[first], motions[second]
-            dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
-            if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
-                continue
-            first_vehicle, second_vehicle = vehicles[first], vehicles[second]
-            if not (first_vehicle.is_alive and second_vehicle.is_alive and self.may_meet(first, second)):
-                continue
-            self._pairs.append((first, second))
-            seen.setdefault(first, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
-            seen.setdefault(second, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
 
     def may_meet(self, one: int, other: int) -> bool:
         """True if two vehicles of a layer interact: a layer may be thicker than ``SAME_DEPTH_M``."""

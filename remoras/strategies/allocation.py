@@ -4,27 +4,45 @@ Strategies differ in the deciding vehicle, its knowledge and its messages; the d
 
 * ``Work.after`` gives the completion time of the known remainder of a job. Jobs are ordered nearest first.
 * A present vehicle keeps a begun job; its expected end precedes all new jobs (``Expectations``).
-* Two construction heuristics and a local search minimise the makespan (``search``).
+* Two construction heuristics and a local search minimise the makespan (``Search``).
 * A plan under way changes only if the makespan falls by a margin (``revised``).
 * A vehicle without a job helps at a job with a vacancy if that saves enough time (``helped``).
 * Ties fall by job name and vehicle node: neither file order nor vehicle names matter.
 
 Expectations use the static data shared by the fleet; true speeds may differ. The method is ours: the papers leave it
 open.
+
+Search: the better of two construction heuristics is improved further. The first assigns jobs in rounds, one per
+vehicle, by bottleneck assignment; it suits distant jobs. The second gives the longest job to the vehicle that would
+then end first (Graham 1969, list scheduling); it suits unequal lengths. Descent moves up to two jobs between the last
+vehicle and another one while the makespan falls, or the total time at equal makespan. At a local optimum each job in
+turn is moved and the descent repeated (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS``
+paths are evaluated. On 13 patches and three vehicles the makespan is within 1 % of the best of 300 random restarts.
+
+Jobs are the bits of an integer, for lookup of evaluated paths. Durations are cached by start position: they must not
+depend on the time of day.
+
+Source of the assignment: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by threshold;
+linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016. SciPy has the same and is
+used for large problems only: loading it takes a third as long as a whole mission.
 """
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations, cycle
+from typing import NamedTuple
 
 from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.organisation import RoleAssignment, RoleSpecification
-from remoras.strategies.search import Roles, Search
-from remoras.work import Outlook, Work, share_left
+from remoras.work import Job, Outlook, Point, Work, share_left
+
+Roles = tuple[RoleSpecification, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,3 +296,327 @@ def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]
 def assignments(work: Work, plan: AllocationPlan, most_each: int | None = None) -> tuple[RoleAssignment, ...]:
     """Return the roles of a plan, at most the first ``most_each`` per vehicle; all if None."""
     return tuple(work.assignment(role, name) for name, roles in plan.roles.items() for role in roles[:most_each])
+
+
+# Search ------------------------------------------------------------------------------------------
+
+TIE_BREAK = 100_000
+"""Weight of a millisecond over any order of ties."""
+MANY = 20_000
+"""Pairs times the smaller dimension from which SciPy is faster: about 10 ms of this module."""
+
+Costs = Sequence[Sequence[float]]
+
+
+def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
+    """Assign rows to columns: most rows, then least maximum cost, then least sum.
+
+    None forbids a pair. Ties are deterministic.
+
+    >>> assignment([[5, 9], [9, 14]])
+    {0: 1, 1: 0}
+    >>> assignment([[1, 1], [1, 1]])
+    {0: 0, 1: 1}
+    """
+    limits = sorted({cost for row in costs_ms for cost in row if cost is not None})
+    if not limits:
+        return {}
+    n_columns = 1 + max(column for row in costs_ms for column, cost in enumerate(row) if cost is not None)
+    most = _n_pairs(costs_ms, limits[-1])
+    limit = limits[bisect_left(limits, most, key=lambda limit: _n_pairs(costs_ms, limit))]
+    weights = [  # ties are least where lower rows have lower columns
+        [
+            None if cost is None or cost > limit else cost * TIE_BREAK + row * (n_columns - 1 - column)
+            for column, cost in enumerate(costs[:n_columns])
+        ]
+        for row, costs in enumerate(costs_ms)
+    ]
+    fewer = min(len(costs_ms), n_columns)
+    none = 1 + fewer * max(weight for of in weights for weight in of if weight is not None)  # a row more is worth any
+    pairs = least([[none if weight is None else weight for weight in of] for of in weights])
+    return {row: column for row, column in pairs.items() if weights[row][column] is not None}
+
+
+def _n_pairs(costs_ms: Sequence[Sequence[int | None]], limit: int) -> int:
+    """Greatest number of rows that can be assigned within a cost limit."""
+    over = [[cost is None or cost > limit for cost in row] for row in costs_ms]
+    return sum(not over[row][column] for row, column in least(over).items())
+
+
+def least(costs: Costs) -> dict[int, int]:
+    """Assign rows to columns at minimum sum, as many as the smaller dimension; integer costs.
+
+    Each row is assigned along the shortest augmenting path: Dijkstra over reduced costs.
+    """
+    n_rows, n_columns = len(costs), len(costs[0])
+    if n_rows * n_columns * min(n_rows, n_columns) > MANY:
+        from scipy.optimize import linear_sum_assignment
+
+        return dict(zip(*(indices.tolist() for indices in linear_sum_assignment(costs)), strict=True))
+    if n_rows > n_columns:
+        turned = least(list(zip(*costs, strict=True)))
+        return dict(sorted((row, column) for column, row in turned.items()))
+    row_prices, column_prices = [0.0] * n_rows, [0.0] * n_columns
+    column_of: dict[int, int] = {}
+    row_of: dict[int, int] = {}
+    for begin in range(n_rows):
+        ways, before = [math.inf] * n_columns, [begin] * n_columns  # before: the row from which each column is reached
+        left, reached = list(range(n_columns - 1, -1, -1)), list[int]()
+        row, way = begin, 0.0
+        while True:
+            nearest, place = math.inf, -1
+            for n, column in enumerate(left):
+                cost = way + costs[row][column] - row_prices[row] - column_prices[column]
+                if cost < ways[column]:
+                    ways[column], before[column] = cost, row
+                if ways[column] < nearest or (ways[column] == nearest and column not in row_of):
+                    nearest, place = ways[column], n
+            way, column, left[place] = nearest, left[place], left[-1]
+            left.pop()
+            reached.append(column)
+            if column not in row_of:
+                break
+            row = row_of[column]
+        row_prices[begin] += way
+        for index in reached:
+            column_prices[index] -= way - ways[index]
+            if index in row_of:
+                row_prices[row_of[index]] += way - ways[index]
+        row = -1
+        while row != begin:
+            row = before[column]
+            row_of[column] = row
+            column, column_of[row] = column_of.get(row, -1), column
+    return dict(sorted(column_of.items()))
+
+
+Held = list[int]
+"""Jobs of each vehicle, as bits."""
+Effort = tuple[float, float]
+"""Objective, lexicographic: makespan, then sum of all ends (s), to the millisecond."""
+
+MOST_PATHS = 4000
+"""Single-vehicle paths evaluated per search."""
+SHAPES = ((1, 0), (1, 1), (1, 2), (2, 1))
+"""Numbers of jobs that the last vehicle gives to another one and takes back."""
+
+
+class Draft(NamedTuple):
+    """Plan: jobs and end (s) of each vehicle, and its objective."""
+
+    held: Held
+    ends_s: list[float]
+    effort: Effort
+
+
+class _Legs(dict[int, Outlook | None]):
+    """Time and place after each job, by index, from one outlook; None if the vehicle is unable."""
+
+    def __init__(self, jobs: Sequence[Job], able: int, data: VehicleData, outlook: Outlook) -> None:
+        self._given = jobs, able, data, outlook
+
+    def __missing__(self, role: int) -> Outlook | None:
+        jobs, able, data, outlook = self._given
+        leg = self[role] = jobs[role].after(outlook, data) if able >> role & 1 else None
+        return leg
+
+
+class Search:
+    """Search for a job allocation of minimum makespan, with caches of job durations.
+
+    Args:
+        roles: roles to assign.
+        free: eligible vehicles.
+        outlooks: time and place at which each of them is free.
+    """
+
+    def __init__(
+        self,
+        work: Work,
+        roles: Sequence[RoleSpecification],
+        free: Sequence[VehicleData],
+        outlooks: Mapping[str, Outlook],
+    ) -> None:
+        self._work = work
+        self._roles = sorted(roles, key=lambda role: role.job or "")
+        self._free = sorted(free, key=lambda data: data.node)
+        self._outlooks = [outlooks[data.name] for data in self._free]
+        self._places_m = [work.job(role).place_m for role in self._roles]
+        self._jobs = [work.job(role) for role in self._roles]
+        self._able = [sum(1 << r for r, role in enumerate(self._roles) if work.able(data, role)) for data in self._free]
+        paths = {(work.group.name, role.name): r for r, role in enumerate(self._roles)}
+        self._excluding = [
+            1 << r | 1 << paths[other]
+            for r, role in enumerate(self._roles)
+            for other in role.incompatible & paths.keys()
+        ]
+        self._legs: dict[tuple[int, Point], _Legs] = {}
+        self._sums: dict[tuple[int, int], list[int]] = {}
+        self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
+        self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
+        self._n_paths = 0
+
+    def found(self) -> dict[str, Roles]:
+        """Return the best plan: roles of each vehicle, in order of job names."""
+        if not self._free:
+            return {}
+        begun = (self._in_turns(), self._longest_first())
+        descended = [self._descended(held, [self._end_s(*pair) for pair in enumerate(held)]) for held in begun]
+        held = self._kicked(min(descended, key=lambda plan: plan.effort))
+        return {
+            data.name: tuple(role for r, role in enumerate(self._roles) if jobs >> r & 1)
+            for data, jobs in zip(self._free, held, strict=True)
+        }
+
+    # Paths
+
+    def _legs_at(self, vehicle: int, outlook: Outlook) -> _Legs:
+        return _Legs(self._jobs, self._able[vehicle], self._free[vehicle], outlook)
+
+    def _end_s(self, vehicle: int, jobs: int) -> float:
+        """End (s) of a vehicle's jobs in the order of ``Work.in_order``; inf for incompatible roles."""
+        known = self._ends_s[vehicle]
+        end_s = known.get(jobs)
+        if end_s is not None:
+            return end_s
+        self._n_paths += 1
+        if any(jobs & both == both for both in self._excluding):  # incompatible roles
+            known[jobs] = math.inf
+            return math.inf
+        end_s, at_m = self._outlooks[vehicle]
+        left = jobs
+        while left:
+            role = self._next(left, at_m) if left & (left - 1) else left.bit_length() - 1
+            left ^= 1 << role
+            legs = self._legs.get((vehicle, at_m))
+            if legs is None:
+                legs = self._legs[vehicle, at_m] = self._legs_at(vehicle, Outlook(0.0, at_m))
+            leg = legs[role]
+            if leg is not None:
+                end_s, at_m = end_s + leg[0], leg[1]
+        known[jobs] = end_s = round(end_s, 3)
+        return end_s
+
+    def _next(self, jobs: int, at_m: Point) -> int:
+        for role in self._nearest.get(at_m) or self._by_nearness(at_m):
+            if jobs >> role & 1:
+                break
+        return role
+
+    def _by_nearness(self, at_m: Point) -> list[int]:
+        far_m = [distance(at_m, place_m) for place_m in self._places_m]
+        order = self._nearest[at_m] = sorted(range(len(far_m)), key=far_m.__getitem__)
+        return order
+
+    # Two plans to begin with
+
+    def _in_turns(self) -> Held:
+        outlooks = list(self._outlooks)
+        held = [0] * len(self._free)
+        vacant = list(range(len(self._roles)))
+        while vacant:
+            now_s = min(outlook.free_s for outlook in outlooks)
+            legs = [self._legs_at(vehicle, outlook) for vehicle, outlook in enumerate(outlooks)]
+            rows = [[leg[role] for leg in legs] for role in vacant]
+            costs = [[None if leg is None else round(1000.0 * (leg.free_s - now_s)) for leg in row] for row in rows]
+            pairs = assignment(costs)
+            if not pairs:
+                break
+            for row, vehicle in pairs.items():
+                held[vehicle] |= 1 << vacant[row]
+                outlooks[vehicle] = rows[row][vehicle] or outlooks[vehicle]
+            vacant = [role for row, role in enumerate(vacant) if row not in pairs]
+        return held
+
+    def _longest_first(self) -> Held:
+        held = [0] * len(self._free)
+        for role in sorted(range(len(self._roles)), key=lambda role: -self._length_s(role)):
+            ends_s = [
+                (self._end_s(vehicle, held[vehicle] | 1 << role), vehicle)
+                for vehicle, able in enumerate(self._able)
+                if able >> role & 1
+            ]
+            if ends_s:
+                held[min(ends_s)[1]] |= 1 << role
+        return held
+
+    def _length_s(self, role: int) -> float:
+        """Duration of a job for the fastest vehicle already there."""
+        start, job = Outlook(0.0, self._places_m[role]), self._jobs[role]
+        able = [data for vehicle, data in enumerate(self._free) if self._able[vehicle] >> role & 1]
+        legs = [job.after(start, data) for data in able]
+        return round(min((leg.free_s for leg in legs if leg is not None), default=0.0), 3)
+
+    # Improvement
+
+    def _kicked(self, best: Draft) -> Held:
+        """Iterated local search until no kick improves, or the path budget is spent."""
+        places = [(r, v) for r in range(len(self._roles)) for v in range(len(self._free)) if self._able[v] >> r & 1]
+        n_useless = 0  # kicks since the last improvement
+        for role, vehicle in cycle(places):
+            if self._n_paths >= MOST_PATHS or n_useless == len(places):
+                break
+            n_useless += 1
+            if best.held[vehicle] >> role & 1:
+                continue
+            kicked = self._descended(*self._put(role, vehicle, best))
+            if kicked.effort < best.effort:
+                best, n_useless = kicked, 0
+        return best.held
+
+    def _put(self, role: int, vehicle: int, plan: Draft) -> tuple[Held, list[float]]:
+        held, ends_s, bit = list(plan.held), list(plan.ends_s), 1 << role
+        before = next((holder for holder, jobs in enumerate(held) if jobs & bit), vehicle)
+        held[before] &= ~bit
+        held[vehicle] |= bit
+        for holder in (before, vehicle):
+            ends_s[holder] = self._end_s(holder, held[holder])
+        return held, ends_s
+
+    def _descended(self, held: Held, ends_s: list[float]) -> Draft:
+        """Descend to a local optimum, or until the path budget is spent."""
+        effort: Effort | None = _effort(ends_s)
+        while effort is not None:
+            least = effort
+            effort = self._improved(held, ends_s, least) if self._n_paths < MOST_PATHS else None
+        return Draft(held, ends_s, least)
+
+    def _improved(self, held: Held, ends_s: list[float], before: Effort) -> Effort | None:
+        """Apply the first improving exchange in place and return the objective; None without one."""
+        end_s = before[0]
+        last = ends_s.index(end_s)
+        for kept, other, taken in self._exchanges(last, held):
+            then_s = self._end_s(last, kept)
+            if then_s > end_s or (other_s := self._end_s(other, taken)) > end_s:
+                continue
+            after_s = list(ends_s)
+            after_s[last], after_s[other] = then_s, other_s
+            if (effort := _effort(after_s)) < before:
+                held[last], held[other] = kept, taken
+                ends_s[:] = after_s
+                return effort
+        return None
+
+    def _exchanges(self, last: int, held: Held) -> Iterator[tuple[int, int, int]]:
+        """Yield the jobs of ``last`` after an exchange, the other vehicle, and its jobs."""
+        mine, able, sums = held[last], self._able, self._sums
+        for n_given, n_back in SHAPES:
+            for other, theirs in enumerate(held):
+                ours, back_of = mine & able[other], theirs & able[last]
+                if other == last or not ours or (n_back and not back_of):
+                    continue
+                backs = sums.get((back_of, n_back)) or self._some(back_of, n_back)
+                for given in sums.get((ours, n_given)) or self._some(ours, n_given):
+                    for back in backs:
+                        yield mine & ~given | back, other, theirs & ~back | given
+
+    def _some(self, jobs: int, count: int) -> list[int]:
+        key = jobs, count
+        if key not in self._sums:
+            bits = [1 << role for role in range(jobs.bit_length()) if jobs >> role & 1]
+            self._sums[key] = [sum(subset) for subset in combinations(bits, count)]
+        return self._sums[key]
+
+
+def _effort(ends_s: Sequence[float]) -> Effort:
+    return max(ends_s), round(math.fsum(ends_s), 3)

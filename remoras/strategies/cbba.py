@@ -298,6 +298,7 @@ class Cbba(KnownFromStart):
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "cbba"
+    member = Bidder
     content: ClassVar[str] = "claims"
     planned = taking(
         "Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
@@ -307,10 +308,6 @@ class Cbba(KnownFromStart):
         },
         blocks_per_round=2,
     )
-
-    def negotiator(self, me: str, group: Group) -> Bidder:
-        """Return the bidder of one member."""
-        return Bidder(me, group, self)
 
 
 STRATEGY = Cbba()

@@ -321,6 +321,7 @@ class ContractNet(KnownFromStart):
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "contract-net"
+    member = Contractor
     content: ClassVar[str] = "bids"
     planned = Declaration(
         source="Smith 1980; Sariel, Balch, Erdogan 2008",
@@ -334,10 +335,6 @@ class ContractNet(KnownFromStart):
         blocks_per_round=2,
         authorities=frozenset({Authority.RECRUIT}),
     )
-
-    def negotiator(self, me: str, group: Group) -> Contractor:
-        """Return the announcer and bidder of one member."""
-        return Contractor(me, group, self)
 
 
 STRATEGY = ContractNet()

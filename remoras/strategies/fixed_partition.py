@@ -20,8 +20,8 @@ from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import all_jobs
 from remoras.strategies.factors import Factors
-from remoras.strategies.founding import common_roles, founded
-from remoras.strategies.negotiator import Member
+from remoras.strategies.founding import common_roles
+from remoras.strategies.negotiator import DividedAtSea, Member
 from remoras.strategy import Declaration, Move, Situation, Statement
 from remoras.work import Job, Outlook, Point, Work
 
@@ -166,7 +166,7 @@ class Timetable(Member["FixedPartition"]):
 
 
 @dataclass(frozen=True, slots=True)
-class FixedPartition:
+class FixedPartition(DividedAtSea):
     """Strategy without communication; see the module docstring."""
 
     margin: Annotated[
@@ -174,6 +174,7 @@ class FixedPartition:
     ] = 0.15
 
     name: ClassVar[str] = "fixed-partition"
+    member = Timetable
     declaration: ClassVar[Declaration] = Declaration(
         source="the floor that any communication has to beat",
         messages={},
@@ -182,15 +183,10 @@ class FixedPartition:
         private_jobs=True,
     )
     factors: ClassVar[Factors] = Factors("jobs", "nobody", "all", "nothing", "no", "never")
-    form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Assign common roles to all members and each chain of jobs to one of them."""
         return common_roles(work) + all_jobs(chained(work))
-
-    def negotiator(self, me: str, group: Group) -> Timetable:
-        """Return the timetable of one member."""
-        return Timetable(me, group, self)
 
 
 STRATEGY = FixedPartition()

@@ -244,6 +244,7 @@ class FmcAta(DividedAtSea):
     repeat_rounds: Annotated[int, frames("after which bids are repeated")] = 4
 
     name: ClassVar[str] = "fmc-ata"
+    member = Buyer
     declaration: ClassVar[Declaration] = taking(
         "Rachmut, Nelke, Zivan 2023 (FMC_ATA)",
         {
@@ -252,10 +253,6 @@ class FmcAta(DividedAtSea):
             "claim": "how much of its money the sender bids for a job, in parts of 255",
         },
     )
-
-    def negotiator(self, me: str, group: Group) -> Buyer:
-        """Return the buyer of one member."""
-        return Buyer(me, group, self)
 
 
 FMC_ATA = FmcAta()

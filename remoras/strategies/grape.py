@@ -150,6 +150,7 @@ class Grape(DividedAtSea):
     repeat_rounds: Annotated[int, frames("after which the partition is repeated")] = 4
 
     name: ClassVar[str] = "grape"
+    member = Player
     declaration: ClassVar[Declaration] = taking(
         "Jang, Shin, Tsourdos 2018 (GRAPE)",
         {
@@ -158,10 +159,6 @@ class Grape(DividedAtSea):
             "worksOn": "at which job the partition has a vehicle",
         },
     )
-
-    def negotiator(self, me: str, group: Group) -> Player:
-        """Return the player of one member."""
-        return Player(me, group, self)
 
 
 GRAPE = Grape()

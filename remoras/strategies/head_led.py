@@ -30,8 +30,8 @@ from remoras.strategies.factors import (
     Repairs,
     helps,
 )
-from remoras.strategies.founding import common_roles, founded
-from remoras.strategies.negotiator import HELP, MARGIN, Member
+from remoras.strategies.founding import common_roles
+from remoras.strategies.negotiator import HELP, MARGIN, DividedAtSea, Member
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Work, share_left
 
@@ -52,66 +52,6 @@ def _declared(source: str, common_plan: str, repairs: str) -> Declaration:
     calls, before = repairs == "calls", common_plan != "none"
     messages = {**({} if before else MISSIONS_AT_SEA), **TOLD, **(CALLS if calls else {})}
     return Declaration(source=source, messages=messages, planned_before=before, influences=calls)
-
-
-@dataclass(frozen=True, slots=True)
-class HeadLed:
-    """Leader that plans and assigns; see the module docstring.
-
-    Raises:
-        StrategyError: two factors exclude each other.
-    """
-
-    margin: Annotated[float, MARGIN] = 0.05
-    help_s: Annotated[float, HELP] = 60.0
-    acknowledge_rounds: Annotated[
-        int, Field(ge=1, le=10_000, description="TDMA frames for a member to acknowledge a job")
-    ] = 400
-    common_plan: CommonPlan = "jobs"
-    announces: Announces = "plan"
-    repairs: Repairs = "changes"
-
-    name: ClassVar[str]
-    source: ClassVar[str]
-    form = staticmethod(founded)
-
-    def __post_init__(self) -> None:
-        if self.common_plan == "jobs" and self.announces == "next-jobs":
-            excluded = 'common_plan = "jobs", by which all jobs are known at 0 s, excludes announces = "next-jobs"'
-            raise StrategyError(
-                "common_plan", f'{excluded}; allowed: announces = "plan", or common_plan "none", "missions"'
-            )
-        if self.repairs == "never" and self.help_s < NO_HELP_S:
-            excluded = f'repairs = "never", by which no vehicle is reassigned, excludes help_s = {self.help_s:g}'
-            raise StrategyError(
-                "repairs", f'{excluded}; allowed: help_s = {NO_HELP_S:.0f}, or repairs "changes", "calls"'
-            )
-
-    @property
-    def declaration(self) -> Declaration:
-        """Declaration for the current factor levels."""
-        return _declared(self.source, self.common_plan, self.repairs)
-
-    @property
-    def factors(self) -> Factors:
-        """Factor levels of this strategy."""
-        return Factors(self.common_plan, "head", "all", self.announces, helps(self.help_s), self.repairs)
-
-    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Return common roles, and all open jobs unless the leader assigns next jobs only.
-
-        If missions are sent at run time, only vehicles with a job get common roles, since each role takes time to send.
-        """
-        if self.common_plan == "missions" or (self.repairs == "never" and work.is_begun):
-            return common_roles(work)
-        jobs = all_jobs(work, self.help_s) if self.announces == "plan" else ()
-        if self.common_plan == "jobs" or not work.roles:
-            return common_roles(work) + jobs
-        return jobs + common_roles(work, {assignment.vehicle for assignment in jobs})
-
-    def negotiator(self, me: str, group: Group) -> Dispatcher:
-        """Return the dispatcher of one member: any may succeed the leader."""
-        return Dispatcher(me, group, self)
 
 
 class Dispatcher(Member["HeadLed"]):
@@ -291,3 +231,59 @@ class Dispatcher(Member["HeadLed"]):
             for key, since in self._unheard_since.items()
             if situation.round - since >= self._with.acknowledge_rounds
         }
+
+
+@dataclass(frozen=True, slots=True)
+class HeadLed(DividedAtSea):
+    """Leader that plans and assigns; see the module docstring.
+
+    Raises:
+        StrategyError: two factors exclude each other.
+    """
+
+    margin: Annotated[float, MARGIN] = 0.05
+    help_s: Annotated[float, HELP] = 60.0
+    acknowledge_rounds: Annotated[
+        int, Field(ge=1, le=10_000, description="TDMA frames for a member to acknowledge a job")
+    ] = 400
+    common_plan: CommonPlan = "jobs"
+    announces: Announces = "plan"
+    repairs: Repairs = "changes"
+
+    name: ClassVar[str]
+    source: ClassVar[str]
+    member = Dispatcher
+
+    def __post_init__(self) -> None:
+        if self.common_plan == "jobs" and self.announces == "next-jobs":
+            excluded = 'common_plan = "jobs", by which all jobs are known at 0 s, excludes announces = "next-jobs"'
+            raise StrategyError(
+                "common_plan", f'{excluded}; allowed: announces = "plan", or common_plan "none", "missions"'
+            )
+        if self.repairs == "never" and self.help_s < NO_HELP_S:
+            excluded = f'repairs = "never", by which no vehicle is reassigned, excludes help_s = {self.help_s:g}'
+            raise StrategyError(
+                "repairs", f'{excluded}; allowed: help_s = {NO_HELP_S:.0f}, or repairs "changes", "calls"'
+            )
+
+    @property
+    def declaration(self) -> Declaration:
+        """Declaration for the current factor levels."""
+        return _declared(self.source, self.common_plan, self.repairs)
+
+    @property
+    def factors(self) -> Factors:
+        """Factor levels of this strategy."""
+        return Factors(self.common_plan, "head", "all", self.announces, helps(self.help_s), self.repairs)
+
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        """Return common roles, and all open jobs unless the leader assigns next jobs only.
+
+        If missions are sent at run time, only vehicles with a job get common roles, since each role takes time to send.
+        """
+        if self.common_plan == "missions" or (self.repairs == "never" and work.is_begun):
+            return common_roles(work)
+        jobs = all_jobs(work, self.help_s) if self.announces == "plan" else ()
+        if self.common_plan == "jobs" or not work.roles:
+            return common_roles(work) + jobs
+        return jobs + common_roles(work, {assignment.vehicle for assignment in jobs})

@@ -14,11 +14,11 @@ from pydantic import Field
 
 from remoras.authority import Authority
 from remoras.database import VehicleData
-from remoras.organisation import Group, RoleSpecification
+from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations
 from remoras.strategies.factors import NO_HELP_S, SETTINGS, AtSea, Factors, helps, known_from
 from remoras.strategies.founding import common_roles, founded
-from remoras.strategy import JOB_DONE, Declaration, Situation, Statable, Statement
+from remoras.strategy import JOB_DONE, Declaration, Negotiator, Situation, Statable, Statement
 from remoras.work import Work
 
 S = TypeVar("S")
@@ -50,11 +50,19 @@ def in_blocks(facts: Sequence[Statable], most: int) -> list[Statement]:
 
 
 class DividedAtSea:
-    """Strategy that assigns only roles without a job before the dive."""
+    """Strategy that assigns only roles without a job before the dive; ``member`` is the part of each vehicle."""
 
     __slots__ = ()
+    member: ClassVar[type[Member[Any]]]
     form = staticmethod(founded)
-    adapt = staticmethod(common_roles)
+
+    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
+        """Return the common roles."""
+        return common_roles(work)
+
+    def negotiator(self, me: str, group: Group) -> Negotiator:
+        """Return the part of one member: any may succeed a leader."""
+        return self.member(me, group, self)
 
 
 class KnownFromStart(DividedAtSea):
@@ -83,7 +91,7 @@ class KnownFromStart(DividedAtSea):
         return Factors(self.common_plan, self.deciders, plan, self.content, helps(help_s), "changes")
 
 
-class Member(Generic[S]):
+class Member(Negotiator, Generic[S]):
     """One vehicle's part in dividing the jobs of a group."""
 
     def __init__(self, me: str, group: Group, strategy: S) -> None:

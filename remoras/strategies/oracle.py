@@ -12,9 +12,8 @@ from typing import ClassVar
 from remoras.fleet.bound import InstantSharing
 from remoras.organisation import Group, RoleAssignment
 from remoras.strategies.founding import founded
-from remoras.strategies.head_led import Dispatcher
 from remoras.strategies.plan_and_dispatch import PlanAndDispatch
-from remoras.strategy import Declaration
+from remoras.strategy import Declaration, Negotiator
 from remoras.work import Work
 
 LEADER = PlanAndDispatch(margin=0.0, help_s=10.0, acknowledge_rounds=1_000_000)
@@ -34,7 +33,7 @@ class Oracle:
         """Assign common roles to all members and every open job to one of them."""
         return LEADER.adapt(work)
 
-    def negotiator(self, me: str, group: Group) -> Dispatcher:
+    def negotiator(self, me: str, group: Group) -> Negotiator:
         """Return the dispatcher of one member."""
         return LEADER.negotiator(me, group)
 

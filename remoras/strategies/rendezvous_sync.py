@@ -23,8 +23,8 @@ from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import assignments, job_plan, planned
 from remoras.strategies.factors import Factors
-from remoras.strategies.founding import common_roles, founded
-from remoras.strategies.negotiator import Member
+from remoras.strategies.founding import common_roles
+from remoras.strategies.negotiator import DividedAtSea, Member
 from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Work
 
@@ -116,7 +116,7 @@ class Convener(Member["RendezvousSync"]):
 
 
 @dataclass(frozen=True, slots=True)
-class RendezvousSync:
+class RendezvousSync(DividedAtSea):
     """Rendezvous synchronisation; see the module docstring."""
 
     jobs_per_leg: Annotated[int, Field(ge=1, le=64, description="maximum jobs of a vehicle between two rendezvous")] = 5
@@ -125,6 +125,7 @@ class RendezvousSync:
     ] = 40.0
 
     name: ClassVar[str] = "rendezvous-sync"
+    member = Convener
     declaration: ClassVar[Declaration] = Declaration(
         source="rendezvous point synchronisation, cited by Carlesi et al. 2011",
         messages={
@@ -134,17 +135,12 @@ class RendezvousSync:
         meets=True,
     )
     factors: ClassVar[Factors] = Factors("jobs", "head", "all", "meetings", "no", "changes")
-    form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Return the jobs of the first leg; none on replanning, since rendezvous assign them."""
         if any(work.holders(role) for role in work.roles):
             return common_roles(work)
         return common_roles(work) + assignments(work, job_plan(work), self.jobs_per_leg)
-
-    def negotiator(self, me: str, group: Group) -> Convener:
-        """Return the convener of one member: any may succeed the leader."""
-        return Convener(me, group, self)
 
 
 STRATEGY = RendezvousSync()

@@ -24,11 +24,11 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
-from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.founding import common_roles
 from remoras.strategies.head_led import TOLD
-from remoras.strategies.negotiator import Member, frames
+from remoras.strategies.negotiator import DividedAtSea, Member, frames
 from remoras.strategies.plan_and_dispatch import PlanAndDispatch
-from remoras.strategies.status_broadcast import StatusBroadcast
+from remoras.strategies.status_broadcast import Broadcaster, StatusBroadcast
 from remoras.strategy import Declaration, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
@@ -84,7 +84,7 @@ class Reorganiser(Member["Reorganising"]):
 
     def __init__(self, me: str, group: Group, strategy: Reorganising) -> None:
         super().__init__(me, group, strategy)
-        self._planned, self._stated = PLAN.negotiator(me, group), STATES.negotiator(me, group)
+        self._planned, self._stated = PLAN.negotiator(me, group), Broadcaster(me, group, STATES)
         self._foreseen: Foreseen | None = None
         self.number = 0
         """Count of strategy changes, as far as known: even under the first strategy."""
@@ -133,7 +133,7 @@ def _without(roles: Sequence[RoleSpecification], situation: Situation, vehicle: 
 
 
 @dataclass(frozen=True, slots=True)
-class Reorganising:
+class Reorganising(DividedAtSea):
     """Strategy that changes at run time; see the module docstring."""
 
     news_s: Annotated[
@@ -145,6 +145,7 @@ class Reorganising:
     repeat_rounds: Annotated[int, frames("after which the organisation is repeated")] = 3
 
     name: ClassVar[str] = "reorganising"
+    member = Reorganiser
     declaration: ClassVar[Declaration] = Declaration(
         source="ours; what it changes between: " + f"{PLAN.source}; {STATES.declaration.source}",
         messages={
@@ -156,15 +157,10 @@ class Reorganising:
         authorities=STATES.declaration.authorities,
         private_jobs=True,
     )
-    form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Assign as ``plan-and-dispatch``; after the first assignment negotiators assign new jobs."""
         return common_roles(work) if work.is_begun else PLAN.adapt(work)
-
-    def negotiator(self, me: str, group: Group) -> Reorganiser:
-        """Return the reorganiser of one member."""
-        return Reorganiser(me, group, self)
 
 
 REORGANISING = Reorganising()

@@ -235,6 +235,7 @@ class StatusBroadcast(KnownFromStart):
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "status-broadcast"
+    member = Broadcaster
     deciders: ClassVar[str] = "all"
     content: ClassVar[str] = "states"
     planned = taking(
@@ -245,10 +246,6 @@ class StatusBroadcast(KnownFromStart):
             "knownDone": "a job that the sender knows to be done; not acknowledged",
         },
     )
-
-    def negotiator(self, me: str, group: Group) -> Broadcaster:
-        """Return the broadcaster of one member."""
-        return Broadcaster(me, group, self)
 
 
 STRATEGY = StatusBroadcast()

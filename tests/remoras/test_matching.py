@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from remoras.strategies.search import assignment, least
+from remoras.strategies.allocation import assignment, least
 
 costs = st.integers(0, 12) | st.none()
 
