@@ -111,8 +111,8 @@ COLLECT_AFTER = 1_000_000
 def rare_collections() -> Iterator[None]:
     """Collect garbage less often inside the context.
 
-    A run makes many values and hardly any cycles; collection would take a sixth of its time, and up to two fifths of a
-    plan of 10,000 levels. A rarer setting is kept; of overlapping contexts the end of the first ends it.
+    A run makes many values and hardly any cycles; collection would take a sixth of its time. A rarer setting is kept.
+    Of overlapping contexts the end of the first ends it.
     """
     usual = gc.get_threshold()
     if usual[0] >= COLLECT_AFTER:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from remoras.activities import Objective, Wait
 from remoras.database import VehicleData
@@ -20,8 +20,6 @@ from remoras.work import Job, Point, vehicles_taken
 if TYPE_CHECKING:
     from remoras.executive.layer import Decision
     from remoras.fleet.vehicle import Vehicle
-    from remoras.functional.layer import FunctionalLayer
-    from remoras.social.layer import SocialLayer
 
 COMPLETE = "mission_complete"
 """Milestone of a mission with its goal and rendezvous complete."""
@@ -40,21 +38,17 @@ class Milestone:
 class VehicleView:
     """Read-only view of a vehicle for the referee."""
 
-    name: str
-    _vehicle: Vehicle
-    _social: SocialLayer
-    _functional: FunctionalLayer
-    _decision: Decision | None
-    _performed: tuple[str, ...]
+    __slots__ = ("_decision", "_functional", "_performed", "_social", "_vehicle")
 
     def __init__(self, vehicle: Vehicle) -> None:
-        self.__dict__.update(
-            name=vehicle.name, _vehicle=vehicle, _social=vehicle.social, _functional=vehicle.functional,
-            _decision=None, _performed=(),
-        )  # fmt: skip
+        self._vehicle, self._social, self._functional = vehicle, vehicle.social, vehicle.functional
+        self._decision: Decision | None = None
+        self._performed: tuple[str, ...] = ()
 
-    def __setattr__(self, name: str, value: object) -> NoReturn:
-        raise AttributeError(f"{name} of {self.name} is only to be read")
+    @property
+    def name(self) -> str:
+        """Name of the vehicle."""
+        return self._vehicle.name
 
     @property
     def position_m(self) -> Point:
@@ -133,8 +127,8 @@ class VehicleView:
         """Names of performed activity sets; the same object until the next decision."""
         executive = self._vehicle.executive
         if self._decision is not executive.decision:  # saves 2.6 % of the instructions of a mission
-            performed = tuple(executive.sets[index].name for index in executive.decision.chosen)
-            self.__dict__.update(_decision=executive.decision, _performed=performed)
+            self._decision = executive.decision
+            self._performed = tuple(executive.sets[index].name for index in executive.decision.chosen)
         return self._performed
 
     @property

@@ -11,7 +11,6 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import NamedTuple, Protocol, TypeVar
 
 from exchange.arithmetic import distance
@@ -504,31 +503,6 @@ class Computed(Mapping[K, V]):
 
     def __len__(self) -> int:
         return len(self._keys)
-
-
-ALL_HAVE_ENOUGH: Mapping[str, float] = MappingProxyType({})
-"""``Work.energy_j`` without energy limits."""
-
-
-def works(
-    organisation: Organisation,
-    database: AUVDatabase,
-    jobs: Mapping[str, Job],
-    done: frozenset[str],
-    positions_m: Mapping[str, Point],
-    unavailable: frozenset[str] = frozenset(),
-    is_enough: bool = False,
-    energy_j: Mapping[str, float] = ALL_HAVE_ENOUGH,
-    now_s: float = 0.0,
-    given_anew: frozenset[str] = frozenset(),
-    unable: frozenset[tuple[str, str]] = frozenset(),
-) -> dict[str, Work]:
-    """Return the work of every group by name; arguments as ``Work``."""
-    known = positions_m, unavailable, is_enough, energy_j, now_s
-    return {
-        name: Work(group, organisation, database, jobs, done, *known, given_anew=given_anew, unable=unable)
-        for name, group in organisation.groups.items()
-    }
 
 
 def precedence(group: Group, jobs: Mapping[str, Job]) -> frozenset[Key]:

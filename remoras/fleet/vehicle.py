@@ -27,8 +27,7 @@ from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.fleet.radio import Radio
 from remoras.fleet.run_log import RunLog
-from remoras.functional.layer import FunctionalLayer, embody
-from remoras.functional.sensing import Sensed
+from remoras.functional.layer import FunctionalLayer, Sensed, embody
 from remoras.motion.attraction import NO_PULLS
 from remoras.motion.avoidance import Neighbour
 from remoras.recorder import CANNOT, Recorder

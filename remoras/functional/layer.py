@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence, Set
-from typing import Any, Protocol
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from typing import Any, NamedTuple, Protocol
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, basis, distance_m
@@ -12,7 +12,6 @@ from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance, Headway
-from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission_parts import FunctionalPart
 from remoras.motion import Motion
@@ -21,11 +20,13 @@ from remoras.motion.avoidance import Bounds, Neighbour, nearest_within
 from remoras.motion.separation import NEAR_M
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
-from remoras.sensor import Pose, Sensor
+from remoras.recorder import Table
+from remoras.sensor import Observation, Pose, Sensor
 from remoras.work import HOME_MARGIN, Point
 
 KNOWN_M = (0.0, 0.0)
 """Position error of a vehicle that knows its position."""
+OBSERVATIONS = "a list of Observation"
 PERCEPTION = "a Perception, stimulus 0..1, until_s no NaN"
 PROGRESS = "a function of motion and picture that returns -1..1 or None"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps and holds_m of 0 or more"
@@ -59,6 +60,89 @@ def _refuse_unfit(
                     f"{where}: {activity.name} switches on the sensor {name!r}, but {vehicle} has: {has}; "
                     "give the activity only to vehicles that have the sensor"
                 )
+
+
+class Sensed(NamedTuple):
+    """Observation with the name of its sensor and the table of its row."""
+
+    sensor: str
+    table: Table | None
+    observation: Observation
+
+    def table_of(self, vehicle: str) -> Table:
+        """Return the table of the row; raise PluginError if missing or not fitting."""
+        row = self.observation.row
+        if self.table is None:
+            raise PluginError(
+                f"sensor {self.sensor} of {vehicle}: its observation has the row {row}, but its table is None; "
+                "declare the table"
+            )
+        if len(row) + 2 != len(self.table.columns):
+            names = ", ".join(self.table.column_names[2:])
+            raise PluginError(
+                f"sensor {self.sensor} of {vehicle}: its row {row} does not fit the columns {names} of its table "
+                f"{self.table.name}"
+            )
+        return self.table
+
+
+class Sensing:
+    """Switch and read the sensors of one vehicle.
+
+    ``looking`` names the sensors that were on and worked in the last motion tick. ``misses`` returns whether a sensor
+    yields nothing at a time (s).
+    """
+
+    def __init__(self, vehicle: str, sensors: Mapping[str, Sensor], world: Any) -> None:
+        self.looking: tuple[str, ...] = ()
+        self._vehicle = vehicle
+        self._sensors = sensors
+        self._world = world
+        self.misses: Callable[[str, float], bool] | None = None
+        self._dead: frozenset[str] = frozenset()
+        self._on: list[tuple[str, Sensor]] = []
+        self._working: list[tuple[str, Sensor]] = []
+        self._working_names: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all sensors of the vehicle."""
+        return tuple(self._sensors)
+
+    def impair(self, dead: frozenset[str]) -> None:
+        """Set the failed sensors, which stay on but yield nothing."""
+        self._dead = dead
+        self._working = [(name, sensor) for name, sensor in self._on if name not in dead]
+        self._working_names = tuple(name for name, _ in self._working)
+
+    def switch_on(self, names: Collection[str]) -> tuple[str, ...]:
+        """Switch on exactly these sensors; return those on, working or not."""
+        self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in names]
+        self.impair(self._dead)
+        return tuple(name for name, _ in self._on)
+
+    def look(self, pose: Pose, now_s: float) -> list[Sensed]:
+        """Return the current observations; raise PluginError on wrong sensor results."""
+        working, self.looking = self._working, self._working_names
+        if (misses := self.misses) is not None:
+            working = [named for named in working if not misses(named[0], now_s)]
+            self.looking = tuple(name for name, _ in working)
+        sensed: list[Sensed] = []
+        for name, sensor in working:
+            try:
+                returned = sensor.sense(pose, self._world, now_s)
+                if not returned and returned is not None:  # nearly always empty
+                    continue
+                observations = tuple(returned)
+            except Exception as error:
+                raise broken_promise(self._where(name), "sense", OBSERVATIONS, error) from error
+            if not all(isinstance(observation, Observation) for observation in observations):
+                raise broken_promise(self._where(name), "sense", OBSERVATIONS, observations)
+            sensed += [Sensed(name, sensor.table, observation) for observation in observations]
+        return sensed
+
+    def _where(self, name: str) -> str:
+        return f"sensor {name} of {self._vehicle}"
 
 
 class Positioning(Protocol):

@@ -7,9 +7,8 @@ executes a plan and replans the branch of a failed step. Facts are a read-only m
 records every key read: the same values of these facts yield the same plan. Planners share no state.
 """
 
-from remoras.htn.domain import Domain, Expected, Method, Node, NoPlan, Operator, Plan, Step, Task
+from remoras.htn.domain import ANY, Domain, Expected, FactsLike, Method, Node, NoPlan, Operator, Plan, Step, Task
 from remoras.htn.execution import Branch, Execution, Status
-from remoras.htn.facts import ANY, FactsLike
 from remoras.htn.search import plan
 
 __all__ = [

@@ -17,8 +17,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from remoras.htn.domain import ROOT, Domain, Expected, NoPlan, Operator, Plan, Step, Task
-from remoras.htn.facts import FactsLike, Key, is_met
+from remoras.htn.domain import ROOT, Domain, Expected, FactsLike, Key, NoPlan, Operator, Plan, Step, Task, is_met
 from remoras.htn.search import Way, plan
 
 

@@ -19,9 +19,21 @@ from types import GeneratorType
 from typing import Any
 
 from remoras.errors import PlanningError
-from remoras.htn.domain import ROOT, Decomposition, Domain, Method, Node, NoPlan, Operator, Plan, Task, always, nothing
-from remoras.htn.facts import Facts, FactsLike
-from remoras.process import rare_collections
+from remoras.htn.domain import (
+    ROOT,
+    Decomposition,
+    Domain,
+    Facts,
+    FactsLike,
+    Method,
+    Node,
+    NoPlan,
+    Operator,
+    Plan,
+    Task,
+    always,
+    nothing,
+)  # fmt: skip
 
 FIRST_DEPTH = 8
 SEQUENCE = (list, tuple)
@@ -244,7 +256,6 @@ def _agenda(tasks: Sequence[Task], place: int, depth: int, behind: Agenda | None
     return behind
 
 
-@rare_collections()
 def plan(
     domain: Domain,
     facts: FactsLike,

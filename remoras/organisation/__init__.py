@@ -7,7 +7,7 @@ The axioms (Ferber, Gutknecht, Michel 2003; section III of the REMORAS paper):
 * being a member of a group and playing at least one role in it are the same thing;
 * two vehicles interact only if they share a group.
 
-Every operation returns ``(organisation, outcome)``; if refused, the unchanged organisation. Demands on holders
+Changes of roles return ``(organisation, outcome)``; if refused, the unchanged organisation. Demands on holders
 (``RoleSpecification``), such as number and capabilities, extend AGR.
 """
 
@@ -225,11 +225,9 @@ class Organisation:
             return self, Outcome.ROLE_NOT_HANDLED if member else Outcome.NOT_IN_GROUP
         return replace(self, assignments=self.assignments - {assignment}), Outcome.SUCCESS
 
-    def form(self, group: Group) -> tuple[Organisation, Outcome]:
-        """Add a group without members."""
-        if group.name in self.groups:
-            return self, Outcome.ALREADY_GROUP
-        return replace(self, groups={**self.groups, group.name: group}), Outcome.SUCCESS
+    def form(self, group: Group) -> Organisation:
+        """Return the organisation with a further group, without members."""
+        return replace(self, groups={**self.groups, group.name: group})
 
     def without_group(self, group: str) -> Organisation:
         """Return the organisation without a group and its roles."""

@@ -19,7 +19,7 @@ from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation
 from remoras.social.workload import scarce_energy_j
 from remoras.strategy import Strategy, adapt_roles, form_groups
-from remoras.work import jobs_left, precedence, works
+from remoras.work import Work, jobs_left, precedence
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,8 @@ def agree(
                     objectives.append(Objective(*task.args))
                 elif handler == ALLOCATE_ROLES:
                     jobs, done = jobs_left(mission.jobs, NOTHING_KNOWN)
-                    work = works(organisation, database, jobs, done, starts, energy_j=energy_j)[name]
+                    group = organisation.groups[name]
+                    work = Work(group, organisation, database, jobs, done, starts, energy_j=energy_j)
                     for role in adapt_roles(strategy, work):
                         organisation, _ = organisation.assign(role.vehicle, role.group, role.role)
     with_missions = {group.name: replace(group, mission=missions.get(group.name)) for group in groups}

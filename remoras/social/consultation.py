@@ -239,7 +239,7 @@ def _form(view: View, request: DatedRequest, again: bool) -> View:
         view = replace(view, organisation=view.organisation.without_group(name))
         view = view.note(replace(asked, act=Act.DISSOLVE), Outcome.SUCCESS)
     if not is_over:
-        view = replace(view, organisation=view.organisation.form(rules.at_sea[name])[0]).note(asked, outcome)
+        view = replace(view, organisation=view.organisation.form(rules.at_sea[name])).note(asked, outcome)
         view = view.assign(replace(asked, act=Act.ASSIGN))
     since = {age_of: other for age_of, other in view.at_sea.items() if other.asked.group != name or age_of > age}
     isolated = view.isolated

@@ -54,8 +54,7 @@ from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions, Gatherings
 from remoras.social.consultation import claims, come_back, consult, give_missions
 from remoras.social.negotiation import Negotiation
-from remoras.social.orders import aims, by_receiver
-from remoras.social.planning import Deliberation, MissionPlanner, Pursuit, missions_of
+from remoras.social.planning import Deliberation, MissionPlanner, Pursuit, aims, by_receiver, missions_of
 from remoras.social.view import AVAILABLE, HAS_MISSION, DatedRequest, Now, Requests, View
 from remoras.social.workload import SENSORS_WORK, Workload, takes_sensors
 from remoras.strategy import Strategy
@@ -449,11 +448,8 @@ class SocialLayer:
         isolated = self.view.isolated
         self.view = replace(self.view, isolated=isolated._replace(orders=()))
         facts = {order.asked: (order.fact.subject, order.fact.attribute, order.fact.value) for order in isolated.orders}
-        return [fact for asked, fact in facts.items() if self._may_give(asked)]
-
-    def _may_give(self, asked: Request) -> bool:
-        outcome = may_assign(asked, self.present, self._rules, lambda name, group: name in self.present.heads(group))
-        return outcome is Outcome.SUCCESS
+        allowed = Outcome.SUCCESS
+        return [fact for asked, fact in facts.items() if may_assign(asked, self.present, self._rules) is allowed]
 
     # The end of a round --------------------------------------------------------------------------
 

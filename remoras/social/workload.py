@@ -18,7 +18,7 @@ from remoras.organisation import Group
 from remoras.organisation.membership import Footing
 from remoras.picture import Picture
 from remoras.plugins import answer
-from remoras.work import UNABLE_TO, Computed, HinderedJob, Job, Point, Work, hindrances, jobs_left, works
+from remoras.work import UNABLE_TO, Computed, HinderedJob, Job, Point, Work, hindrances, jobs_left
 from worldmodel import Change, PropertyValue
 
 BATTERY, SENSORS_WORK = "batteryFraction", "sensorsWork"
@@ -198,18 +198,20 @@ class Workload:
 
     def whole(self, at: Footing) -> dict[str, Work]:
         """Return the work of every group at its start, with all jobs and vehicles at their starts."""
-        return works(at.present, self.database, self._jobs, frozenset(), {}, self._apart)
+        return {
+            name: Work(group, at.present, self.database, self._jobs, unavailable=self._apart)
+            for name, group in at.present.groups.items()
+        }
 
     def _works(
         self, footing: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
     ) -> dict[str, Work]:
-        no_jobs, database = footing.takes_no_jobs | self._apart, self.database
-        by_group = works(
-            footing.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
-            self._given_anew, self.unable,
-        )  # fmt: skip
-        if footing.barred:
-            by_group = {name: replace(work, barred=footing.barred) for name, work in by_group.items()}
+        takes_no_jobs = footing.takes_no_jobs | self._apart
+        known = footing.present, self.database, self._left, self._done, positions_m, takes_no_jobs, self._is_enough
+        by_group = {
+            name: Work(group, *known, energy_j, from_s, footing.barred, self._given_anew, self.unable)
+            for name, group in footing.present.groups.items()
+        }
         if footing.is_cut_off and any(work.held_by(self._me) for work in by_group.values()):  # its own jobs come first
             return {name: replace(work, unavailable=work.unavailable | {self._me}) for name, work in by_group.items()}
         return by_group

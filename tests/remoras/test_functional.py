@@ -12,8 +12,7 @@ from remoras.activities import Activity, ActivitySet, ActivityType, Wait
 from remoras.behaviours import DUE, Behaviour, Homing, Perception, Reference, Standing
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.layer import FunctionalLayer
-from remoras.functional.sensing import Sensed
+from remoras.functional.layer import FunctionalLayer, Sensed
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
 from remoras.picture import Picture

@@ -15,7 +15,7 @@ from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecif
 from remoras.social.planning import MissionPlanner
 from remoras.strategy import Declaration, Negotiator
 from remoras.testing.sample_worlds import Visit
-from remoras.work import Work, works
+from remoras.work import Work
 from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())
@@ -96,7 +96,8 @@ class Head:
         self.objectives: list[Objective] = []
 
     def plan(self, *missions: str, done: frozenset[str] = frozenset()) -> list[tuple[str, str, str]]:
-        work = works(self.organisation, FLEET, JOBS, done, {})
+        groups = self.organisation.groups
+        work = {name: Work(group, self.organisation, FLEET, JOBS, done) for name, group in groups.items()}
         deliberation = self.planner.plan(self.beliefs, {"Operational": missions or ("Sweep",)}, work, self.objectives)
         attributes = TBOX.attributes
         return [
@@ -165,7 +166,7 @@ def test_a_further_mission_is_carried_out_beside_the_one_that_a_group_has() -> N
 def test_of_several_missions_those_are_carried_out_for_which_there_is_a_plan(missions: tuple[str, str]) -> None:
     head = Head()
     head.planner.take_on(["Operational"])
-    work = works(MEMBERS, FLEET, JOBS, frozenset(), {})
+    work = {name: Work(group, MEMBERS, FLEET, JOBS) for name, group in MEMBERS.groups.items()}
     deliberation = head.planner.plan(head.beliefs, {"Operational": missions}, work, ())
     assert [str(one.task) for one in deliberation.impossible] == ["Impossible(Operational)"]
     assert len(deliberation.facts) == 2

@@ -10,7 +10,7 @@ from missions.scenarios import load
 from remoras.errors import PluginError
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
-from remoras.functional.sensing import Sensed
+from remoras.functional.layer import Sensed
 from remoras.motion.avoidance import Neighbour
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Observation

@@ -24,7 +24,7 @@ from remoras.database import VehicleData
 from remoras.executive.decision import Choice
 from remoras.fleet import radio, vehicle
 from remoras.fleet.radio import Jumps
-from remoras.functional.sensing import Sensing
+from remoras.functional.layer import Sensing
 from remoras.motion import Motion
 from remoras.motion.separation import Separation
 from remoras.social import consultation

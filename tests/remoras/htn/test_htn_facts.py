@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Task, plan
-from remoras.htn.facts import Facts
+from remoras.htn.domain import Facts
 
 atoms = st.tuples(st.sampled_from("pq"), st.sampled_from("ab"), st.sampled_from("ab"))
 values = st.sampled_from([True, False, None])
