@@ -29,7 +29,7 @@ from remoras.fleet.vehicle import Vehicle
 from remoras.functional.guidance import Guidance
 from remoras.htn import Execution, FactsLike
 from remoras.social.workload import Workload, scarce_energy_j
-from worldmodel.arrivals import Arrivals
+from worldmodel.holdings import Arrivals
 
 RUNS = 20
 TIME, CLASSIFIED = "mission_time_s", "mean_classified_s"

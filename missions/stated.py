@@ -8,7 +8,6 @@ from typing import Any, cast
 
 from worldmodel import Block, Estimate, Observation, PropertyValue, TBox, core_ontology_paths, fused, read_tbox
 from worldmodel.ontology.tbox import MEASURED
-from worldmodel.valuetext import from_text, uncertainty_from_text
 
 
 def stated(
@@ -23,7 +22,7 @@ def stated(
     observations = defaultdict[tuple[str, str], list[Observation]](list)
     for n_row, (_, origin, time_s, _, subject, name, text, _, sigma) in enumerate(items):
         if sigma and (attribute := attributes.get(name)) is not None:
-            fact = PropertyValue(0, attribute.uid, from_text(tbox, attribute, text), uncertainty_from_text(sigma))
+            fact = PropertyValue(0, attribute.uid, tbox.value_of(attribute, text), float(sigma))
             observations[subject, name].append(Observation(Block(numbers[origin], n_row, time_s, (fact,)), 0))
     return observations
 

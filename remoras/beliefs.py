@@ -28,7 +28,6 @@ from worldmodel import (
     fused,
 )
 from worldmodel.facts import Observation as Latest
-from worldmodel.valuetext import stored_as_text
 
 
 class Known:
@@ -281,7 +280,7 @@ class Beliefs(Known):
         """Return (subject, attribute, value) as texts; the value can be parsed back exactly."""
         attribute = self._tbox.attributes[fact.attribute]
         linked = attribute.kind is ValueKind.LINK
-        value = self.name(fact.target) if linked else stored_as_text(self.model, attribute, fact.value)
+        value = self.name(fact.target) if linked else self._tbox.text_of(attribute, fact.value)
         return self.name(fact.subject), attribute.name, value
 
     def _plain(self, attribute: Attribute, value: Any) -> Any:

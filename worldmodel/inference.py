@@ -4,12 +4,13 @@ Conclusions are a function of the *seen* facts: latest values, asserted types an
 origins. They do not depend on the arrival order, and disappear with the values that they depend on. Block checks use
 asserted types only, since the merge must not depend on a view.
 
-After a change, ``Inference`` recomputes the classes of instances reachable along the links of conditions. After a
-retraction it first drops everything that may depend on it, so two instances cannot support each other.
+``Inference`` reads only the properties that changed, of attributes used by rules. If links or the classes of linked
+instances have changed, it infers the classes of all linked instances anew, so two instances cannot support each other.
+Inferred links are traversed on request, not stored.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from worldmodel.errors import FactError
 from worldmodel.facts import Instance, PropertyValue
@@ -33,13 +34,6 @@ class FactSource(Protocol):
     @property
     def banned(self) -> Collection[int]:
         """Excluded origins; equal as long as nothing changes."""
-
-
-class Concluded(NamedTuple):
-    """Gained and lost memberships, each as (instance uid, class uid)."""
-
-    gained: frozenset[tuple[int, int]]
-    lost: frozenset[tuple[int, int]]
 
 
 class Inference:
@@ -76,18 +70,15 @@ class Inference:
         self.touched.update(self._common)
         self._banned: Collection[int] = seen.banned
         self._graph = _Links(self.rules)
+        # classes and conditions of each instance that follow from its own types and values
         self._base = {instance.uid: self.rules.closed(tbox.ancestor_mask(instance.class_uid)) for instance in instances}
-        self._met: dict[int, int] = {}  # instance uid -> conditions met by links
-        self._classes: dict[int, int] = {}
+        self._classes: dict[int, int] = {}  # of linked instances, with conditions on links
         self._links = {a.uid for a in tbox.attributes if a.kind is ValueKind.LINK}
-        self._bits_on: dict[int, int] = {}  # attribute -> conditions on its links
-        for condition in self.rules.of_links:
-            bits = self._bits_on.get(condition.attribute, 0)
-            self._bits_on[condition.attribute] = bits | self.rules.bit_of(condition)
-        self._of_values: dict[int, list[ValueCondition]] = {}
+        self._of_values: dict[int, list[ValueCondition]] = {}  # by attribute
+        self._of_links: dict[int, list[ValueCondition]] = {}
         for condition in self.rules.conditions:
-            if condition.filler is None:
-                self._of_values.setdefault(condition.attribute, []).append(condition)
+            conditions = self._of_values if condition.filler is None else self._of_links
+            conditions.setdefault(condition.attribute, []).append(condition)
 
     # Questions -----------------------------------------------------------------------------------
 
@@ -96,7 +87,8 @@ class Inference:
         if not self.rules.is_needed:
             return self._seen.told_classes(uid)
         self.settle()
-        return self._classes_of(uid) & (1 << self.rules.n_classes) - 1
+        mask = self._classes[uid] if uid in self._classes else self._base.get(uid, 0)
+        return mask & (1 << self.rules.n_classes) - 1
 
     def concluded_classes(self, uid: int) -> int:
         """Return the inferred classes that are not asserted, bit c for class c."""
@@ -118,48 +110,27 @@ class Inference:
 
     # Changes -------------------------------------------------------------------------------------
 
-    def settle(self) -> Concluded:
-        """Process the changed properties; return the gained and lost classes."""
+    def settle(self) -> None:
+        """Process the changed properties."""
         if self._banned != self._seen.banned:
             self._banned = self._seen.banned
             self.version += 1
         if not self.touched:
-            return _NOTHING
-        touched = list(self.touched)
+            return
+        is_due = False
+        for subject, attribute in self.touched:
+            if attribute in self._links:
+                is_due |= self._graph.tell((subject, attribute), self.told_links(subject, attribute))
+            if attribute == TYPE_UID or attribute in self._of_values:
+                before, now = self._base.get(subject, 0), self._base_now(subject)
+                self._base[subject] = now
+                is_due |= before != now and subject in self._classes
         self.touched.clear()
-        before: dict[int, int] = {}
-        doubted: dict[int, int] = {}
-        grown: set[int] = set()
-        for slot in touched:
-            self._look_at(slot, doubted, grown)
-        self._forget(doubted, before)
-        self._conclude(grown.union(doubted), before)
         self.version += 1
-        return self._changed(before)
-
-    def _look_at(self, slot: Slot, doubted: dict[int, int], grown: set[int]) -> None:
-        """Read one property; collect instances with conditions in doubt and instances with gains."""
-        subject, attribute = slot
-        if attribute in self._links:
-            graph, old, new = self._graph, self._graph.told(slot), self.told_links(subject, attribute)
-            for target in (linked for linked in old if linked not in new):
-                for uid, asked in graph.concerned(subject, attribute, target, self._bits_on):
-                    doubted[uid] = doubted.get(uid, 0) | self._bits_on[asked]
-                graph.take(subject, attribute, target)
-            for target in (linked for linked in new if linked not in old):
-                graph.add(subject, attribute, target)
-                grown.update(uid for uid, _ in graph.concerned(subject, attribute, target, self._bits_on))
-        if attribute == TYPE_UID or attribute in self._of_values:
-            old_base, base = self._base_of(subject), self._base_now(subject)
-            self._classes.setdefault(subject, old_base)
-            self._base[subject] = base
-            if old_base & ~base:
-                doubted.setdefault(subject, 0)
-            if base & ~old_base:
-                grown.add(subject)
+        if is_due:
+            self._classes = self._concluded()
 
     def _base_now(self, uid: int) -> int:
-        """Return the classes and conditions that follow from an instance's own types and values."""
         mask = self._seen.told_classes(uid)
         for attribute, conditions in self._of_values.items():
             value = self._seen.value(uid, attribute)
@@ -168,64 +139,21 @@ class Inference:
                     mask |= self.rules.bit_of(condition)
         return self.rules.closed(mask)
 
-    def _base_of(self, uid: int) -> int:
-        return self._base.get(uid, 0)
-
-    def _classes_of(self, uid: int) -> int:
-        known = self._classes.get(uid)
-        return self._base_of(uid) if known is None else known
-
-    def _forget(self, doubted: dict[int, int], before: dict[int, int]) -> None:
-        """Drop the conditions in doubt and all that may depend on them; extend ``doubted`` by these."""
-        front = list(doubted)
-        while front:
-            uid = front.pop()
-            old = self._classes_of(uid)
-            before.setdefault(uid, old)
-            self._met[uid] = self._met.get(uid, 0) & ~doubted[uid]
-            now = self._classes[uid] = self.rules.closed(self._base_of(uid) | self._met[uid])
-            for resting, bit in self._resting_on(uid, old & ~now):
-                if not doubted.get(resting, 0) & bit:
-                    doubted[resting] = doubted.get(resting, 0) | bit
-                    front.append(resting)
-
-    def _conclude(self, front: set[int], before: dict[int, int]) -> None:
-        """Infer the classes of ``front`` and of all instances that depend on their gains."""
-        while front:
-            uid = front.pop()
-            old = self._classes_of(uid)
-            before.setdefault(uid, old)
-            met = self._met.get(uid, 0)
-            for condition in self.rules.of_links:
-                bit = self.rules.bit_of(condition)
-                if not (old | met) & bit and self._meets(uid, condition):
-                    met |= bit
-            self._met[uid] = met
-            now = self._classes[uid] = self.rules.closed(self._base_of(uid) | met)
-            front.update(resting for resting, _ in self._resting_on(uid, now & ~old))
-
-    def _meets(self, uid: int, condition: ValueCondition) -> bool:
-        assert condition.filler is not None
-        ends = self._graph.reached(uid, condition.attribute)
-        return any(self._classes_of(end) >> condition.filler & 1 for end in ends)
-
-    def _resting_on(self, uid: int, classes: int) -> Iterator[tuple[int, int]]:
-        """Yield each instance and bit of a condition met by a link to ``uid`` as one of ``classes``."""
-        for condition in self.rules.of_links:
-            if condition.filler is not None and classes >> condition.filler & 1:
-                bit = self.rules.bit_of(condition)
-                for resting in self._graph.reached(uid, condition.attribute, backward=True):
-                    yield resting, bit
-
-    def _changed(self, before: dict[int, int]) -> Concluded:
-        n = self.rules.n_classes
-        gained: set[tuple[int, int]] = set()
-        lost: set[tuple[int, int]] = set()
-        for uid, old in before.items():
-            now = self._classes[uid]
-            gained.update((uid, c) for c in range(n) if now & ~old & 1 << c)
-            lost.update((uid, c) for c in range(n) if old & ~now & 1 << c)
-        return Concluded(frozenset(gained), frozenset(lost))
+    def _concluded(self) -> dict[int, int]:
+        """Return the classes and conditions of all linked instances: the least fixed point."""
+        classes = {uid: self._base.get(uid, 0) for uid in self._graph.ends()}
+        before: dict[int, int] = {}
+        while before != classes:
+            before = {**classes}
+            for uid, mask in classes.items():
+                met = mask
+                for attribute, conditions in self._of_links.items():
+                    of_ends = 0
+                    for end in self._graph.reached(uid, attribute):
+                        of_ends |= classes[end]
+                    met |= sum(self.rules.bit_of(each) for each in conditions if of_ends >> (each.filler or 0) & 1)
+                classes[uid] = self.rules.closed(met)
+        return classes
 
 
 class _Links:
@@ -234,30 +162,37 @@ class _Links:
     def __init__(self, rules: CompiledAxioms) -> None:
         self._rules = rules
         self._targets: dict[Slot, tuple[int, ...]] = {}
-        self._linking: dict[Slot, dict[int, None]] = {}  # (target, attribute) -> subjects
+        self._linking: dict[Slot, list[int]] = {}  # (target, attribute) -> subjects
         self._leading = [
             [(leading, flipped) for leading, flipped in sources if leading in rules.transitive]
             for sources in rules.sources
         ]
 
-    def told(self, slot: Slot) -> tuple[int, ...]:
-        """Return the targets of the last assertion."""
-        return self._targets.get(slot, ())
+    def tell(self, slot: Slot, targets: tuple[int, ...]) -> bool:
+        """Replace the asserted targets of a property; return whether they differ."""
+        subject, attribute = slot
+        before = self._targets.get(slot, ())
+        if before == targets:
+            return False
+        self._targets[slot] = targets
+        for target in before:
+            self._linking[target, attribute].remove(subject)
+        for target in targets:
+            self._linking.setdefault((target, attribute), []).append(subject)
+        return True
 
-    def add(self, subject: int, attribute: int, target: int) -> None:
-        self._targets[subject, attribute] = (*self.told((subject, attribute)), target)
-        self._linking.setdefault((target, attribute), {})[subject] = None
+    def ends(self) -> Iterator[int]:
+        """Yield the subjects and targets of all links; may repeat."""
+        for (subject, _), targets in self._targets.items():
+            if targets:
+                yield subject
+            yield from targets
 
-    def take(self, subject: int, attribute: int, target: int) -> None:
-        slot = (subject, attribute)
-        self._targets[slot] = tuple(linked for linked in self._targets[slot] if linked != target)
-        del self._linking[target, attribute][subject]
-
-    def reached(self, uid: int, attribute: int, backward: bool = False) -> Iterator[int]:
-        """Yield the targets of an attribute, or its sources if ``backward``; may repeat."""
-        yield from self._step(uid, attribute, backward)
+    def reached(self, uid: int, attribute: int) -> Iterator[int]:
+        """Yield the targets of an attribute; may repeat."""
+        yield from self._step(uid, attribute)
         for leading, flipped in self._leading[attribute]:
-            yield from self._walk(uid, leading, backward != flipped)
+            yield from self._walk(uid, leading, flipped)
 
     def _walk(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
         reached: set[int] = set()
@@ -269,31 +204,10 @@ class _Links:
                     front.append(instance)
                     yield instance
 
-    def _step(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
+    def _step(self, uid: int, attribute: int, backward: bool = False) -> Iterator[int]:
         for source, flipped in self._rules.sources[attribute]:
             links = self._linking if backward != flipped else self._targets
-            yield from tuple(links.get((uid, source), ()))
-
-    def concerned(
-        self, subject: int, attribute: int, target: int, conditional: Iterable[int]
-    ) -> Iterator[tuple[int, int]]:
-        """Yield (uid, attribute) of the ``conditional`` links that use an asserted, present link."""
-        entailed = self._rules.entailed[attribute]
-        for asked in conditional:
-            for flipped in (False, True):
-                if (asked, flipped) in entailed:
-                    yield target if flipped else subject, asked
-            for leading, turned in self._leading[asked]:
-                for flipped in (False, True):
-                    if (leading, flipped) in entailed:
-                        # the end that the condition starts from, and all instances that reach it
-                        end = target if flipped != turned else subject
-                        yield end, asked
-                        for uid in self._walk(end, leading, not turned):
-                            yield uid, asked
-
-
-_NOTHING = Concluded(frozenset(), frozenset())
+            yield from links.get((uid, source), ())
 
 
 def _all(value: Value | None) -> tuple[Value, ...]:

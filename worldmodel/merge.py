@@ -10,8 +10,7 @@ checked again only after its dependency arrives.
 
 More facts never make a fitting block unfit as long as the classes of creation stay. S thus grows to the same set in any
 order. Two rare events break this growth. An origin contradicts or refines a class of creation and its blocks arrive out
-of order. Or it uses a GUID for two contents, of which the smaller digest stays. ``Revision`` then removes exactly the
-blocks that depend on the changed classes, transitively, and ``merge`` settles them again.
+of order. Or it uses a GUID for two contents, of which the smaller digest stays. All of A is then settled anew.
 
 The paper's recipient may discard a block with missing dependencies or request them (Maurelli et al., Multi-robot
 cooperation, section IV). Here the block is pending, ``Store.lacking`` lists the missing instances, and ``expire``
@@ -20,98 +19,31 @@ discards it after a timeout. Blocks that need instances of one another stay pend
 Statuses are outside A and S: per property and origin the newest stays, and one that does not fit is dropped. A block
 from the future beyond the clock tolerance, as after a bit error in its time, is dropped too and does not count as
 arrived.
+
+The checks of a block are closed-world; they return faults and raise nothing. Two of them make the merge independent of
+the arrival order:
+
+*Form* (intrinsic validity): known origin, attributes and classes, subjects in a known uid range, values of the right
+kind, in range and on their grid. The result depends on constants only, so an invalid block is dropped.
+
+*Fit* (consistency with the store): subjects and link targets exist and have the classes of domain and range. A
+dependency that may still arrive is *missing*, and the block is pending: an unannounced instance, or an ObjectOfInterest
+with an attribute of wrecks, which may become a Wreck. A dependency that cannot arrive is a fault.
+
+Further types of an instance must be above or below its class of creation; any other type is a clash, declared disjoint
+or not. Type facts of the checked block count as known.
 """
 
 import math
 from collections import deque
 from collections.abc import Iterable
+from dataclasses import dataclass
+from operator import itemgetter
 
-from worldmodel.arrivals import NOTHING
-from worldmodel.checks import check_fit, check_form
-from worldmodel.facts import STATUS, Block, Change, Fault, FaultCode, Guid, Merged
-from worldmodel.ontology.tbox import TYPE_UID
+from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Fault, FaultCode, Merged, PropertyValue
+from worldmodel.holdings import NOTHING
+from worldmodel.ontology.tbox import TYPE_UID, Attribute, ValueKind
 from worldmodel.store import Store
-
-
-class Revision:
-    """Blocks removed from a store because classes that they depend on changed."""
-
-    def __init__(self, store: Store, created_anew: Iterable[int]) -> None:
-        """Remove the blocks that depend on classes of instances with another class of creation."""
-        self._store = store
-        self._loose: dict[Guid, tuple[Block, float | None]] = {}
-        self._in_question: deque[tuple[int, bool]] = deque()  # instance uid, whether its class of creation changed
-        self.was_in: set[Guid] = set()
-        """GUIDs of removed blocks that had been accepted."""
-        self.was_refused: set[Guid] = set()
-        """GUIDs of removed blocks that had been refused."""
-        self._question((uid, True) for uid in created_anew)
-
-    def replace(self, old: Block, new: Block) -> None:
-        """Replace a block by another content of its GUID."""
-        store, guid = self._store, old.guid
-        self._loosen(old)
-        for known in (self.was_in, self.was_refused):
-            known.discard(guid)
-        del self._loose[guid]
-        created = {fact.subject: store.arrivals.created_as(fact.subject) for fact in (*old.facts, *new.facts)}
-        for uid in created:
-            if store.arrivals.created_by(uid) == guid:
-                self._create_anew(uid)
-        store.note_creations(new)
-        changed = [uid for uid, class_uid in created.items() if store.arrivals.created_as(uid) != class_uid]
-        self._question((uid, True) for uid in changed)
-
-    def withdraw(self, block: Block) -> None:
-        """Redo the creations of a discarded block from the remaining blocks."""
-        arrivals = self._store.arrivals
-        created = {f.subject: arrivals.created_as(f.subject) for f in block.facts if f.attribute == TYPE_UID}
-        for uid in created:
-            if arrivals.created_by(uid) == block.guid:
-                self._create_anew(uid)
-        self._question((uid, True) for uid, class_uid in created.items() if arrivals.created_as(uid) != class_uid)
-
-    def loose(self, block: Block | None = None) -> list[tuple[Block, float | None]]:
-        """Return removed blocks and ``block`` by GUID, with the start of pending (s) or None."""
-        if block is not None:
-            self._loose[block.guid] = (block, None)
-        return [self._loose[guid] for guid in sorted(self._loose)]
-
-    def _create_anew(self, uid: int) -> None:
-        store = self._store
-        store.arrivals.forget_creation(uid)
-        others = [observation.block for observation in store.facts_of(uid, TYPE_UID)]
-        others += [block for block, _ in self._loose.values()]
-        for block in (*others, *store.arrivals.about(uid)):
-            store.note_creations(block)
-
-    def _question(self, uids: Iterable[tuple[int, bool]]) -> None:
-        """Remove the blocks that depend on the classes of these instances, transitively."""
-        store, arrivals = self._store, self._store.arrivals
-        self._in_question.extend(uids)
-        while self._in_question:
-            uid, is_created_anew = self._in_question.popleft()
-            creator = None if is_created_anew else arrivals.created_by(uid)
-            base = store.base_mask(uid, creator is not None and store.block(creator) is not None)
-            store.index.drop_statuses(uid, base)
-            for block in list(store.index.resting_on(uid, base, creator)):
-                self._loosen(block)
-            if is_created_anew:
-                for block in arrivals.about(uid):
-                    self._loosen(block)
-
-    def _loosen(self, block: Block) -> None:
-        store, guid = self._store, block.guid
-        since_s = store.arrivals.since_s(guid)
-        if store.block(guid) is not None:
-            self.was_in.add(guid)
-            store.take_out(block)
-            self._in_question.extend({(fact.subject, False) for fact in block.facts if fact.attribute == TYPE_UID})
-        else:
-            if guid in store.arrivals.refused:
-                self.was_refused.add(guid)
-            store.arrivals.take(guid)
-        self._loose[guid] = (block, since_s)
 
 
 def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, checked: bool = False) -> Merged:
@@ -120,7 +52,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, che
     Args:
         blocks: of any content; invalid ones become faults.
         now_s: arrival time (s); if None, accept any time and count pending time from the observation.
-        checked: the decoder guarantees their form, see ``worldmodel.checks``.
+        checked: the decoder guarantees their form.
 
     Returns the accepted blocks, with those that an earlier ``record`` or ``expire`` released, and the faults.
     """
@@ -148,11 +80,9 @@ def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
         _dropped(store, block, FaultCode.TIMED_OUT, f"what it rests on has not come for {arrivals.waiting_s:g} s")
         for block in arrivals.overdue(now_s)
     )
-    dropped, arrivals.dropped = arrivals.dropped, []
-    for block in dropped:
-        revision = Revision(store, ())
-        revision.withdraw(block)
-        changes, others = _resettled(store, None, revision)
+    if arrivals.dropped:
+        arrivals.dropped = []
+        changes, others = _settled_anew(store)
         before = arrivals.unreported
         arrivals.unreported = Merged((*before.changes, *changes), (*before.faults, *others))
     return faults
@@ -161,17 +91,12 @@ def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
 def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
     """Add a valid item or private block; ``known`` is another content of its GUID, if any."""
     if known is None:
-        changed = store.note_creations(block)
-        if changed:
-            return _resettled(store, block, Revision(store, changed))
-        return _settle(store, block)
+        return _settled_anew(store, block) if store.note_creations(block) else _settle(store, block)
     detail = f"origin {block.origin} used sequence {block.sequence} twice; the smaller digest stays"
     conflict = Fault(FaultCode.GUID_CONFLICT, block.origin, detail, block.sequence, block.epoch)
     if store.content(block) >= store.content(known):
         return Merged((), (conflict,))
-    revision = Revision(store, ())
-    revision.replace(known, block)
-    changes, faults = _resettled(store, block, revision)
+    changes, faults = _settled_anew(store, block, known)
     return Merged(changes, (conflict, *faults))
 
 
@@ -228,7 +153,7 @@ def _put(store: Store, block: Block, since_s: float | None) -> Merged:
         return Merged((store.insert(block),), ())
     store.hold(block.guid)
     if result.faults:
-        store.arrivals.refuse(block)
+        store.arrivals.refused[block.guid] = block
         return Merged((), result.faults)
     oldest = store.arrivals.wait(block, result.missing[0], since_s)
     if oldest is None:
@@ -244,12 +169,185 @@ def _dropped(store: Store, block: Block, code: FaultCode, detail: str) -> Fault:
     return Fault(code, block.origin, detail, block.sequence, block.epoch)
 
 
-def _resettled(store: Store, block: Block | None, revision: Revision) -> Merged:
-    """Settle the removed blocks and ``block``; return only what differs from before."""
-    settled = [_settle(store, each, since_s) for each, since_s in revision.loose(block)]
-    changes: list[Change] = [change for merged in settled for change in merged.changes]
-    faults = [fault for merged in settled for fault in merged.faults]
+def _settled_anew(store: Store, added: Block | None = None, replaced: Block | None = None) -> Merged:
+    """Settle all arrived blocks again, with ``added``, without ``replaced``; return only what differs from before."""
+    arrivals, stored = store.arrivals, [*store.blocks(), *store.private_blocks()]
+    was_refused, waiting = {**arrivals.refused}, {**arrivals.waiting}
+    blocks = [*stored, *was_refused.values(), *(each.block for each in waiting.values()), *([added] if added else [])]
+    unsettled = sorted((block for block in blocks if block is not replaced), key=lambda block: block.guid)
+    for block in stored:
+        store.take_out(block)
+    arrivals.forget_all()
+    for block in (*unsettled, *arrivals.dropped):
+        store.note_creations(block)
+    changes: list[Change] = []
+    n_fitting = -1
+    while n_fitting != len(changes):
+        n_fitting, unfit = len(changes), list[Block]()
+        for block in unsettled:
+            if check_fit(store, block) == SOUND:
+                changes.append(store.insert(block))
+            else:
+                unfit.append(block)
+        unsettled = unfit
+    settled = [_put(store, b, waiting[b.guid].since_s if b.guid in waiting else None) for b in unsettled]
+    for status in store.statuses():
+        if check_fit(store, status) != SOUND:
+            store.index.drop(status)
+    known = {block.guid for block in stored if block is not replaced}
+    refused_before = {guid for guid, block in was_refused.items() if block is not replaced}
     return Merged(
-        tuple(change for change in changes if change.block.guid not in revision.was_in),
-        tuple(fault for fault in faults if fault.guid not in revision.was_refused),
+        tuple(change for change in changes if change.block.guid not in known),
+        tuple(fault for merged in settled for fault in merged.faults if fault.guid not in refused_before),
     )
+
+
+# Checks ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class CheckResult:
+    """Result of a check: refused with ``faults``, else pending for ``missing`` instances."""
+
+    faults: tuple[Fault, ...] = ()
+    missing: tuple[int, ...] = ()
+
+
+SOUND = CheckResult()
+_UIDS = (ValueKind.TYPE, ValueKind.LINK)
+_ATTRIBUTE = itemgetter(1)
+
+
+def check_form(store: Store, block: Block, quantised: bool = False) -> tuple[Fault, ...]:
+    """Return the faults in the form of a block; ``quantised`` values are in range and on their grid."""
+    faults: list[tuple[FaultCode, str]] = []
+    if not 0 <= block.origin < store.n_origins:
+        faults.append((FaultCode.UNKNOWN_ORIGIN, f"origin {block.origin} is outside 0..{store.n_origins - 1}"))
+    if not 0 <= block.epoch < EPOCHS:
+        faults.append((FaultCode.BAD_EPOCH, f"epoch {block.epoch} is outside 0..{EPOCHS - 1}"))
+    if not -MOST_ITEMS <= block.sequence < MOST_ITEMS:
+        faults.append((FaultCode.BAD_SEQUENCE, f"sequence {block.sequence} is outside 0..{MOST_ITEMS - 1}"))
+    elif block.sequence < STATUS and block.origin != store.owner:
+        faults.append((FaultCode.BAD_SEQUENCE, f"block {block.sequence} is private to origin {block.origin}"))
+    elif block.sequence == STATUS and not store.latest_only.issuperset(map(_ATTRIBUTE, block.facts)):
+        detail = "a status has facts of attributes with rm:latestOnly alone"
+        faults.append((FaultCode.BAD_SEQUENCE, detail))
+    if not math.isfinite(block.time_s) or block.time_s < 0:
+        faults.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not a time since the mission began"))
+    elif store.quantise_time(block.time_s) != block.time_s:
+        faults.append((FaultCode.BAD_TIME, f"time {block.time_s} s is not on the grid of {store.time_resolution_s} s"))
+    if not block.facts:
+        faults.append((FaultCode.NO_FACTS, "a block needs at least one fact"))
+    attributes = store.tbox.attributes
+    for fact in block.facts:
+        if not 0 <= fact.attribute < len(attributes):
+            detail = f"attribute {fact.attribute} is outside 0..{len(attributes) - 1}"
+            faults.append((FaultCode.UNKNOWN_ATTRIBUTE, detail))
+            continue
+        if not 0 <= fact.subject < store.n_uids:
+            detail = f"subject {fact.subject} is outside 0..{store.n_uids - 1}"
+            faults.append((FaultCode.UNKNOWN_INSTANCE, detail))
+        if not quantised or attributes[fact.attribute].kind in _UIDS:
+            _check_value(store, attributes[fact.attribute], fact, faults)
+    return _faults(block, faults) if faults else ()
+
+
+def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, faults: list[tuple[FaultCode, str]]) -> None:
+    try:
+        if fact.uncertainty is not None and attribute.quantise_uncertainty(fact.uncertainty) != fact.uncertainty:
+            detail = f"{attribute.name} of {fact.subject}: the uncertainty {fact.uncertainty} is not on its grid"
+            faults.append((FaultCode.VALUE_GRID, detail))
+        stored = attribute.quantise(fact.value)
+    except TypeError as error:
+        faults.append((FaultCode.VALUE_KIND, f"{attribute.name} of {fact.subject}: {error}"))
+        return
+    except ValueError as error:
+        faults.append((FaultCode.VALUE_RANGE, f"{attribute.name} of {fact.subject}: {error}"))
+        return
+    if stored != fact.value:
+        detail = f"{attribute.name} of {fact.subject}: {fact.value} is not on its grid; {stored} is"
+        faults.append((FaultCode.VALUE_GRID, detail))
+    elif attribute.kind is ValueKind.LINK and fact.target >= store.n_uids:
+        detail = f"{attribute.name} of {fact.subject}: target {stored} is outside 0..{store.n_uids - 1}"
+        faults.append((FaultCode.UNKNOWN_INSTANCE, detail))
+    elif attribute.kind is ValueKind.TYPE and fact.target >= len(store.tbox.classes):
+        detail = f"type of {fact.subject}: class {stored} is outside 0..{len(store.tbox.classes) - 1}"
+        faults.append((FaultCode.UNKNOWN_CLASS, detail))
+
+
+def check_fit(store: Store, block: Block) -> CheckResult:
+    """Check the fit of a block of valid form with the store, see the module docstring."""
+    masks = store.index.masks
+    for fact in block.facts:
+        attribute = store.tbox.attributes[fact.attribute]
+        if attribute.kind is ValueKind.TYPE or not masks.get(fact.subject, 0) >> attribute.domain & 1:
+            break
+        if attribute.range_class is not None and not masks.get(fact.target, 0) >> attribute.range_class & 1:
+            break
+    else:  # subjects and targets are known to have the required classes
+        return SOUND
+    fit = _Fit(store, block)
+    for fact in block.facts:
+        attribute = store.tbox.attributes[fact.attribute]
+        if attribute.kind is ValueKind.TYPE:
+            fit.retype(fact)
+            continue
+        fit.require(fact.subject, attribute.domain, FaultCode.DOMAIN, attribute)
+        if attribute.range_class is not None:
+            fit.require(fact.target, attribute.range_class, FaultCode.LINK_CLASS, attribute)
+    if fit.found:
+        return CheckResult(_faults(block, fit.found))
+    return CheckResult(missing=tuple(fit.missing)) if fit.missing else SOUND
+
+
+class _Fit:
+    __slots__ = ("block", "created", "found", "masks", "missing", "store")
+
+    def __init__(self, store: Store, block: Block) -> None:
+        self.store = store
+        self.block = block
+        self.found: list[tuple[FaultCode, str]] = []
+        self.missing: dict[int, None] = {}
+        self.masks: dict[int, int] = {}  # instance -> classes asserted by this block
+        self.created: dict[int, int] = {}  # instance -> class of creation by this block
+        for fact in block.facts:
+            if fact.attribute == TYPE_UID:
+                self._assert_type(fact.subject, fact.target)
+
+    def _assert_type(self, uid: int, class_uid: int) -> None:
+        if self.store.class_mask(uid) or self.store.owner_of(uid) == self.block.origin:
+            self.masks[uid] = self.masks.get(uid, 0) | self.store.tbox.ancestor_mask(class_uid)
+            self.created.setdefault(uid, class_uid)
+
+    def _created_as(self, uid: int) -> int | None:
+        announced = self.store.created_as(uid)
+        return self.created.get(uid) if announced is None else announced
+
+    def retype(self, fact: PropertyValue) -> None:
+        """Record a fault for a type neither above nor below the subject's class of creation."""
+        tbox, uid, new = self.store.tbox, fact.subject, fact.target
+        created = self._created_as(uid)
+        if not (self.store.class_mask(uid) or uid in self.masks):
+            self.missing[uid] = None
+        if created is None or tbox.is_a(new, created) or tbox.is_a(created, new):
+            return
+        how = "is disjoint with" if tbox.are_disjoint(new, created) else "is neither above nor below"
+        detail = f"{uid} is given the type {tbox.classes[new].name}, which {how} {tbox.classes[created].name}"
+        self.found.append((FaultCode.TYPE_CLASH, detail))
+
+    def require(self, uid: int, class_uid: int, code: FaultCode, attribute: Attribute) -> None:
+        """Record a fault or a missing instance unless the instance has class ``class_uid``."""
+        mask = self.store.class_mask(uid) | self.masks.get(uid, 0)
+        if mask >> class_uid & 1:
+            return
+        created = self._created_as(uid)
+        if created is None or self.store.tbox.have_common_subclass(created, class_uid):
+            self.missing[uid] = None
+            return
+        classes = self.store.tbox.classes
+        detail = f"{attribute.name}: {uid} is a {classes[created].name}, not a {classes[class_uid].name}"
+        self.found.append((code, detail))
+
+
+def _faults(block: Block, coded: list[tuple[FaultCode, str]]) -> tuple[Fault, ...]:
+    return tuple(Fault(code, block.origin, detail, block.sequence, block.epoch) for code, detail in coded)

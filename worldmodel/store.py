@@ -7,24 +7,186 @@ vehicles with equal blocks have equal views.
 
 The common instances of a scenario have the uids 0, 1, ... An origin creates further instances with uids from its own
 range and announces them by a value of the attribute ``type``.
+
+``digest`` covers the items that have arrived: accepted, pending, refused or pruned. ``state_hash`` covers their
+content. Pruning changes neither, so vehicles that prune differently still agree.
+
+In the index, a property is a slot. Its facts are sorted from old to new; of statuses, only the newest of each origin is
+present. For memory, properties are nested dictionaries by attribute and instance. Facts of excluded origins are stored
+separately, so that queries cost the same.
 """
 
-from bisect import bisect_left, bisect_right
+import hashlib
+from bisect import bisect_left, bisect_right, insort
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from worldmodel.errors import FactError
-from worldmodel.facts import EPOCHS, STATUS, Block, Change, Instance, Lacking, Observation, PropertyValue
-from worldmodel.holdings import BlockLog, Keeping, StoredItems
-from worldmodel.index import EMPTY, sort_key
+from worldmodel.bans import Bans
+from worldmodel.errors import FactError, unknown_name
+from worldmodel.facts import (
+    EPOCHS,
+    STATUS,
+    Block,
+    BlockKey,
+    Change,
+    Guid,
+    Instance,
+    Lacking,
+    Observation,
+    PropertyValue,
+)
+from worldmodel.holdings import Arrivals, BlockLog, Keeping, Waiting
 from worldmodel.inference import Inference
-from worldmodel.ontology.fields import Value
+from worldmodel.ontology.fields import Grid, Value
 from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
 
 USUAL = Keeping()
 _NONE = (None,)
 
+Slot = tuple[int, int]
+"""(subject, attribute)."""
+StatusSlot = tuple[int, int, int]
+"""(subject, attribute, origin)."""
+Slots = dict[int, dict[int, list[Observation]]]
+"""Facts by attribute and subject, oldest first; no list is empty."""
+EMPTY: dict[int, list[Observation]] = {}
 
-class Store(StoredItems):
+
+def sort_key(observation: Observation) -> tuple[BlockKey, int]:
+    """Return the sort key of a fact."""
+    return observation.block.key, observation.position
+
+
+class Index:
+    """Facts by property, and the consequences of types and links."""
+
+    def __init__(self, tbox: TBox, instances: Sequence[Instance]) -> None:
+        self._tbox = tbox
+        self._base = [tbox.ancestor_mask(instance.class_uid) for instance in instances]
+        self.slots: Slots = {}
+        """Facts that count."""
+        self.apart: Slots = {}
+        """Facts of excluded origins, which do not count."""
+        self.trust = Bans(tbox)
+        self.turned: set[Slot] = set()
+        """Properties whose counting facts an exclusion changed; the reader clears the set."""
+        self.statuses: dict[StatusSlot, Block] = {}
+        """Newest status per property and origin, as a block of one fact."""
+        self.masks: dict[int, int] = dict(enumerate(self._base))
+        """Known classes of each instance, bit c for class c."""
+        self.heeded: frozenset[int] = frozenset()
+        """Attributes used by inference."""
+        self.touched: set[Slot] = set()
+        """Changed properties of these attributes since the last inference."""
+        self.version_of_types = 0
+        """Counter of added and removed type facts."""
+
+    def enter(self, observation: Observation) -> None:
+        """Add a fact."""
+        block, position = observation
+        fact = block.facts[position]
+        subject, attribute = fact.subject, fact.attribute
+        slots = self._slots_of(block) if self.trust.from_s else self.slots
+        entries = slots.setdefault(attribute, {}).setdefault(subject, [])
+        if not entries or entries[-1].block.time_s < block.time_s:
+            entries.append(observation)
+        else:
+            insort(entries, observation, key=sort_key)
+        if attribute in self.heeded:
+            self.touched.add((subject, attribute))
+        if attribute == TYPE_UID:
+            self.masks[subject] = self.masks.get(subject, 0) | self._tbox.ancestor_mask(fact.target)
+            self.version_of_types += 1
+        elif attribute == self.trust.attribute:
+            self._decide()
+
+    def leave(self, observation: Observation) -> None:
+        """Remove a fact."""
+        fact, block = observation.fact, observation.block
+        slot = fact.subject, fact.attribute
+        of_attribute = self._slots_of(block)[fact.attribute]
+        entries = of_attribute[fact.subject]
+        del entries[bisect_left(entries, sort_key(observation), key=sort_key)]
+        if not entries:
+            del of_attribute[fact.subject]
+        if fact.attribute in self.heeded:
+            self.touched.add(slot)
+        if fact.attribute == TYPE_UID:
+            self._work_out_types(fact.subject)
+        elif fact.attribute == self.trust.attribute:
+            self._decide()
+
+    def all_of(self, slot: Slot) -> Sequence[Observation]:
+        """Return all facts of a property: counting ones in order, then excluded ones in order."""
+        subject, attribute = slot
+        counting = self.slots.get(attribute, EMPTY).get(subject, ())
+        return (*counting, *self.apart.get(attribute, EMPTY).get(subject, ())) if self.apart else counting
+
+    def _slots_of(self, block: Block) -> Slots:
+        return self.apart if self.trust.hides(block.origin, block.time_s) else self.slots
+
+    def _decide(self) -> None:
+        """Evaluate the exclusions; redistribute facts of properties observed by origins with a changed one."""
+        both, attribute = (self.slots, self.apart), self.trust.attribute
+        of_trust = [each for slots in both for entries in slots.get(attribute, EMPTY).values() for each in entries]
+        origins = self.trust.decide(of_trust)
+        if not origins:
+            return
+        for slot in {(subject, uid) for slots in both for uid, subjects in slots.items() for subject in subjects}:
+            entries = sorted(self.all_of(slot), key=sort_key)
+            if origins.isdisjoint(entry.origin for entry in entries):
+                continue
+            self.turned.add(slot)
+            subject, attribute = slot
+            if attribute in self.heeded:
+                self.touched.add(slot)
+            for slots in both:
+                slots.get(attribute, EMPTY).pop(subject, None)
+            for entry in entries:
+                of_attribute = self._slots_of(entry.block).setdefault(attribute, {})
+                of_attribute.setdefault(subject, []).append(entry)
+
+    def _work_out_types(self, uid: int) -> None:
+        mask = self._base[uid] if uid < len(self._base) else 0
+        for entry in self.all_of((uid, TYPE_UID)):
+            mask |= self._tbox.ancestor_mask(entry.fact.target)
+        if mask:
+            self.masks[uid] = mask
+        else:
+            self.masks.pop(uid, None)
+        self.version_of_types += 1
+
+    # Statuses ------------------------------------------------------------------------------------
+
+    def place(self, status: Block) -> list[Observation]:
+        """Replace older statuses of the origin, fact by fact; return the facts stored now."""
+        placed = []
+        for fact in status.facts:
+            single = Observation(status if len(status.facts) == 1 else status._replace(facts=(fact,)), 0)
+            slot = (fact.subject, fact.attribute, status.origin)
+            held = self.statuses.get(slot)
+            if held is not None:
+                if status.time_s <= held.time_s and self._order(single.block) <= self._order(held):
+                    continue
+                self.leave(Observation(held, 0))
+            self.statuses[slot] = single.block
+            self.enter(single)
+            placed.append(single)
+        return placed
+
+    def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:
+        """Return the order of statuses of one property and origin; content breaks ties."""
+        (fact,) = status.facts
+        index = self._tbox.attributes[fact.attribute].encode(fact.value)
+        return status.time_s, status.epoch, index, fact.uncertainty is not None, fact.uncertainty or 0.0
+
+    def drop(self, status: Block) -> None:
+        """Remove a status."""
+        fact = status.facts[0]
+        del self.statuses[fact.subject, fact.attribute, status.origin]
+        self.leave(Observation(status, 0))
+
+
+class Store:
     """Indexed blocks of one vehicle; ``version`` grows whenever an answer may change."""
 
     def __init__(
@@ -51,20 +213,44 @@ class Store(StoredItems):
 
         Raises FactError for invalid arguments; the message lists all bad instances.
         """
-        super().__init__(tbox, instances, time_resolution_s, n_origins, run_time_instances_per_origin, keeping)
-        clock_tolerance_s, pruning = keeping.clock_tolerance_s, keeping.pruning
+        _refuse_bad_instances(tbox, instances)
+        if run_time_instances_per_origin < 0:
+            raise FactError(f"run_time_instances_per_origin is {run_time_instances_per_origin}; allowed: 0 or more")
+        if not keeping.waiting_s >= 0:
+            raise FactError(f"waiting_s is {keeping.waiting_s}; allowed: 0 s or more")
+        if keeping.waiting_blocks < 1:
+            raise FactError(f"waiting_blocks is {keeping.waiting_blocks}; allowed: 1 or more")
         if not 0 <= owner < n_origins:
             raise FactError(f"owner {owner} is not an origin; allowed: 0..{n_origins - 1}")
         if not 0 <= epoch < EPOCHS:
             raise FactError(f"epoch is {epoch}; allowed: 0..{EPOCHS - 1}")
-        if not clock_tolerance_s >= 0:
-            raise FactError(f"clock_tolerance_s is {clock_tolerance_s}; allowed: 0 s or more")
-        for rule in pruning:
+        if not keeping.clock_tolerance_s >= 0:
+            raise FactError(f"clock_tolerance_s is {keeping.clock_tolerance_s}; allowed: 0 s or more")
+        for rule in keeping.pruning:
             rule.check(tbox)
-        self.pruning = tuple(pruning)
-        self.owner = owner
-        self.epoch = epoch
-        self.clock_tolerance_s = clock_tolerance_s
+        try:
+            self.clock_grid = Grid(0.0, time_resolution_s)
+        except ValueError as error:
+            raise FactError(f"time_resolution_s: {error}") from None
+        self.tbox = tbox
+        self.owner, self.epoch = owner, epoch
+        self.n_origins = n_origins
+        self.run_time_instances_per_origin = run_time_instances_per_origin
+        self.common_instances = tuple(instances)
+        self._instance_named = {instance.name: instance for instance in instances}
+        self.n_uids = len(instances) + n_origins * run_time_instances_per_origin
+        self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
+        self.pruning = tuple(keeping.pruning)
+        self.clock_tolerance_s = keeping.clock_tolerance_s
+        self.time_resolution_s = time_resolution_s
+        self._time_ratio = self.clock_grid.ratio
+        self.index = Index(tbox, instances)
+        self.arrivals = Arrivals(keeping.waiting_s, keeping.waiting_blocks)
+        self.logs: dict[tuple[int, int], BlockLog] = {(owner, epoch): BlockLog()}
+        """Items, by (origin, epoch)."""
+        self._private: dict[tuple[int, int], BlockLog] = {}  # private blocks, numbered upwards here
+        self.content_of_pruned = 0
+        """Sum of the content digests of pruned items."""
         self.version = 0
         self.watched: set[tuple[int, int]] = set()
         """Properties (instance uid, attribute uid) whose new observations ``take_news`` returns."""
@@ -81,10 +267,127 @@ class Store(StoredItems):
         self.inference = Inference(tbox, self, instances, self.index.touched, keeping.common_facts)
         self.index.heeded = self.inference.heeded
         self.next_sequence = 0
-        self.logs[owner, epoch] = BlockLog()
         self.next_private = STATUS - 1
         self.own_instances: set[int] = set()
         """Known uids already allocated in the owner's range."""
+
+    def instance(self, uid: int) -> Instance | None:
+        """Return a common or announced instance, even if an excluded origin announced it."""
+        if 0 <= uid < len(self.common_instances):
+            return self.common_instances[uid]
+        created = self.arrivals.created_as(uid)
+        if created is None or not self.class_mask(uid):
+            return None
+        return Instance(uid, created, f"{self.tbox.classes[created].name}-{uid}")
+
+    def instance_uids(self) -> Iterable[int]:
+        """Return the uids of all known instances, those of excluded origins included."""
+        return self.index.masks.keys()
+
+    def instance_named(self, name: str) -> Instance:
+        """Return a common instance by name; raises UnknownNameError with the nearest name."""
+        try:
+            return self._instance_named[name]
+        except KeyError:
+            raise unknown_name("common instance", name, self._instance_named) from None
+
+    def class_mask(self, uid: int) -> int:
+        """Return the known classes of an instance, bit c for class c; 0 if unknown."""
+        return self.index.masks.get(uid, 0)
+
+    def created_as(self, uid: int) -> int | None:
+        """Return the class of creation of an instance, even while the creating block is pending."""
+        if 0 <= uid < len(self.common_instances):
+            return self.common_instances[uid].class_uid
+        return self.arrivals.created_as(uid)
+
+    def owner_of(self, uid: int) -> int | None:
+        """Return the origin that owns the range of a uid; None for a common instance or no range."""
+        if not len(self.common_instances) <= uid < self.n_uids:
+            return None
+        return (uid - len(self.common_instances)) // self.run_time_instances_per_origin
+
+    def first_uid_of(self, origin: int) -> int:
+        """Return the first uid in the range of ``origin``."""
+        return len(self.common_instances) + origin * self.run_time_instances_per_origin
+
+    def block(self, guid: Guid) -> Block | None:
+        """Return an item or private block if it is accepted and stored."""
+        log, sequence = self._place(guid)
+        return None if log is None else log.blocks.get(sequence)
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the accepted items, by origin, epoch and sequence."""
+        for key in sorted(self.logs):
+            yield from self.logs[key]
+
+    def private_blocks(self) -> Iterator[Block]:
+        """Yield the owner's private blocks."""
+        for key in sorted(self._private):
+            yield from self._private[key]
+
+    def arrived(self, guid: Guid) -> Block | None:
+        """Return a block that is accepted, pending or refused."""
+        return self.block(guid) or self.arrivals.get(guid)
+
+    def has_arrived(self, guid: Guid) -> bool:
+        """True if peers need not send the block again, even if it was pruned since."""
+        log, sequence = self._place(guid)
+        return log is not None and sequence in log.blocks
+
+    def digest(self) -> dict[tuple[int, int], tuple[int, int]]:
+        """Return the arrived items by (origin, epoch), each as in ``BlockLog.digest``."""
+        return {key: log.digest for key, log in self.logs.items() if log.blocks}
+
+    def items(self) -> Iterator[tuple[Guid, Block | None]]:
+        """Yield the arrived items, by origin, epoch and sequence; None for a pruned one."""
+        for origin, epoch in sorted(self.logs):
+            log = self.logs[origin, epoch]
+            for sequence in sorted(log.blocks):
+                guid = origin, epoch, sequence
+                yield guid, self.arrived(guid)
+
+    def state_hash(self) -> str:
+        """Return a digest of TBox, common instances and accepted items, pruned ones included."""
+        total = self.content_of_pruned + sum(self._content_number(block) for block in self.blocks())
+        state = (self.tbox.hash, self.common_instances, self.n_origins, self.n_uids, total % (1 << 256))
+        return hashlib.sha256(repr(state).encode()).hexdigest()
+
+    def content(self, block: Block) -> bytes:
+        """Return a digest of GUID, time and facts of a valid block, computed on integers."""
+        attributes = self.tbox.attributes
+        facts = [(f.subject, f.attribute, attributes[f.attribute].encode(f.value), f.uncertainty) for f in block.facts]
+        tick = self.clock_grid.index_of(block.time_s)
+        return hashlib.sha256(repr((block.guid, tick, facts)).encode()).digest()
+
+    def _content_number(self, block: Block) -> int:
+        return int.from_bytes(self.content(block), "big")
+
+    def quantise_time(self, time_s: float) -> float:
+        """Return the grid time nearest to ``time_s`` (s)."""
+        step, denominator = self._time_ratio
+        return round(time_s / self.time_resolution_s) * step / denominator
+
+    def _place(self, guid: Guid, create: bool = False) -> tuple[BlockLog | None, int]:
+        origin, epoch, sequence = guid
+        logs, index = (self.logs, sequence) if sequence >= 0 else (self._private, STATUS - 1 - sequence)
+        log = logs.get((origin, epoch))
+        if log is None and create:
+            log = logs[origin, epoch] = BlockLog()
+        return log, index
+
+    def hold(self, guid: Guid, block: Block | None = None) -> None:
+        """Mark an item or private block as arrived and store ``block``, if given."""
+        log, sequence = self._place(guid, create=True)
+        if log is not None:
+            log.put(sequence, block)
+
+    def drop(self, block: Block) -> None:
+        """Remove a pending or refused block so that it can be received again."""
+        self.arrivals.take(block.guid)
+        log, sequence = self._place(block.guid)
+        if log is not None:
+            log.forget(sequence)
 
     def latest(self, subject: int, attribute: int, at_s: float | None = None) -> Observation | None:
         """Return the newest observation of a property by ``at_s`` (s); of statuses the newest only."""
@@ -144,7 +447,18 @@ class Store(StoredItems):
 
     def lacking(self, now_s: float) -> tuple[Lacking, ...]:
         """Return the missing instances of pending blocks, by uid, with ages at ``now_s`` (s)."""
-        return self.arrivals.lacking(now_s, self.owner_of)
+        of_uid: dict[int, list[Waiting]] = {}
+        for _, waiting in sorted(self.arrivals.waiting.items()):
+            of_uid.setdefault(waiting.missing, []).append(waiting)
+        return tuple(
+            Lacking(
+                uid,
+                self.owner_of(uid),
+                now_s - min(waiting.since_s for waiting in of_uid[uid]),
+                tuple(waiting.block.guid for waiting in of_uid[uid]),
+            )
+            for uid in sorted(of_uid)
+        )
 
     def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
         """Return the asserted and inferred instances of a class, by uid."""
@@ -256,3 +570,19 @@ class Store(StoredItems):
 
 def _time_s(observation: Observation) -> float:
     return observation.block.time_s
+
+
+def _refuse_bad_instances(tbox: TBox, instances: Sequence[Instance]) -> None:
+    faults = []
+    for expected, instance in enumerate(instances):
+        if instance.uid != expected:
+            faults.append(f"instance {instance.name!r} has uid {instance.uid}; allowed here: {expected}")
+        if not 0 <= instance.class_uid < len(tbox.classes):
+            faults.append(
+                f"instance {instance.name!r} is of class {instance.class_uid}; allowed: 0..{len(tbox.classes) - 1}"
+            )
+    names = [instance.name for instance in instances]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        faults.append(f"{names.count(name)} instances are named {name!r}; allowed: one")
+    if faults:
+        raise FactError("\n".join(faults))

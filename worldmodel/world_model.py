@@ -13,15 +13,13 @@ from collections.abc import Iterable, Iterator
 from operator import itemgetter
 from typing import NamedTuple
 
-from worldmodel.checks import CheckResult, check_fit, check_form
 from worldmodel.errors import FactError
 from worldmodel.facts import EPOCHS, STATUS, Block, Change, Fault, Guid, Merged, Observation, PropertyValue
 from worldmodel.holdings import PruneRule
-from worldmodel.index import EMPTY
-from worldmodel.merge import enter, expire, merge
+from worldmodel.merge import CheckResult, check_fit, check_form, enter, expire, merge
 from worldmodel.ontology.fields import Value
 from worldmodel.ontology.tbox import TYPE_UID
-from worldmodel.store import Store
+from worldmodel.store import EMPTY, Store
 
 Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
 """Subject, attribute uid, value; optionally the uncertainty of the value."""

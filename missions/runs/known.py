@@ -48,7 +48,6 @@ from worldmodel import (
     suggestion,
     tidy,
 )
-from worldmodel.valuetext import from_text, uncertainty_from_text
 
 T = TypeVar("T")
 Row = Mapping[str, Any]
@@ -513,6 +512,6 @@ def fact_of_row(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
     """Return the fact of a row of the table ``items``; ``model`` needs only common instances."""
     attribute = model.tbox.attribute_named(row["attribute"])
     is_link = attribute.kind is ValueKind.LINK
-    value = _uid(model, row["value"]) if is_link else from_text(model.tbox, attribute, row["value"])
-    uncertainty = uncertainty_from_text(row.get("uncertainty", ""))
-    return PropertyValue(_uid(model, row["subject"]), attribute.uid, value, uncertainty)
+    value = _uid(model, row["value"]) if is_link else model.tbox.value_of(attribute, row["value"])
+    uncertainty = row.get("uncertainty", "")
+    return PropertyValue(_uid(model, row["subject"]), attribute.uid, value, float(uncertainty) if uncertainty else None)

@@ -17,8 +17,7 @@ from missions.files import is_file, shown, text_of
 from remoras.mission import Mission
 from remoras.table import NotNegative, Positive, Section, Sparse
 from worldmodel import OntologyError, PruneRule, Source, TBox, core_ontology_paths, read_tbox
-from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
-from worldmodel.holdings import prunable
+from worldmodel.holdings import WAITING_BLOCKS, WAITING_S, prunable
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

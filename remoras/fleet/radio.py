@@ -28,7 +28,6 @@ from remoras.recorder import Content, Recorder, content_of
 from remoras.strategy import Declaration
 from remoras.work import Point
 from worldmodel import STATUS, Block, Change, FaultCode, Needs, PropertyValue, TBox, merge, tidy
-from worldmodel.valuetext import uncertainty_as_text
 
 JOB = "Job"
 """Class of the core ontology; facts about jobs are new information for the mission."""
@@ -299,7 +298,8 @@ class Radio:
     def _record_facts(self, block: Block | Fragment, name: str, kind: str, now_s: float) -> None:
         append, as_text = self._recorder.items.append, self._beliefs.as_text
         for fact in block.facts:
-            append((name, self._me, block.time_s, now_s, *as_text(fact), kind, uncertainty_as_text(fact)))
+            uncertainty = "" if fact.uncertainty is None else repr(fact.uncertainty)
+            append((name, self._me, block.time_s, now_s, *as_text(fact), kind, uncertainty))
 
     def _record_item(self, now_s: float, uid: ItemUid, event: str) -> None:
         self._recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))

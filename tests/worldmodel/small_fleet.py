@@ -19,7 +19,7 @@ from worldmodel import (
     ontology_path,
     read_tbox,
 )
-from worldmodel.checks import CheckResult, check_fit, check_form
+from worldmodel.merge import CheckResult, check_fit, check_form
 from worldmodel.ontology.fields import Grid
 
 AREAS = Path(__file__).parent / "areas.ttl"

@@ -1,15 +1,18 @@
 """Bans: one decision for one set of facts, and a view that costs the same with a ban and without."""
 
+import math
 import random
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worldmodel.bans import BanFact, decided
+from worldmodel import Block, Observation, PropertyValue
+from worldmodel.bans import decided
 
 
-def word(time_s: float, issuer: int, vehicle: int, from_s: float | None, sequence: int = 0) -> BanFact:
-    return BanFact((time_s, issuer, 0, sequence), 0, issuer, vehicle, from_s)
+def word(time_s: float, issuer: int, vehicle: int, from_s: float | None, sequence: int = 0) -> Observation:
+    value = math.inf if from_s is None else from_s
+    return Observation(Block(issuer, sequence, time_s, (PropertyValue(vehicle, 0, value),)), 0)
 
 
 def test_what_a_vehicle_says_of_itself_does_not_count() -> None:

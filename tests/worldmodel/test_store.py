@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from small_fleet import BANNED_FROM, N_ORIGINS, TBOX, any_blocks, ban, check, fleet_model, picture, sound_blocks
 
 from worldmodel import Block, WorldModel, expire, merge
-from worldmodel.checks import CheckResult
+from worldmodel.merge import CheckResult
 
 
 def merged(*batches: list[Block]) -> WorldModel:

@@ -18,7 +18,6 @@ from worldmodel import (
 from worldmodel.facts import FaultCode
 from worldmodel.ontology.fields import bytes_of, decoded_text
 from worldmodel.rdf.terms import term_of
-from worldmodel.valuetext import from_text, stored_as_text
 
 MOST_BYTES = 24
 NOTES = f"""
@@ -51,7 +50,7 @@ def test_a_text_is_what_was_recorded(text: str) -> None:
     change = model.record([(0, note.uid, text)], now_s=1.0)
     assert model.latest(0, note.uid).value == text
     assert note.decode(note.encode(text)) == text
-    assert from_text(TBOX, note, stored_as_text(model, note, text)) == text
+    assert TBOX.value_of(note, TBOX.text_of(note, text)) == text
     assert str(term_of(TBOX, note, text)) == text
     other = model_of(1)
     assert merge(other, [change.block]).faults == ()

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
+from typing import cast
 
 from worldmodel.errors import unknown_name
 from worldmodel.ontology.axioms import NO_AXIOMS, Axioms, CompiledAxioms
@@ -238,6 +239,40 @@ class TBox:
             return self._attribute_named[name]
         except KeyError:
             raise unknown_name("attribute", name, self._attribute_named) from None
+
+    def text_of(self, attribute: Attribute, stored: Value) -> str:
+        """Return a stored value, but no link, as text of tables that ``value_of`` restores exactly.
+
+        Numbers by ``repr``, ``true`` and ``false``, symbols as they are, points as ``POINT (east north)``, classes by
+        name.
+        """
+        match attribute.kind:
+            case ValueKind.TYPE:
+                return self.classes[cast(int, stored)].name
+            case ValueKind.SYMBOL:
+                return attribute.symbols[cast(int, stored)]
+            case ValueKind.POINT:
+                east, north = cast(tuple[float, float], stored)
+                return f"POINT ({east!r} {north!r})"
+            case ValueKind.BOOLEAN:
+                return str(stored).lower()
+        return stored if isinstance(stored, str) else repr(stored)
+
+    def value_of(self, attribute: Attribute, text: str) -> Value:
+        """Parse a text of ``text_of``; raises ValueError or UnknownNameError for any other."""
+        match attribute.kind:
+            case ValueKind.TYPE:
+                return self.class_named(text).uid
+            case ValueKind.SYMBOL:
+                return attribute.symbols.index(text)
+            case ValueKind.TEXT:
+                return text
+            case ValueKind.POINT:
+                east, north = text.removeprefix("POINT (").removesuffix(")").split()
+                return (float(east), float(north))
+            case ValueKind.BOOLEAN:
+                return ("false", "true").index(text) == 1
+        return float(text)
 
     def is_a(self, c: int, d: int) -> bool:
         """True if class ``c`` is class ``d`` or a subclass of it."""
