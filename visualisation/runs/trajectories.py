@@ -187,15 +187,19 @@ def picture(
         page.legend(figure, (*_legend(scene), *entries))
 
         def bodies_in() -> list[float]:
-            for axes, panel in zip(maps, panels, strict=True):
-                shown = panel.frame.padded(max(MARGIN_OF_MAP * _size_m(panel.frame), LEAST_EXTENT_M / 2))
-                axes.set(xlim=shown.intervalx, ylim=shown.intervaly)  # widened to the shape of the panel when drawn
-            whole, wide_in = panels[0].frame, [page.panel_in(axes)[0] for axes in maps]
+            sizes_in, whole = [page.panel_in(axes) for axes in maps], panels[0].frame
             shape = (whole.height + LEAST_EXTENT_M) / (whole.width + LEAST_EXTENT_M)
-            whole_in = wide_in[0] * min(TALLEST, max(LOWEST, shape))
+            whole_in = sizes_in[0][0] * min(TALLEST, max(LOWEST, shape))
+            small_in = [wide_in * LOWEST for wide_in, _ in sizes_in[1:]]
             if beside:
-                return [whole_in / (len(maps) - 1)] * (len(maps) - 1)
-            return [whole_in, *(LOWEST * wide for wide in wide_in[1:])]
+                between_in = sizes_in[0][1] - sum(high_in for _, high_in in sizes_in[1:])
+                small_in = [(whole_in - between_in) / len(small_in)] * len(small_in)
+            for axes, panel, (wide_in, _), high_in in zip(maps, panels, sizes_in, [whole_in, *small_in], strict=True):
+                shown = panel.frame.padded(max(MARGIN_OF_MAP * _size_m(panel.frame), LEAST_EXTENT_M / 2))
+                m_per_in = max(shown.width / wide_in, shown.height / high_in)
+                shown = shown.expanded(m_per_in * wide_in / shown.width, m_per_in * high_in / shown.height)
+                axes.set(xlim=shown.intervalx, ylim=shown.intervaly)
+            return small_in if beside else [whole_in, *small_in]
 
         page.lay_out(figure, maps[1:] if beside else maps, bodies_in)
         for panel, axes in zip(panels, maps, strict=True):
@@ -297,7 +301,6 @@ def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
 
 
 def _draw(axes: Axes, scene: MapContents, panel: Panel, lowest: bool, n_ticks: int) -> None:
-    axes.set_aspect("equal", adjustable="datalim")
     axes.xaxis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))
     axes.set_ylabel(words.axis("y north", "m"))
@@ -350,7 +353,6 @@ def _name_places(axes: Axes, scene: MapContents, panel: Panel) -> None:
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
         frame = frame_of(place.outline_m)
         names.append(Label(place.name, (frame.x0 + frame.x1) / 2, (frame.y0 + frame.y1) / 2, frame.width))
-    axes.apply_aspect()
     keep_clear = [point_m for point_m, _ in _marks(scene, panel.span)]
     page.place_labels(axes, [name for name in names if axes.viewLim.contains(name.x, name.y)], keep_clear)
 
