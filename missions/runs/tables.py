@@ -1,7 +1,5 @@
 """Tables of a run as Arrow and Parquet.
 
-Columns are built from buffers, since ``pyarrow.array`` loads pandas, which takes 0.2 s and tens of megabytes.
-
 Numbers are quantised to a power of two, such as 1/128 m: they stay ordinary floats, with meaningless digits zero, and
 compress well as byte streams under zstd. Joules are integers, stored as differences. Trajectories are sorted by vehicle
 for the same reason.
@@ -35,7 +33,6 @@ from missions.disk import DIGESTS, drafted, note_digests, synced
 from missions.errors import OutputError
 from remoras.recorder import KEY, TRAJECTORIES, Recorder, Row, Table
 
-Array = npt.NDArray[Any]
 _VALUES: dict[str, tuple[type, ...]] = {
     "float": (Real,), "int": (Integral,), "str": (str,), "bool": (bool, np.bool_),
     "list": (list, tuple), "floats": (list, tuple), "ints": (list, tuple),
@@ -43,8 +40,8 @@ _VALUES: dict[str, tuple[type, ...]] = {
 """Types of the values of a column by its kind, besides None."""
 _ENTRIES = {"list": "str", "floats": "float", "ints": "int"}
 """Kind of the entries of lists."""
-_MOST = 2**31 - 1
-"""Limit on a column's text bytes or list entries; more need wider offsets."""
+_ARROW = {"str": pa.string(), "bool": pa.bool_(), "int": pa.int64()}
+"""Arrow type of a column by its kind, where no number is quantised."""
 
 
 def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
@@ -52,38 +49,16 @@ def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
     for cls in set(map(type, values)) - {type(None)}:
         if not issubclass(cls, _VALUES[kind]) or (cls is bool and kind != "bool"):
             raise TypeError(f"{cls.__name__} in a column of kind {kind}")
-    n, absent = len(values), np.fromiter((value is None for value in values), bool, len(values))
-    missing = absent if absent.any() else None
+    if kind in _ARROW:
+        return pa.array(values, _ARROW[kind])
+    missing = np.fromiter((value is None for value in values), bool, len(values))
     if kind in _ENTRIES:
         lists = [value or () for value in values]
         entries = column_array(list(chain.from_iterable(lists)), _ENTRIES[kind], unit)
-        return pa.Array.from_buffers(pa.list_(entries.type), n, [_bitmap(missing), _offsets(lists)], children=[entries])
-    if kind == "str":
-        texts = [(value or "").encode() for value in values]
-        return pa.Array.from_buffers(pa.string(), n, [_bitmap(missing), _offsets(texts), pa.py_buffer(b"".join(texts))])
-    if kind == "bool":
-        bits = np.packbits(np.fromiter(map(bool, values), bool, n), bitorder="little")
-        return pa.Array.from_buffers(pa.bool_(), n, [_bitmap(missing), pa.py_buffer(bits)])
-    present = (0 if value is None else value for value in values)
-    if kind == "int":
-        return _numbers(np.fromiter(present, np.int64, n), pa.int64(), missing)
-    return _kept(unit, np.fromiter(present, np.float64, n), missing)
-
-
-def _offsets(values: Sequence[bytes | Sequence[Any]]) -> pa.Buffer:
-    """Return the offsets of the values."""
-    ends = np.cumsum([0, *map(len, values)])
-    if ends[-1] > _MOST:
-        raise ValueError(f"it has {ends[-1]} bytes or entries; allowed: up to {_MOST}")
-    return pa.py_buffer(ends.astype(np.int32))
-
-
-def _numbers(numbers: Array, kind: pa.DataType, missing: Array | None = None) -> pa.Array:
-    return pa.Array.from_buffers(kind, len(numbers), [_bitmap(missing), pa.py_buffer(np.ascontiguousarray(numbers))])
-
-
-def _bitmap(missing: Array | None) -> pa.Buffer | None:
-    return None if missing is None else pa.py_buffer(np.packbits(~missing, bitorder="little"))
+        ends = pa.array(np.cumsum([0, *map(len, lists)]), pa.int32())
+        return pa.ListArray.from_arrays(ends, entries, mask=pa.array(missing) if missing.any() else None)
+    numbers = np.fromiter((np.nan if value is None else value for value in values), np.float64, len(values))
+    return _quantised(numbers, unit, missing)
 
 
 STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
@@ -100,18 +75,15 @@ GROUP_ROWS = 2**17
 """Row-group size from which the next run starts a new group: one page per column."""
 
 
-def _kept(unit: str, numbers: npt.NDArray[np.float64], missing: npt.NDArray[np.bool_] | None) -> pa.Array:
+def _quantised(numbers: npt.NDArray[np.float64], unit: str, missing: npt.NDArray[np.bool_]) -> pa.Array:
     """Quantise numbers; missing and non-finite ones stay, or become null among integers."""
-    if unit not in WHOLE and unit not in STEPS and unit not in DIGITS:
-        return _numbers(numbers, pa.float64(), missing)
-    if missing is not None:
-        numbers = np.where(missing, np.nan, numbers)
     if unit in WHOLE:
-        odd = ~np.isfinite(numbers)
-        return _numbers(np.rint(numbers), pa.float64(), odd if odd.any() else None).cast(pa.int64())
+        return pa.array(np.rint(numbers), mask=~np.isfinite(numbers)).cast(pa.int64())
     if unit in STEPS:
-        return _numbers(np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0, pa.float64(), missing)
-    return _numbers(np.round(numbers, DIGITS[unit]), pa.float64(), missing)
+        numbers = np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0
+    elif unit in DIGITS:
+        numbers = np.round(numbers, DIGITS[unit])
+    return pa.array(numbers, mask=missing)
 
 
 def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
