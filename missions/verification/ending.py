@@ -18,7 +18,6 @@ from missions.verification.record import (
     CheckReport,
     Record,
     Role,
-    Spell,
 )
 
 KEEP_OWN_JOBS = (
@@ -40,11 +39,10 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
     has: set[tuple[str, Role]] = set()
     drives: set[tuple[str, Role]] = set()
     restarts = sorted((spell.until_s, spell.vehicle) for spell in record.spells if spell.kind == "restarts")
-    rows = list(record.rows("roles", "time_s vehicle group role event"))
     absences = sorted(record.rows("membership", "time_s vehicle peer event"))
     absent: defaultdict[str, set[str]] = defaultdict(set)
-    for time_s, vehicle, group, role, event in rows:
-        report.look("roles")
+    columns = "time_s vehicle group role event"
+    for wrong, time_s, vehicle, group, role, event in report.each("roles", record, "roles", columns):
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
             has, drives = ({row for row in has if row[0] != began}, {row for row in drives if row[0] != began})
@@ -70,7 +68,7 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
                 why = "" if key in drives else "it does not drive it"
                 drives.discard(key)
         if why:
-            report.add("roles", "roles", time_s, vehicle, f"{group}.{role} {event}", f"none: {why}")
+            wrong(f"{group}.{role} {event}", f"none: {why}")
 
 
 def _check_views(record: Record, report: CheckReport) -> None:
@@ -195,7 +193,8 @@ def _check_faults(record: Record, report: CheckReport) -> None:
         from_s, until_s = _span_s(fault)
         if from_s > record.end_s:
             continue
-        match = next((spell for spell in left if _is_of(spell, fault) and abs(spell.from_s - from_s) <= CLOSE_S), None)
+        own = (spell for spell in left if (spell.vehicle, spell.kind) == (fault["vehicle"], fault["kind"]))
+        match = next((spell for spell in own if abs(spell.from_s - from_s) <= CLOSE_S), None)
         if match is None:
             if from_s < record.end_s:
                 follows = f"{fault['kind']} from {from_s:g} s, as declared"
@@ -234,10 +233,6 @@ def _span_s(fault: dict[str, Any]) -> tuple[float, float]:
     if fault["kind"] == "joins":
         return 0.0, float(fault["at_s"])
     return float(fault["at_s"]), float(fault.get("until_s", math.inf))
-
-
-def _is_of(spell: Spell, fault: dict[str, Any]) -> bool:
-    return (spell.vehicle, spell.kind) == (fault["vehicle"], fault["kind"])
 
 
 def _check_batteries(record: Record, report: CheckReport) -> None:

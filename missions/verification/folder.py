@@ -127,17 +127,12 @@ def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, rep
 
 def _check_once(name: str, table: TableColumns, report: CheckReport) -> None:
     report.look("once", len(table))
-    seen: set[Any] = set()
-    names = _names(table)
     single = [column.name for column in table.arrow.schema if not pa.types.is_list(column.type)]
-    if len(set(table.rows(*single))) == len(table):
-        return
-    for i, row in enumerate(table.rows(*single)):
+    seen = set[Any]()
+    for number, row in enumerate(table.rows(*single)):
         if row in seen:
-            time_s = table["time_s"][i] if "time_s" in names else None
-            report.add(
-                "once", name, time_s, table["vehicle"][i] if "vehicle" in names else "", f"row {i} again", "one row"
-            )
+            values = dict(zip(single, row, strict=True))
+            report.add("once", name, values.get("time_s"), values.get("vehicle", ""), f"row {number} again", "one row")
         seen.add(row)
 
 

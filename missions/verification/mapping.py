@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from missions.verification.motion import over_ground_mps, water_stands
+from missions.verification.motion import over_ground_mps
 from missions.verification.record import (
     ANGLE_STEP_RAD,
     PLACE_STEP_M,
@@ -95,13 +95,12 @@ def check_ground(record: Record, report: CheckReport) -> None:
     """Check covered cells against tracks in both directions, and the goal against both."""
     cells = cells_of(record)
     stated: dict[str, dict[Cell, float]] = {name: {} for name in record.vehicles}
-    for time_s, vehicle, x, y in record.rows("coverage", "time_s vehicle cell_x cell_y"):
-        report.look("coverage")
+    columns = "time_s vehicle cell_x cell_y"
+    for wrong, time_s, vehicle, x, y in report.each("coverage", record, "coverage", columns):
         if (x, y) not in cells:
-            report.add("coverage", "coverage", time_s, vehicle, f"cell ({x}, {y})", "none: it lies in no area")
+            wrong(f"cell ({x}, {y})", "none: it lies in no area")
         elif (x, y) in stated[vehicle]:
-            first_s = stated[vehicle][x, y]
-            report.add("coverage", "coverage", time_s, vehicle, f"cell ({x}, {y})", f"none: covered at {first_s:g} s")
+            wrong(f"cell ({x}, {y})", f"none: covered at {stated[vehicle][x, y]:g} s")
         else:
             stated[vehicle][x, y] = time_s
     for name, track in record.tracks.items():
@@ -129,7 +128,7 @@ def _check_vehicle(
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = ground_mps <= most_mps * 1.000001 + error_mps
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
-        if not record.spread and water_stands(record):  # else rounded headings hide the ground speed
+        if not (record.spread or record.of("current")):  # else rounded headings hide the ground speed
             is_slow |= _is_steady(track, swath.limit_mps)
         is_sure = (is_slow & was_surely_on).tolist()
         for row, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):

@@ -76,15 +76,10 @@ def water_mps(record: Record, depth_m: Array, times_s: Array) -> tuple[Array, Ar
     return height * current.get("east_mps", 0.0), height * current.get("north_mps", 0.0)
 
 
-def water_stands(record: Record) -> bool:
-    """True without current."""
-    return not record.of("current")
-
-
 def over_ground_mps(record: Record, track: Track) -> tuple[Array, Array]:
     """Return the ground speed per tick and its rounding error, infinite under random surges."""
     speed = track.speed_mps
-    if water_stands(record):
+    if not record.of("current"):
         return speed, np.full(len(speed), SPEED_STEP_MPS)
     error_mps = SPEED_STEP_MPS + ANGLE_STEP_RAD * speed
     water = water_mps(record, track.depth_m[:-1], track.time_s[:-1])

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -52,27 +51,25 @@ def slot_s(record: Record) -> float | None:
 
 
 def _check_slots(record: Record, report: CheckReport) -> None:
-    table, owners, length_s = record["packets"], record.by_slot, slot_s(record)
-    report.look("slots", len(table))
+    owners, length_s = record.by_slot, slot_s(record)
     is_timed = length_s is not None and record.has_exact_clocks
     if not is_timed:
         report.skip("times of slots", "clocks are off, or the manifest has no modem profile")
     taken: dict[int, str] = {}
-    for slot, time_s, sender in table.rows("slot", "time_s", "sender"):
+    for wrong, time_s, sender, slot in report.each("slots", record, "packets", "time_s sender slot"):
         if slot in taken:
-            report.add("slots", "packets", time_s, sender, f"slot {slot}", f"none: {taken[slot]} has sent in it")
+            wrong(f"slot {slot}", f"none: {taken[slot]} has sent in it")
         taken[slot] = sender
         owner = owners[slot % len(owners)]
         if owner != sender:
-            report.add("slots", "packets", time_s, sender, f"slot {slot}", f"a slot of its own: this is {owner}'s")
+            wrong(f"slot {slot}", f"a slot of its own: this is {owner}'s")
         elif is_timed and length_s is not None and abs(time_s - slot * length_s) > CLOSE_S:
-            stated = f"slot {slot} at {time_s:.4f} s"
-            report.add("slots", "packets", time_s, sender, stated, f"{slot * length_s:.4f} s")
+            wrong(f"slot {slot} at {time_s:.4f} s", f"{slot * length_s:.4f} s")
 
 
 def _check_sizes(record: Record, report: CheckReport) -> None:
     table = record["packets"]
-    report.look("sizes", 2 * len(table))
+    report.look("sizes", len(table))
     size_bits = np.asarray(table["size_bits"])
     on_air_s = np.asarray(table["end_s"]) - np.asarray(table["time_s"])
     if record.packet_s is not None and record.modem is not None:
@@ -86,9 +83,9 @@ def _check_sizes(record: Record, report: CheckReport) -> None:
         stated = f"{size_bits[row]} bits in {on_air_s[row]:.4f} s"
         follows = f"{due_s[row]:.4f} s, at most {most_bits} bits"
         report.add("sizes", "packets", table["time_s"][row], table["sender"][row], stated, follows)
-    for time_s, sender, items, uids in table.rows("time_s", "sender", "items", "item_uids"):
+    for add, _, _, items, uids in report.each("sizes", record, "packets", "time_s sender items item_uids"):
         if items != len(uids):
-            report.add("sizes", "packets", time_s, sender, f"{items} items", f"{len(uids)}, as many as are listed")
+            add(f"{items} items", f"{len(uids)}, as many as are listed")
 
 
 def _check_fates(record: Record, report: CheckReport) -> None:
@@ -99,9 +96,8 @@ def _check_fates(record: Record, report: CheckReport) -> None:
         report.skip("times of arrival", "the channel has a speed of sound of its own")
     is_bounded = not hidden and ":" not in record.of("channel")["name"]
     reach_m = float(record.of("communication")["range_m"]) if is_bounded else math.inf
-    columns = "time_s sender receivers lost_by collided_at end_s arrivals_s"
-    for time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in record.rows("packets", columns):
-        report.look("receivers")
+    rows = report.each("receivers", record, "packets", "time_s sender receivers lost_by collided_at end_s arrivals_s")
+    for wrong, time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in rows:
         fates = [*receivers, *lost_by, *collided_at]
         before, after = (
             {name for name in record.vehicles if not record.is_away(name, at_s)}
@@ -109,16 +105,15 @@ def _check_fates(record: Record, report: CheckReport) -> None:
         )
         due = sorted((before & after) - {sender})
         if sender not in before | after:
-            report.add("receivers", "packets", time_s, sender, "a packet", "none: its sender is away")
+            wrong("a packet", "none: its sender is away")
         elif len(set(fates)) < len(fates) or not set(due) <= set(fates) <= (before | after) - {sender}:
-            report.add("receivers", "packets", time_s, sender, f"fates of {sorted(fates)}", f"one of each of {due}")
+            wrong(f"fates of {sorted(fates)}", f"one of each of {due}")
         elif len(arrivals_s) != len(receivers):
-            report.add("receivers", "packets", time_s, sender, f"{len(arrivals_s)} arrivals", f"{len(receivers)}")
+            wrong(f"{len(arrivals_s)} arrivals", f"{len(receivers)}")
         else:
             for name, arrival_s in zip(receivers, arrivals_s, strict=True):
-                why = _why_not_heard(record, sender, name, time_s, arrival_s)
-                if why:
-                    report.add("receivers", "packets", time_s, sender, f"received by {name}", f"it was not: {why}")
+                if why := _why_not_heard(record, sender, name, time_s, arrival_s):
+                    wrong(f"received by {name}", f"it was not: {why}")
                 _check_arrival(record, report, (time_s, sender, end_s), name, arrival_s, speed_mps, reach_m)
 
 
@@ -204,12 +199,9 @@ def check_knowledge(record: Record, report: CheckReport) -> None:
 
 def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, str, str]]:
     recorded: dict[str, tuple[float, str, str]] = {}
-    table = record["items"]
-    for uid, origin, recorded_s, kind in table.rows("uid", "origin", "recorded_s", "kind"):
-        report.look("items")
+    for wrong, recorded_s, origin, uid, kind in report.each("items", record, "items", "recorded_s origin uid kind"):
         known = recorded.setdefault(uid, (recorded_s, origin, kind))
         by_name = origin_of(record, uid)
-        wrong = partial(report.add, "items", "items", recorded_s, origin)
         if by_name != origin:
             wrong(f"item {uid} of {origin}", f"of {by_name}, by its name")
         elif known[1:] != (origin, kind):
@@ -237,17 +229,15 @@ def _check_events(
     aside: dict[tuple[str, str], float] = {}
     is_coded = record.of("communication").get("policy") == "adaptive"
     brought = _brought(record, receptions, is_coded)
-    table = record["knowledge"]
-    for time_s, vehicle, uid, origin, event in table.rows("time_s", "vehicle", "item", "origin", "event"):
-        report.look("knowledge")
+    rows = report.each("knowledge", record, "knowledge", "time_s vehicle item origin event")
+    for add, time_s, vehicle, uid, origin, event in rows:
         known, key = recorded.get(uid), (vehicle, uid)
-        wrong = partial(report.add, "knowledge", "knowledge", time_s, vehicle, f"{event} {uid}")
+        wrong = partial(add, f"{event} {uid}")
         if known is None:
             wrong("none: nobody recorded it")
             continue
         if origin != known[1]:
-            follows = f"origin {known[1]}, as it was recorded"
-            report.add("knowledge", "knowledge", time_s, vehicle, f"{uid} of origin {origin}", follows)
+            add(f"{uid} of origin {origin}", f"origin {known[1]}, as it was recorded")
         if event == "observed":
             if vehicle != known[1] or abs(time_s - known[0]) > CLOSE_S:
                 wrong(f"observed by {known[1]} at {known[0]:.4f} s")
@@ -302,7 +292,7 @@ def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, boo
     """Return the times at which a vehicle stopped or resumed waiting for a peer."""
     changes: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
     for table in ("peers", "membership"):
-        for time_s, vehicle, peer, event in record[table].rows("time_s", "vehicle", "peer", "event"):
+        for time_s, vehicle, peer, event in record.rows(table, "time_s vehicle peer event"):
             changes[vehicle, peer].append((time_s, event not in THERE))
     for events in changes.values():
         events.sort()
@@ -320,8 +310,9 @@ def _check_acknowledged(
         report.skip("acknowledged", "a vehicle began anew: what it held before is not in the tables of its new life")
         return
     out = _out_of_count(record)
-    table = record["knowledge"]
-    for time_s, vehicle, uid, event in table.rows("time_s", "vehicle", "item", "event"):
+    for wrong, time_s, vehicle, uid, event in report.each(
+        "acknowledged", record, "knowledge", "time_s vehicle item event", 0
+    ):
         if event != "acknowledged":
             continue
         report.look("acknowledged")
@@ -331,8 +322,7 @@ def _check_acknowledged(
                 continue
             before = [is_out for at_s, is_out in out.get((vehicle, peer), []) if at_s <= time_s + CLOSE_S]
             if not any(before):
-                stated = f"takes all to hold {uid}"
-                report.add("acknowledged", "knowledge", time_s, vehicle, stated, f"{peer} does not, and is waited for")
+                wrong(f"takes all to hold {uid}", f"{peer} does not, and is waited for")
 
 
 def _check_senders(
@@ -340,20 +330,20 @@ def _check_senders(
 ) -> None:
     """Check that senders hold their items, and own or have received their statuses."""
     receptions = _heard(record, "status_uids") if record.of("communication").get("relaying", True) else {}
-    names = ("time_s", "sender", "item_uids", "status_uids")
-    for time_s, sender, items, statuses in record["packets"].rows(*names):
+    rows = report.each("senders", record, "packets", "time_s sender item_uids status_uids", 0)
+    for wrong, time_s, sender, items, statuses in rows:
         report.look("senders", len(items) + len(statuses))
         for uid in items:
             since_s = held.get((sender, uid))
             if uid not in recorded:
-                report.add("senders", "packets", time_s, sender, f"item {uid}", "none: nobody recorded it")
+                wrong(f"item {uid}", "none: nobody recorded it")
             elif since_s is None or since_s > time_s + CLOSE_S:
-                report.add("senders", "packets", time_s, sender, f"item {uid}", "none: it does not hold it yet")
+                wrong(f"item {uid}", "none: it does not hold it yet")
         for uid in statuses:
             if uid not in recorded or recorded[uid][0] > time_s + CLOSE_S:
-                report.add("senders", "packets", time_s, sender, f"status {uid}", "none: nobody has recorded it")
+                wrong(f"status {uid}", "none: nobody has recorded it")
             elif recorded[uid][1] != sender and not min(receptions.get((sender, uid), NEVER)) <= time_s + CLOSE_S:
-                report.add("senders", "packets", time_s, sender, f"status {uid}", f"none: it is {recorded[uid][1]}'s")
+                wrong(f"status {uid}", f"none: it is {recorded[uid][1]}'s")
 
 
 def _check_that_all_is_received(
@@ -364,7 +354,7 @@ def _check_that_all_is_received(
     for time_s, vehicle in record.rows("refused", "time_s vehicle"):
         refused[vehicle].append(time_s)
     set_aside = {vehicle for vehicle, kind in record.rows("faults", "vehicle kind") if "block" in kind}
-    parts = {uid.rpartition(".")[0] for uid in _parts(record)}
+    parts = {block_of(uid) for uid in record["items"]["uid"] if "@" not in uid and block_of(uid) != uid}
     end_s = record.end_s
     for (vehicle, uid), times_s in receptions.items():
         report.look("received")
@@ -377,10 +367,3 @@ def _check_that_all_is_received(
         if is_excused or any(abs(time_s - at_s) <= CLOSE_S for time_s in refused[vehicle]):
             continue
         report.add("received", "knowledge", at_s, vehicle, f"no row of {uid} received", "one: a packet with it arrived")
-
-
-def _parts(record: Record) -> Iterator[str]:
-    for uid in set(record["items"]["uid"]):
-        _, _, number = uid.partition("-")
-        if "." in number and "@" not in uid:
-            yield uid

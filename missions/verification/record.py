@@ -6,9 +6,9 @@ import math
 import re
 from bisect import bisect_right
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,6 +90,16 @@ class CheckReport:
     def look(self, check: str, n: int = 1) -> None:
         """Count ``n`` checked values."""
         self.checked[check] += n
+
+    def each(self, check: str, record: Record, table: str, columns: str, n: int = 1) -> Iterator[tuple[Any, ...]]:
+        """Yield the rows of a table with ``n`` checked values each.
+
+        Each row starts with a function (stated, follows) that adds a finding at its time and vehicle, the first of
+        ``columns``.
+        """
+        for row in record.rows(table, columns):
+            self.look(check, n)
+            yield partial(self.add, check, table, row[0], row[1]), *row
 
     def skip(self, what: str, why: str) -> None:
         """Record an omitted check with its reason."""

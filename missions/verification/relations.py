@@ -70,9 +70,9 @@ def _check_satisfaction(record: Record, report: CheckReport) -> None:
     # A vehicle acting for others has their roles too.
     stated = [row for row in stated if row in known or row[1] not in acting]
     report.alike("satisfaction", "satisfaction", stated, "its roles and packets", due)
-    for time_s, sender, *signals in record.rows("packets", "time_s sender signal_roles signal_addressed signal_values"):
+    columns = "time_s sender signal_roles signal_addressed signal_values"
+    for wrong, time_s, sender, *signals in report.each("signals", record, "packets", columns, 0):
         report.look("signals", len(signals[0]))
-        wrong = partial(report.add, "signals", "packets", time_s, sender)
         if len(set(map(len, signals))) > 1 or len(set(zip(*signals, strict=False))) < len(signals[0]):
             wrong(f"{signals} as signals", "three lists of one length, each signal once")
         for role, addressed, value in zip(*signals, strict=False):
@@ -175,7 +175,7 @@ def check_weights(
 
 def _check_deliveries(record: Record, report: CheckReport) -> None:
     """Check deliveries against acknowledgements, and unsent reports against their successors."""
-    rows = list(record.rows("deliveries", "time_s vehicle item event reason latency_s"))
+    rows = list(record.rows("deliveries", "time_s vehicle item event"))
     known = (row[:3] for row in record.rows("knowledge", "time_s vehicle item event") if row[3] == "acknowledged")
     acknowledged = (row[:3] for row in rows if row[3] == "acknowledged")
     report.alike("deliveries", "deliveries", acknowledged, "knowledge", known)
@@ -183,8 +183,8 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
     observed_s: defaultdict[Row, list[float]] = defaultdict(list)
     for uid, (time_s, _, origin, _) in recorded.items():
         observed_s[origin, uid.partition(":")[2]].append(time_s)
-    for time_s, vehicle, uid, event, reason, latency_s in rows:
-        wrong = partial(report.add, "deliveries", "deliveries", time_s, vehicle)
+    columns = "time_s vehicle item event reason latency_s"
+    for wrong, time_s, _, uid, event, reason, latency_s in report.each("deliveries", record, "deliveries", columns, 0):
         if uid not in recorded:
             wrong(f"{event} {uid}", "none: nobody recorded it")
             continue
@@ -201,7 +201,7 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
     for slot, time_s, vehicle in set(record.rows("unsaid", "slot time_s vehicle")) - slots:
         report.add("unsaid", "unsaid", time_s, vehicle, f"slot {slot}", "its own slot then, in packets")
     sent = {uid for uids in record["packets"]["status_uids"] for uid in uids}
-    gone = {(vehicle, uid): time_s for time_s, vehicle, uid, event, *_ in rows if event == "expired"}
+    gone = {(vehicle, uid): time_s for time_s, vehicle, uid, event in rows if event == "expired"}
     newest: dict[Row, str] = {}
     for uid, (_, at_s, origin, attribute) in recorded.items():
         if attribute in REPORTS and origin not in record.anew:
@@ -285,10 +285,9 @@ def _check_radios(record: Record, report: CheckReport) -> None:
 
 def _check_facts(record: Record, report: CheckReport) -> None:
     kinds, ended, before, listed = dict[str, str](), set[str](), "", set[Row]()
-    columns = "uid origin time_s recorded_s subject attribute value kind uncertainty"
-    for uid, origin, time_s, at_s, subject, attribute, value, kind, uncertainty in record.rows("items", columns):
-        report.look("facts", 4)
-        wrong = partial(report.add, "facts", "items", at_s, origin)
+    columns = "recorded_s origin uid time_s subject attribute value kind uncertainty"
+    rows = report.each("facts", record, "items", columns, 4)
+    for wrong, at_s, _, uid, time_s, subject, attribute, value, kind, uncertainty in rows:
         if uid != before and uid in ended and "@" not in uid:
             wrong(f"facts of {uid} again", "all of one item behind each other")
         ended.add(uid)
@@ -332,14 +331,15 @@ def _kind_of(record: Record, value: str) -> str:
 def _check_reports(record: Record, report: CheckReport) -> None:
     """Check that position and battery are reported at the start of own slots."""
     sent, names = set(record.rows("packets", "time_s sender")), dict[str, str]()
-    columns = "uid origin time_s recorded_s subject attribute value"
-    for uid, origin, time_s, at_s, subject, attribute, value in record.rows("items", columns):
+    columns = "recorded_s origin uid time_s subject attribute value"
+    for wrong, at_s, origin, uid, time_s, subject, attribute, value in report.each(
+        "reports", record, "items", columns, 0
+    ):
         if attribute not in REPORTS or (match := STATUS.fullmatch(uid)) is None:
             continue
         report.look("reports", 2)
         is_slot = (at_s, origin) in sent or record.of("strategy")["name"] == "oracle"
         due = names.setdefault(f"{origin} {match[2]}", attribute)
-        wrong = partial(report.add, "reports", "items", at_s, origin)
         if not is_slot or abs(float(match[1]) - time_s) > RESOLUTION_S or (subject, attribute) != (origin, due):
             wrong(f"{subject} {attribute} as {uid}", f"{due} in a slot of {origin}")
         track = record.tracks[origin]
@@ -371,9 +371,8 @@ def _check_requests(record: Record, report: CheckReport) -> None:
     founded: defaultdict[Row, set[str]] = defaultdict(set)
     plays: defaultdict[Row, list[tuple[float, bool]]] = defaultdict(list)
     columns = "time_s vehicle issuer act group role peer objective argument event outcome"
-    for time_s, vehicle, issuer, act, *terms, event, outcome in record.rows("organisation", columns):
-        report.look("requests")
-        wrong = partial(report.add, "requests", "organisation", time_s, vehicle)
+    rows = report.each("requests", record, "organisation", columns)
+    for wrong, time_s, vehicle, issuer, act, *terms, event, outcome in rows:
         words = f"{act} {' '.join(filter(None, terms))} by {issuer or 'nobody'}"
         if event != (ACTS.get(act) if outcome == "success" else "refused"):
             wrong(f"{words} {event}, {outcome}", f"{ACTS.get(act)} with success, or refused")
@@ -401,10 +400,10 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         is_known |= key[2] in ("assign", "release") and _is_so(plays, key, min(times_s))
         if is_due and key not in answered and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
             report.add("requests", "organisation", min(times_s), key[0], "no row", f"{' '.join(key[2:])} by {key[1]}")
-    for terms, vehicles in founded.items():
+    for asked, vehicles in founded.items():
         report.look("founded", len(record.vehicles))
         for vehicle in sorted(set(record.vehicles) - vehicles):
-            report.add("founded", "organisation", 0.0, vehicle, "no row", f"{' '.join(terms)}, as others have it")
+            report.add("founded", "organisation", 0.0, vehicle, "no row", f"{' '.join(asked)}, as others have it")
 
 
 def _is_so(plays: Mapping[Row, Sequence[tuple[float, bool]]], key: Row, then_s: float) -> bool:
@@ -462,17 +461,14 @@ def _check_plans(record: Record, report: CheckReport) -> None:
     plans: defaultdict[Row, dict[int, Row]] = defaultdict(dict)
     changed_s: dict[Row, float] = {}
     columns = "time_s vehicle group role objective argument node parent task method status expected_time_s"
-    rows = record.rows("plans", f"{columns} expected_energy_j")
-    for time_s, vehicle, *goal, node, parent, task, method, status, lasts_s, takes_j in rows:
-        report.look("plans")
+    rows = report.each("plans", record, "plans", f"{columns} expected_energy_j")
+    for add, time_s, vehicle, *goal, node, parent, task, method, status, lasts_s, takes_j in rows:
         if vehicle in record.anew:
             continue  # it plans again after a restart
         plan, key = plans[(vehicle, *goal)], (vehicle, *goal)
         if changed_s.get(key, time_s) != time_s:
             _check_tree(report, changed_s[key], vehicle, plan)
-        wrong = partial(
-            report.add, "plans", "plans", time_s, vehicle, f"task {node} {task} {status}, {lasts_s} s, {takes_j} J"
-        )
+        wrong = partial(add, f"task {node} {task} {status}, {lasts_s} s, {takes_j} J")
         before, row = plan.get(node), (parent, task, method, status, lasts_s, takes_j)
         if before is None and (node != len(plan) or not (parent == -1 if node == 0 else 0 <= parent < node)):
             wrong(f"task {len(plan)} of {goal} next, below an earlier one")
