@@ -177,7 +177,9 @@ def _drive(
     limits: Limits,
 ) -> None:
     """Submit runs and record their results until none is missing."""
-    waiting, deaths = deque(plan.due(folder.summaries)), Counter[str]()
+    schedule, summaries = plan.schedule, folder.summaries
+    n_lacking = {number: len(schedule.lacking(number, summaries)) for number in range(len(schedule.digests))}
+    waiting, deaths = deque(plan.due(summaries)), Counter[str]()
     needed = Needed.like_here(limits.memory_mb)
     busy: dict[Future[FinishedRun], RunTask] = {}
     while waiting or busy:
@@ -190,8 +192,8 @@ def _drive(
             busy[future] = task
         ready, _ = wait(busy, return_when=FIRST_COMPLETED)
         finished: list[FinishedRun] = []
-        for future in ready:
-            task = busy.pop(future)
+        ended = [busy.pop(future) for future in ready]
+        for future, task in zip(ready, ended, strict=True):
             try:
                 finished.append(future.result())
             except Exception as error:
@@ -207,10 +209,10 @@ def _drive(
                     waiting.appendleft(task)
         folder.append(finished)
         if not waiting:
-            waiting.extend(plan.due(folder.summaries, {task.key for task in busy.values()}))
+            waiting.extend(plan.due(summaries, {task.key for task in busy.values()}))
+        n_lacking |= {task.number: len(schedule.lacking(task.number, summaries)) for task in ended}
         if progress is not None:
-            n_missing = sum(1 for _ in plan.schedule.missing(folder.summaries))
-            progress(len(folder.lines), len(folder.lines) + n_missing)
+            progress(len(summaries), len(summaries) + sum(n_lacking.values()))
 
 
 def _is_death(error: Exception) -> bool:

@@ -362,6 +362,8 @@ class SweepFolder:
                 write_synced(folder / STUDY, json.dumps(record, indent=1))
                 self._ledger = RunLedger(folder / LEDGER, record[IDENTITY])
                 self._again = self._to_make_again(retry_failed)
+                lines = self._ledger.lines.items()
+                self.summaries = {key: line["summary"] for key, line in lines if key not in self._again}
                 kept = (path for name in (PARTS, TABLES) for path in (folder / name).glob("[!.]*"))
                 self._table_bytes = sum(path.stat().st_size for path in kept)
             except BaseException:
@@ -406,17 +408,6 @@ class SweepFolder:
             shutil.rmtree(self.folder / TABLES)  # each file has rows of all sampled runs, which are repeated
         return frozenset(failed | (sampled - tables.keys_in(self.folder / PARTS, self.folder / TABLES)))
 
-    @property
-    def lines(self) -> Mapping[str, Line]:
-        """Lines of the ledger by key, without runs to be repeated."""
-        known = self._ledger.lines
-        return {key: line for key, line in known.items() if key not in self._again} if self._again else known
-
-    @property
-    def summaries(self) -> dict[str, Mapping[str, Any]]:
-        """Summary of every finished run by key."""
-        return {key: line["summary"] for key, line in self.lines.items()}
-
     def append(self, finished: Sequence[FinishedRun]) -> None:
         """Record finished runs on disk; known ones are skipped.
 
@@ -446,6 +437,7 @@ class SweepFolder:
             raise OutputError(f"{parts}: cannot be written: {error.strerror}") from None
         self._ledger.append(run.line for key, run in new.items() if key not in known or known[key]["status"] == FAILED)
         self._again -= new.keys()
+        self.summaries |= {key: run.line["summary"] for key, run in new.items()}
 
     def compact(self) -> None:
         """Write ``runs.parquet`` and ``tables/``; raise OutputError if the disk rejects them."""

@@ -54,11 +54,12 @@ def seed_of(master: int, repeat: int) -> int:
 class RunTask:
     """Run to make, with all data that a worker needs.
 
-    ``key`` is a hash of version, resolved configuration and seed. Runs of one ``repeat`` (from 0) share their seed.
-    ``replay`` is the command that repeats the run alone.
+    ``key`` is a hash of version, resolved configuration (``number``) and seed. Runs of one ``repeat`` (from 0) share
+    their seed. ``replay`` is the command that repeats the run alone.
     """
 
     key: str
+    number: int
     scenario: Scenario
     seed: int
     repeat: int
@@ -160,15 +161,15 @@ class RunSchedule:
             values.append(self.labels[number].duration_s if value is None and self.restricted else value)
         return repeats_needed(rule, values)
 
+    def lacking(self, number: int, summaries: Summaries) -> list[int]:
+        """Return the repeats of a configuration that are needed and not finished."""
+        return [n for n in range(self.repeats(number, summaries)) if self.key(number, n) not in summaries]
+
     def missing(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[tuple[int, int]]:
         """Yield configuration and repeat of the runs needed, not finished and not ``busy``, first repeats first."""
-        needed = [self.repeats(number, summaries) for number in range(len(self.digests))]
-        for repeat in range(max(needed, default=0)):
-            for number, repeats in enumerate(needed):
-                if repeat < repeats:
-                    key = self.key(number, repeat)
-                    if key not in summaries and key not in busy:
-                        yield number, repeat
+        numbers = range(len(self.digests))
+        due = sorted((repeat, number) for number in numbers for repeat in self.lacking(number, summaries))
+        return ((number, repeat) for repeat, number in due if self.key(number, repeat) not in busy)
 
     def numbers(self, lines: Mapping[str, Line]) -> dict[str, int]:
         """Return the configurations of runs by key, where the folder describes them."""
@@ -210,6 +211,7 @@ class SweepPlan:
         seed = seed_of(self.study.design.seed, repeat)
         return RunTask(
             self.schedule.key(number, repeat),
+            number,
             configuration.scenario,
             seed,
             repeat,

@@ -45,7 +45,7 @@ def test_a_torn_tail_is_cut_and_its_run_made_again(folder: Path, tmp_path: Path,
     content = (folder / LEDGER).read_bytes()
     (folder / LEDGER).write_bytes(content[:-cut])
     log = SweepFolder(folder, plan)
-    assert len(log.lines) == 2
+    assert len(log.summaries) == 2
     assert (folder / LEDGER).read_bytes() == content[: content[:-1].rindex(b"\n") + 1]
     log.append([run_task(task) for task in plan.missing(log.summaries)])
     log.close()
@@ -87,7 +87,7 @@ def test_a_folder_that_does_not_say_what_it_is_for_can_be_set_aside(folder: Path
         SweepFolder(folder, plan)
     log = SweepFolder(folder, plan, force_new=True)
     log.close()
-    assert log.lines == {}
+    assert log.summaries == {}
     assert len((folder / "before-1" / LEDGER).read_text().splitlines()) == 3
 
 
