@@ -168,29 +168,21 @@ def heard_graph(results: RunResults, from_s: float | None = None, until_s: float
     Raises:
         OutputError: times outside the run or in wrong order.
     """
+    import networkx as nx
+
     end_s = results.summary["mission_time_s"]
     first_s, last_s = _time_s("from_s", from_s, 0.0, end_s), _time_s("until_s", until_s, math.inf, end_s)
     if not first_s < last_s:
         raise OutputError(f"from_s is {first_s:g}; allowed: below until_s, {last_s:g}")
-    rows = (row for row in results.table("packets").to_pylist() if first_s <= row["time_s"] < last_s)
-    graph = heard_among(_vehicles(results), rows)
-    graph.graph.update(name="heard", from_s=first_s, until_s=min(last_s, end_s))
-    return _with_units(graph)
-
-
-def heard_among(vehicles: Iterable[str], packets: Iterable[Mapping[str, Any]]) -> nx.DiGraph:
-    """Graph of reception between these vehicles from rows of packets; see ``heard_graph``."""
-    import networkx as nx
-
-    graph = nx.DiGraph()
-    for vehicle in vehicles:
+    graph = nx.DiGraph(name="heard", from_s=first_s, until_s=min(last_s, end_s))
+    for vehicle in _vehicles(results):
         graph.add_node(vehicle, kind=VEHICLE, n_sent=0, sent_bits=0)
-    for row in packets:
+    for row in (row for row in results.table("packets").to_pylist() if first_s <= row["time_s"] < last_s):
         sender = row["sender"]
         graph.nodes[sender]["n_sent"] += 1
         graph.nodes[sender]["sent_bits"] += row["size_bits"]
         for count, column in (("n_heard", "receivers"), ("n_lost", "lost_by"), ("n_collided", "collided_at")):
-            for receiver in row.get(column) or ():
+            for receiver in row[column]:
                 if not graph.has_edge(sender, receiver):
                     graph.add_edge(sender, receiver, kind="heard", n_heard=0, n_lost=0, n_collided=0, heard_bits=0)
                 edge = graph.edges[sender, receiver]
@@ -198,7 +190,7 @@ def heard_among(vehicles: Iterable[str], packets: Iterable[Mapping[str, Any]]) -
                 edge["heard_bits"] += row["size_bits"] * (count == "n_heard")
     for _, _, edge in graph.edges(data=True):
         edge["heard_fraction"] = edge["n_heard"] / (edge["n_heard"] + edge["n_lost"] + edge["n_collided"])
-    return graph
+    return _with_units(graph)
 
 
 def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
@@ -266,38 +258,3 @@ def _with_units(graph: nx.DiGraph) -> nx.DiGraph:
     names = sorted({name for data in values for name in data})
     graph.graph["units"] = {name: UNITS[name.rpartition("_")[2]] for name in names if name.rpartition("_")[2] in UNITS}
     return graph
-
-
-def mutual(graph: nx.DiGraph) -> nx.Graph:
-    """Return the links with reception in both directions."""
-    import networkx as nx
-
-    both = nx.Graph()
-    both.add_nodes_from(graph.nodes(data=True))
-    links = {(sender, receiver) for sender, receiver, edge in graph.edges(data=True) if edge["n_heard"]}
-    both.add_edges_from((one, two) for one, two in links if (two, one) in links)
-    return both
-
-
-def cutting(graph: nx.DiGraph) -> frozenset[str]:
-    """Return the articulation points of the mutual links."""
-    import networkx as nx
-
-    return frozenset(nx.articulation_points(mutual(graph)))
-
-
-def n_parts(graph: nx.DiGraph) -> int:
-    """Number of components of the mutual links."""
-    import networkx as nx
-
-    return int(nx.number_connected_components(mutual(graph)))
-
-
-def is_connected(graph: nx.DiGraph) -> bool:
-    """Return True if every vehicle can reach every other, directly or by relay."""
-    import networkx as nx
-
-    links = nx.DiGraph()
-    links.add_nodes_from(graph.nodes)
-    links.add_edges_from((one, two) for one, two, edge in graph.edges(data=True) if edge["n_heard"])
-    return bool(nx.is_strongly_connected(links))

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from missions.fault import EMPTY, OVER, Absence, absence, absences, kind_of_row
 from missions.figure import Figure, RunResults, Style, axis_end_s
-from missions.graphs import cutting, heard_among, is_connected, n_parts
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.scenario import Scenario
 from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 SLOTS_EACH = 2
 """Slots of every vehicle in a window."""
-PACKETS = ("slot", "time_s", "sender", "size_bits", "receivers", "lost_by", "collided_at")
+PACKETS = ("slot", "time_s", "sender", "receivers")
 """Columns read."""
 
 
@@ -48,6 +47,8 @@ class Window(NamedTuple):
 
 def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> Iterator[Window]:
     """Yield the complete windows of a run in time order; a lost vehicle is a separate part."""
+    import networkx as nx  # slow to load, and checking a scenario loads these metrics
+
     n_slots = SLOTS_EACH * len(vehicles)
     by_window: dict[int, list[Mapping[str, Any]]] = defaultdict(list)
     for row in packets:
@@ -57,9 +58,12 @@ def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> It
         rows = by_window[number]
         if number == last > 0 and max(row["slot"] for row in rows) < (number + 1) * n_slots - 1:
             continue
-        graph = heard_among(vehicles, rows)
-        from_s = min(row["time_s"] for row in rows)
-        yield Window(from_s, is_connected(graph), n_parts(graph), cutting(graph))
+        heard = nx.DiGraph()
+        heard.add_nodes_from(vehicles)
+        heard.add_edges_from((row["sender"], receiver) for row in rows for receiver in row["receivers"])
+        mutual, from_s = heard.to_undirected(reciprocal=True), min(row["time_s"] for row in rows)
+        n_components, cutting = nx.number_connected_components(mutual), frozenset(nx.articulation_points(mutual))
+        yield Window(from_s, nx.is_strongly_connected(heard), n_components, cutting)
 
 
 def _of(run: MeasuredRun) -> list[Window]:

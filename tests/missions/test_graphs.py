@@ -8,8 +8,7 @@ import pytest
 
 import remoras
 from missions.errors import OutputError
-from missions.graphs import cutting, heard_among, is_connected
-from missions.runs.fleet_metrics import CONNECTED, CUTTING
+from missions.runs.fleet_metrics import CONNECTED, CUTTING, Window, windows
 
 pytest.importorskip("networkx")
 LOST = [{"vehicle": "AUV02", "kind": "lost", "at_s": 120.0}]
@@ -87,30 +86,19 @@ def test_what_is_not_there_is_refused_in_a_line(run: remoras.Run) -> None:
             run.graph(**asked)  # type: ignore[arg-type]
 
 
-def packet(slot: int, sender: str, *receivers: str, lost_by: tuple[str, ...] = ()) -> Mapping[str, Any]:
-    return {
-        "slot": slot, "time_s": 3.0 * slot, "sender": sender, "size_bits": 8, "receivers": list(receivers),
-        "lost_by": list(lost_by), "collided_at": [],
-    }  # fmt: skip
+def packet(slot: int, sender: str, *receivers: str) -> Mapping[str, Any]:
+    return {"slot": slot, "time_s": 3.0 * slot, "sender": sender, "receivers": list(receivers)}
 
 
-def line(first: int) -> list[Mapping[str, Any]]:
-    """A - B - C in a line, each of which speaks twice: all depends on B."""
-    rows = []
-    for slot in range(first, first + 6, 3):
-        rows += [packet(slot, "A", "B", lost_by=("C",)), packet(slot + 1, "B", "A", "C"), packet(slot + 2, "C", "B")]
-    return rows
+LINE = [packet(0, "A", "B"), packet(1, "B", "A", "C"), packet(2, "C", "B")]
+"""A - B - C in a line: all depends on B."""
 
 
 def test_who_alone_ties_the_fleet_is_named() -> None:
-    graph = heard_among("ABC", line(0))
-    assert cutting(graph) == {"B"}
-    assert is_connected(graph)
-    closed = heard_among("ABC", [*line(0), packet(6, "A", "C"), packet(7, "C", "A")])
-    assert cutting(closed) == frozenset()
-    one_way = heard_among("ABC", [row for row in line(0) if row["sender"] != "C"])
-    assert cutting(one_way) == frozenset()
-    assert not is_connected(one_way)
+    closed, one_way = [*LINE, packet(3, "A", "C"), packet(5, "C", "A")], LINE[:2]
+    assert list(windows("ABC", LINE)) == [Window(0.0, True, 1, frozenset("B"))]
+    assert list(windows("ABC", closed)) == [Window(0.0, True, 1, frozenset())]
+    assert list(windows("ABC", one_way)) == [Window(0.0, False, 2, frozenset())]
 
 
 def test_a_lost_vehicle_is_apart_and_without_losses_all_is_one(run: remoras.Run) -> None:
