@@ -6,11 +6,12 @@ A model's table is defined beside its equations; a scenario is composed of such 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Self, cast
+from typing import Annotated, Any, ClassVar, Self, TypeVar, cast
 
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     SerializerFunctionWrapHandler,
@@ -117,10 +118,19 @@ def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:
     return either
 
 
-def one_or_more(schema: dict[str, Any]) -> None:
+def _one_or_more(schema: dict[str, Any]) -> None:
     """Allow a single entry in place of a list in a JSON Schema, as validators do."""
     listed = {key: schema.pop(key) for key in ("type", "items", "minItems", "anyOf") if key in schema}
     schema["anyOf"] = [listed["items"], listed]
+
+
+def _listed(value: Any) -> Any:
+    return (value,) if isinstance(value, str | dict) else tuple(value) if isinstance(value, list) else value
+
+
+Item = TypeVar("Item")
+OneOrMore = Annotated[tuple[Item, ...], BeforeValidator(_listed), Field(json_schema_extra=_one_or_more)]
+"""List in which a single entry needs no brackets."""
 
 
 # Notebook display ---------------------------------------------------------------------------------

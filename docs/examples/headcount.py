@@ -30,11 +30,8 @@ class HeadcountTable(Section):
 
 def headcount_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """Yield a fault for each count after the end of the mission."""
-    end_s = scenario.scenario.duration_s
     for number, table in enumerate(scenario.of_feature(KEY), 1):
-        if table.at_s >= end_s:
-            allowed = f"must be below scenario.duration_s = {end_s:g}, the end of the mission"
-            yield ConfigurationFault(f"{KEY}.{number}.at_s", "", allowed)
+        yield from scenario.after_end(f"{KEY}.{number}.at_s", table.at_s)
 
 
 @dataclass(frozen=True)

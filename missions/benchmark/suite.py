@@ -29,7 +29,7 @@ from missions.errors import ConfigurationError, ConfigurationFault, OutputError
 from missions.files import MISSIONS, file_of, shipped, shown, text_of
 from missions.sweeps.plan import seed_of
 from missions.sweeps.study import Study, study_of
-from missions.sweeps.study_file import Unforeseen
+from missions.sweeps.study_file import Unforeseen, repeated_names
 from remoras.plugins import named_object
 from remoras.table import Name, Section
 from worldmodel import suggestion
@@ -209,19 +209,10 @@ def suite_named(name_or_path: str) -> Suite:
     path = file_of(SUITE, name_or_path, suites())
     document = Document.of_text(text_of(path), str(path))
     file = document.values(SuiteFile)
-    if faults := [*_doubled(file), *_unknown_grounds(file)]:
+    doubled = [*repeated_names("network", file.network), *repeated_names("unforeseen", file.unforeseen)]
+    if faults := [*doubled, *_unknown_grounds(file)]:
         raise document.error(faults)
     return Suite(document, file)
-
-
-def _doubled(file: SuiteFile) -> Iterator[ConfigurationFault]:
-    named: Mapping[str, Sequence[NetworkCase | Unforeseen]] = {"network": file.network, "unforeseen": file.unforeseen}
-    for table, cases in named.items():
-        names = [case.name for case in cases]
-        for number, name in enumerate(names, 1):
-            if name in names[: number - 1]:
-                allowed = "a second entry of this name; give each its own"
-                yield ConfigurationFault(f"{table}.{number}.name", shown(name), allowed)
 
 
 def _unknown_grounds(file: SuiteFile) -> Iterator[ConfigurationFault]:

@@ -27,7 +27,6 @@ from missions.comparison.treatments import (
     Treatment,
     check_name,
     measured,
-    n_reached,
     paired_with,
     treatments_of,
 )
@@ -191,7 +190,7 @@ def _row(
         n=len(values),
         n_completed=sum(completed),
         n_failed=sum(run.failed for run in runs.values()),
-        n_reached=n_reached(runs, metric),
+        n_reached=None if sample.reached is None else len(sample.reached),
         mean=plain.fmean(values),
         median=plain.median(values),
         least=min(values),

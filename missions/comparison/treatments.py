@@ -268,13 +268,6 @@ def _has_reached(run: RunOutcome, metric: Metric) -> bool:
     return run.completed if metric.name == MISSION_TIME else run.summary.get(metric.name) is not None
 
 
-def n_reached(runs: Outcomes, metric: Metric) -> int | None:
-    """Number of runs with the event of a censored metric; None for other metrics."""
-    if not metric.censored:
-        return None
-    return sum(_has_reached(run, metric) for run in runs.values())
-
-
 def check_name(option: str, name: str, known: Collection[str]) -> None:
     """Raise OutputError for an unknown name, with the option and the nearest name."""
     if name not in known:

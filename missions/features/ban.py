@@ -47,14 +47,12 @@ class BanTable(Section):
 
 def ban_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """Yield faults: bans that name unknown vehicles or start after the end of the mission."""
-    vehicles, end_s = scenario.vehicle_names, scenario.scenario.duration_s
+    vehicles = scenario.vehicle_names
     for number, table in enumerate(scenario.of_feature(KEY), 1):
         key = f"{KEY}.{number}"
         yield from one_of(f"{key}.issuer", table.issuer, vehicles)
         yield from one_of(f"{key}.vehicle", table.vehicle, vehicles)
-        if table.at_s >= end_s:
-            allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
-            yield ConfigurationFault(f"{key}.at_s", "", allowed)
+        yield from scenario.after_end(f"{key}.at_s", table.at_s)
 
 
 def stated(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]]:

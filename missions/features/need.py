@@ -81,7 +81,7 @@ class NeedTable(Section):
     until_s: Positive | None = Field(None, description="withdrawal of the need; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield limits below their minimum, and a blackout in which values expire."""
+        """Yield limits below their minimum, a blackout in which values expire, and an end before the start."""
         if self.ttl_s is not None and not self.ttl_s > 0.0:
             yield "ttl_s", "must be above 0: leave it out for no limit"
         elif self.ttl_s is not None and self.blackout_s >= self.ttl_s:
@@ -92,6 +92,8 @@ class NeedTable(Section):
             )
         if self.queue_limit is not None and self.queue_limit < 1:
             yield "queue_limit", "must be 1 or more: leave it out for no limit"
+        if self.until_s is not None and self.until_s <= self.from_s:
+            yield "until_s", f"must be above from_s = {self.from_s:g}"
 
     def terms(self) -> Terms:
         """Return the delivery requirements."""
@@ -312,11 +314,7 @@ def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configur
         key = f"need.{number}"
         yield from one_of(f"{key}.attribute", table.attribute, attributes)
         yield from one_of(f"{key}.vehicle", table.vehicle, [ALL, *scenario.vehicle_names])
-        if table.from_s >= (end_s := scenario.scenario.duration_s):
-            allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
-            yield ConfigurationFault(f"{key}.from_s", "", allowed)
-        if table.until_s is not None and table.until_s <= table.from_s:
-            yield ConfigurationFault(f"{key}.until_s", "", f"must be above from_s = {table.from_s:g}")
+        yield from scenario.after_end(f"{key}.from_s", table.from_s)
         if table.attribute in communication.needs:  # the merged requirements apply
             names = [name for name in ("ttl_s", "blackout_s", "queue_limit") if getattr(table, name)]
             allowed = (

@@ -224,17 +224,14 @@ class KnownAt:
     @property
     def beliefs(self) -> Iterator[Belief]:
         """Yield the latest value of each known property, by subject and attribute."""
-        names = Beliefs(self.model)
         model = self.model
         held = chain(model.blocks(), model.private_blocks(), model.statuses())
         slots = {(fact.subject, fact.attribute) for block in held for fact in block.facts}
-        for latest in (self.model.latest(*slot) for slot in sorted(slots)):
-            if latest is not None:
-                yield self._belief(names, latest)
+        yield from (self._belief(latest) for slot in sorted(slots) if (latest := model.latest(*slot)) is not None)
 
     def value(self, subject: str, attribute: str) -> Any:
         """Return the latest known value of a property, or None; raise UnknownNameError."""
-        value = Beliefs(self.model).get((attribute, subject))
+        value = self._names.get((attribute, subject))
         return int(value) if value is not None and self._is_whole(attribute) else value
 
     def fused(
@@ -261,7 +258,7 @@ class KnownAt:
             FactError: an impossible prior, drift or shared error.
         """
         key = attribute, subject
-        return Beliefs(self.model).fused(key, prior, independent, drift=drift, shared=shared, at_s=self.at_s)
+        return self._names.fused(key, prior, independent, drift=drift, shared=shared, at_s=self.at_s)
 
     @property
     def doubted(self) -> tuple[str, ...]:
@@ -273,8 +270,7 @@ class KnownAt:
             if attribute.uncertainty is not None
             for uid in model.instance_uids()
         )
-        names = Beliefs(model)
-        return tuple(names.name(origin) for origin in doubted(slots))
+        return tuple(map(self._names.name, doubted(slots)))
 
     def history(
         self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None
@@ -283,23 +279,24 @@ class KnownAt:
 
         Excluded origins are left out; ``since_s`` and ``until_s`` bound the time of observation, inclusive.
         """
-        names = Beliefs(self.model)
-        slot = names.uid(subject), self.model.tbox.attribute_named(attribute).uid
-        return tuple(self._belief(names, observation) for observation in self.model.history(*slot, since_s, until_s))
+        slot = self._names.uid(subject), self.model.tbox.attribute_named(attribute).uid
+        return tuple(map(self._belief, self.model.history(*slot, since_s, until_s)))
 
     @property
     def banned(self) -> Mapping[str, float]:
         """Start (s) of the exclusion of each excluded vehicle."""
-        names = Beliefs(self.model)
-        return {names.name(origin): from_s for origin, from_s in self.model.banned.items()}
+        return {self._names.name(origin): from_s for origin, from_s in self.model.banned.items()}
 
-    def _belief(self, names: Beliefs, observation: Observation) -> Belief:
-        subject, attribute, value = names.as_text(observation.fact)
+    @cached_property  # asked for each belief, and it lists the names of all instances
+    def _names(self) -> Beliefs:
+        return Beliefs(self.model)
+
+    def _belief(self, observation: Observation) -> Belief:
+        fact, origin = observation.fact, self._names.name(observation.origin)
+        subject, attribute, value = self._names.as_text(fact)
         if self._is_whole(attribute):
             value = str(int(float(value)))
-        return Belief(
-            subject, attribute, value, observation.time_s, names.name(observation.origin), observation.fact.uncertainty
-        )
+        return Belief(subject, attribute, value, observation.time_s, origin, fact.uncertainty)
 
     def _is_whole(self, attribute: str) -> bool:
         declared = self.model.tbox.attribute_named(attribute)
@@ -313,7 +310,7 @@ class Memory:
         self._setup = setup
         self._mission_s: float = results.summary["mission_time_s"]
         self._end_s = self._mission_s + (results.summary.get("settling_s") or 0.0)
-        self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
+        self._views = {table: results.table(table.name).to_pylist() for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
         self._faults = results.rows("faults")
         self._results = results
@@ -347,7 +344,7 @@ class Memory:
         frame_ends_s = tidied_s(self._faults, vehicle, setup.schedule, self._mission_s) if model.pruning else []
         fill(model, known, at_s, gave_up_s(self._faults, vehicle), frame_ends_s)
         past = {
-            table: [row for row in rows[vehicle] if life.from_s <= row["time_s"] <= at_s]
+            table: [row for row in rows if row["vehicle"] == vehicle and life.from_s <= row["time_s"] <= at_s]
             for table, rows in self._views.items()
         }
         changes = past[ORGANISATION]
@@ -491,13 +488,6 @@ class _Told(NamedTuple):
     recorded_s: float
     kind: str
     items: tuple[str, ...]
-
-
-def _by_vehicle(results: RunResults, table: str) -> dict[str, list[dict[str, Any]]]:
-    rows_of: dict[str, list[dict[str, Any]]] = defaultdict(list)
-    for row in results.table(table).to_pylist():
-        rows_of[row["vehicle"]].append(row)
-    return rows_of
 
 
 def _uid(model: WorldModel, name: str) -> int:

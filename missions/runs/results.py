@@ -193,11 +193,6 @@ def _is_milestone(value: Any) -> bool:
     return isinstance(value, dict) and set(MILESTONE_KEYS) <= set(value) and isinstance(value["time_s"], int | float)
 
 
-def _run_id_of(table: pa.Table) -> str | None:
-    run_id: bytes | None = (table.schema.metadata or {}).get(RUN_ID.encode())
-    return None if run_id is None else run_id.decode()
-
-
 @dataclass(frozen=True, repr=False)
 class Results(RunReader):
     """Results of a run, read from a folder."""
@@ -280,7 +275,8 @@ class Results(RunReader):
         try:
             with pq.ParquetFile(path) as file:  # pq.read_table loads pandas
                 stored = file.read()
-            written_by = _run_id_of(stored)
+            run_id = (stored.schema.metadata or {}).get(RUN_ID.encode())
+            written_by = None if run_id is None else run_id.decode()
         except (OSError, ValueError, pa.ArrowException) as error:  # ValueError: a name that is not text
             raise OutputError(f"{path}: damaged: {error}") from None
         declared = next((table.column_names for table in TABLES if table.name == name), None)

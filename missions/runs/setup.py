@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,7 +29,7 @@ from remoras.executive.satisfaction import DecisionConstants
 from remoras.fleet.run_log import DELIVERIES, UNSAID
 from remoras.mission import Mission
 from remoras.nesting import Defect, specification_faults
-from remoras.organisation import Group
+from remoras.organisation import Group, Organisation
 from remoras.organisation.leadership import ROLE_ATTRIBUTES
 from remoras.organisation.needs import Path, Subjects
 from remoras.plugins import answer, faults_of
@@ -79,40 +79,31 @@ def recorder_of_mission(mission: Mission, sensors: Sequence[Mapping[str, Sensor]
     return Recorder([*mission.tables, *tables, DELIVERIES, UNSAID])
 
 
-def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
-    """Raise ConfigurationError for a malformed initial organisation, such as no leader."""
-    founding = agreement.organisation
-    faults = [
-        ConfigurationFault(f"group.{group}.role.{of_group.head_role}", "", "nobody came to play it before the mission")
-        for group, of_group in founding.groups.items()
-        if not founding.heads(group)
-    ]
-    headless = {fault.key for fault in faults}
-    faults += [
-        ConfigurationFault(defect.key, defect.given, f"no founding gives it what it demands: {defect.allowed}")
-        for defect in specification_faults(founding)
-        if defect.key.rpartition(".")[0] not in headless
-        and defect.defect is not Defect.SUBGROUPS  # subgroups may form later
-    ]
-    if faults:
-        raise ConfigurationError(scenario.scenario.name, faults)
+def _malformed(founding: Organisation) -> Iterator[ConfigurationFault]:
+    """Yield the faults of a malformed initial organisation, such as no leader."""
+    headless = set[str]()
+    for group, of_group in founding.groups.items():
+        if not founding.heads(group):
+            headless.add(key := f"group.{group}.role.{of_group.head_role}")
+            yield ConfigurationFault(key, "", "nobody came to play it before the mission")
+    for defect in specification_faults(founding):
+        if defect.key.rpartition(".")[0] not in headless and defect.defect is not Defect.SUBGROUPS:  # may form later
+            allowed = f"no founding gives it what it demands: {defect.allowed}"
+            yield ConfigurationFault(defect.key, defect.given, allowed)
 
 
-def refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreement, database: AUVDatabase) -> None:
-    """Raise ConfigurationError for jobs whose able vehicles all lack the social layer."""
+def _undivided(strategy: Strategy, agreement: Agreement, database: AUVDatabase) -> Iterator[ConfigurationFault]:
+    """Yield faults: jobs whose able vehicles all lack the social layer."""
     if strategy.declaration.authorities.isdisjoint(CONSULTING):
         return
     remedy = "set social_layer = true for one of them, or name a strategy whose heads give out jobs, such as central"
-    faults = []
     for name, group in agreement.organisation.groups.items():
         for role in group.roles:
             able = database.able_to_play(name, role.name) if role.job is not None else ()
             if able and not any(data.social_layer for data in able):
                 names = ", ".join(data.name for data in able)
                 why = f"under {strategy.name} vehicles with the social layer divide jobs, {names} has none: {remedy}"
-                faults.append(ConfigurationFault(f"group.{name}.role.{role.name}.job", f'"{role.job}"', why))
-    if faults:
-        raise ConfigurationError(scenario.scenario.name, faults)
+                yield ConfigurationFault(f"group.{name}.role.{role.name}.job", f'"{role.job}"', why)
 
 
 SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
@@ -274,8 +265,8 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     packet_s = modem.packet_s(modem.payload_bits)
     schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario))
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
-    refuse_malformed(scenario, agreement)
-    refuse_undivided(scenario, strategy, agreement, database)
+    if faults := [*_malformed(agreement.organisation), *_undivided(strategy, agreement, database)]:
+        raise ConfigurationError(scenario.scenario.name, faults)
     recorder_of_mission(mission, [sensors_of(data) for data in database.values()])
     own = own_metrics(scenario)
     urgency = priorities(scenario, strategy, mission, tbox)

@@ -23,6 +23,7 @@ from missions.scenarios.organisation import formation_faults, organisation_fault
 from missions.scenarios.parts import database_of, groups_of, metric_faults, strategy_named
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
 from remoras.activities import Objective
+from remoras.database import AUVDatabase
 from remoras.errors import PluginError
 from remoras.htn import Domain
 from remoras.mission import ELEMENTARY_TASKS, Mission
@@ -56,17 +57,16 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
     if faults := list(hook_faults(scenario.scenario.mission, made)):
         yield from faults
         return
-    yield from _role_jobs(scenario, mission, jobs)
+    database, groups = database_of(scenario, mission), {group.name: group for group in groups_of(scenario)}
+    yield from _role_jobs(scenario, database, jobs)
     yield from _order_of(jobs)
-    groups = {group.name: group for group in groups_of(scenario)}
-    yield from draw_faults(scenario.fault, database_of(scenario, mission), groups)
+    yield from draw_faults(scenario.fault, database, groups)
     for feature in used_in(scenario):
         yield from feature.made_checks(scenario, made)
     yield from guard_faults(scenario)
 
 
-def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Job]) -> Faults:
-    database = database_of(scenario, mission)
+def _role_jobs(scenario: Scenario, database: AUVDatabase, jobs: Mapping[str, Job]) -> Faults:
     for (group, name), role in scenario.roles.items():
         if role.job is None:
             continue

@@ -227,11 +227,6 @@ class DeclaredFault(Section):
                 yield f"has its own {key}, a key of every fault: rename it"
 
     @property
-    def number(self) -> int:
-        """Number of its kind."""
-        return self.number_of(self.kind)
-
-    @property
     def span_s(self) -> tuple[float, float] | None:
         """Earliest and latest start (s); None if a rate determines it."""
         return (self.at_s, self.at_s) if isinstance(self.at_s, float) else self.at_s
@@ -357,13 +352,12 @@ def users_of_keys() -> dict[str, list[str]]:
 
 def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """Yield faults between the table, vehicles and groups."""
-    end_s, before = scenario.scenario.duration_s, dict[tuple[str, str], list[tuple[str, DeclaredFault]]]()
+    before = dict[tuple[str, str], list[tuple[str, DeclaredFault]]]()
     for number, fault in enumerate(scenario.fault, 1):
         key = f"{KEY}.{number}"
         yield from _whose(key, fault, scenario)
-        if fault.span_s is not None and fault.span_s[1] >= end_s:
-            allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
-            yield ConfigurationFault(f"{key}.at_s", "", allowed)
+        if fault.span_s is not None:
+            yield from scenario.after_end(f"{key}.at_s", fault.span_s[1])
         alike = before.setdefault((fault.kind, fault.vehicle), [])
         asked = partial(fault.checks, key, scenario, mission, tuple(alike))
         yield from own_faults(f"{key}.kind", "checks", asked)
@@ -442,7 +436,8 @@ def drawn(
     counts: Counter[int] = Counter()
     by_start: list[tuple[tuple[float, int, int, float], Fault]] = []
     for declared in faults:
-        number = declared.number * _SELECTORS + _selector(declared.vehicle, database, organisation)
+        of_kind = declared.number_of(declared.kind)
+        number = of_kind * _SELECTORS + _selector(declared.vehicle, database, organisation)
         stream = number * _SELECTORS + known.get(declared.sensor_meant or "", 0)
         nth = counts[stream]
         counts[stream] += 1
@@ -450,7 +445,7 @@ def drawn(
         data = database[_name(declared, seed, stream, nth, database, organisation)]
         fault = declared.befalling(data, at_s)
         if fault.from_s < min(duration_s, fault.until_s):
-            by_start.append(((fault.from_s, data.node, declared.number, at_s), fault))
+            by_start.append(((fault.from_s, data.node, of_kind, at_s), fault))
     return tuple(fault for _, fault in sorted(by_start, key=lambda dated: dated[0]))
 
 

@@ -20,8 +20,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from pydantic import ValidationError
-
 from exchange.arithmetic import distance
 from exchange.channel.modems import Modem
 from missions.errors import ConfigurationFault, one_of
@@ -233,22 +231,16 @@ def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> ty
     return kind
 
 
-def sensor_settings(
-    table: Mapping[str, Any], kinds: Mapping[str, type[SensorSettings]]
-) -> SensorSettings | ValidationError:
-    """Parse a ``[[vehicle.sensor]]`` table; raise PluginError for an unknown kind."""
-    try:
-        reference = str(table.get("type", ""))
-        made = sensor_kind(reference, kinds).model_validate(table, strict=True)
-        return made if made.name else made.model_copy(update={"name": reference or next(iter(kinds), "")})
-    except ValidationError as error:
-        return error
+def sensor_settings(table: Mapping[str, Any], kinds: Mapping[str, type[SensorSettings]]) -> SensorSettings:
+    """Parse a ``[[vehicle.sensor]]`` table; raise PluginError for an unknown kind, ValidationError for its keys."""
+    reference = str(table.get("type", ""))
+    made = sensor_kind(reference, kinds).model_validate(table, strict=True)
+    return made if made.name else made.model_copy(update={"name": reference or next(iter(kinds), "")})
 
 
 def sensors_of(vehicle: VehicleTable, kinds: Mapping[str, type[SensorSettings]]) -> tuple[SensorSettings, ...]:
-    """Return the settings of a vehicle's sensors; malformed tables are skipped."""
-    candidates = (sensor_settings(table, kinds) for table in vehicle.sensor)
-    return tuple(settings for settings in candidates if isinstance(settings, SensorSettings))
+    """Return the settings of a vehicle's sensors."""
+    return tuple(sensor_settings(table, kinds) for table in vehicle.sensor)
 
 
 # Abilities --------------------------------------------------------------------------------------

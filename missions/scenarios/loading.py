@@ -149,11 +149,11 @@ def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[Configur
     for number, table in enumerate(vehicle.sensor, 1):
         place = f"{key}.{table.get('name', number)}" if len(vehicle.sensor) > 1 else key
         try:
-            settings = sensor_settings(table, mission.sensors)
-            if isinstance(settings, ValidationError):
-                kind = sensor_kind(str(table.get("type", "")), mission.sensors)
-                for fault in (fault_of(detail, kind, table) for detail in settings.errors()):
-                    yield ConfigurationFault(f"{place}.{fault.key}", fault.given, fault.allowed)
+            sensor_settings(table, mission.sensors)
+        except ValidationError as error:
+            kind = sensor_kind(str(table.get("type", "")), mission.sensors)
+            for fault in (fault_of(detail, kind, table) for detail in error.errors()):
+                yield ConfigurationFault(f"{place}.{fault.key}", fault.given, fault.allowed)
         except PluginError as error:
             yield ConfigurationFault(f"{place}.type", json.dumps(table.get("type", "")), str(error))
     for name, count in Counter(vehicle.sensor_names(next(iter(mission.sensors), ""))).items():

@@ -242,19 +242,16 @@ class ModemEnergy(NamedTuple):
 
 def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], modem: ModemEnergy) -> VehicleData:
     """Return the static data of a vehicle; ``hotel_w`` includes the listening modem."""
-    sensors = sensors_of(table, kinds)
-    fields = {
-        **table.model_dump(include=set(VehicleData.__dataclass_fields__)),
+    own = {key: getattr(table, key) for key in VehicleData.__dataclass_fields__ if key in type(table).model_fields}
+    changed = {
         "playable_roles": table.playable_roles or (),
+        "hotel_w": table.hotel_w + modem.listening_w,
+        "node": table.slot,
+        "transmit_j_per_bit": modem.transmit_j_per_bit,
+        "transmit_j_per_packet": modem.transmit_j_per_packet,
+        "sensors": sensors_of(table, kinds),
     }
-    fields["hotel_w"] = table.hotel_w + modem.listening_w
-    return VehicleData(
-        **fields,
-        node=table.slot,
-        transmit_j_per_bit=modem.transmit_j_per_bit,
-        transmit_j_per_packet=modem.transmit_j_per_packet,
-        sensors=sensors,
-    )
+    return VehicleData(**{**own, **changed})
 
 
 def modem_energy(scenario: Scenario) -> ModemEnergy:
@@ -283,7 +280,7 @@ AS_IN_TABLE = {"name", "minimum", "maximum", "head", "founding", "job", "influen
 def _group(table: GroupTable, excluded: Mapping[RoleKey, set[RoleKey]], templates: tuple[str, ...]) -> Group:
     roles = tuple(
         RoleSpecification(
-            **role.model_dump(include=AS_IN_TABLE),
+            **{key: getattr(role, key) for key in AS_IN_TABLE},
             played_by=role_key(role.played_by) if role.played_by else None,
             incompatible=frozenset(excluded[table.name, role.name]),
         )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any, ClassVar, Final, Literal
 
-from pydantic import ConfigDict, Field, field_validator
+from pydantic import ConfigDict, Field
 
 from exchange.channel.models import Deployment
 from missions.errors import ConfigurationFault
@@ -21,7 +21,7 @@ from missions.scenarios.knowledge import WorldModelTable
 from remoras.executive.satisfaction import DecisionTable
 from remoras.motion.attraction import GuidanceTable
 from remoras.organisation import Subgroups
-from remoras.table import Name, NotNegative, PointM, Positive, Section, Sparse, card, number_text, one_or_more, unless
+from remoras.table import Name, NotNegative, OneOrMore, PointM, Positive, Section, Sparse, card, number_text, unless
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups; otherwise all vehicles have equal needs."""
@@ -228,10 +228,8 @@ class VehicleTable(Sparse):
         description="roles the vehicle can play, preferred first: Role of any group, or Group.Role; if absent, "
         "all whose requirements it meets",
     )
-    sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor validates its keys
-        (),
-        description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object",
-        json_schema_extra=one_or_more,
+    sensor: OneOrMore[dict[str, Any]] = Field(  # each kind of sensor validates its keys
+        (), description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object"
     )
 
     def can_play(self, group: str, role: str) -> bool:
@@ -248,11 +246,6 @@ class VehicleTable(Sparse):
             yield "depth_m", f"allowed: 0 to depth_limit_m = {self.depth_limit_m}"
         if self.survey_speed_mps > self.transit_speed_mps:
             yield "survey_speed_mps", f"allowed: up to transit_speed_mps = {self.transit_speed_mps}"
-
-    @field_validator("sensor", mode="before")
-    @classmethod
-    def _one_or_more(cls, value: Any) -> Any:
-        return tuple([value] if isinstance(value, dict) else value) if isinstance(value, dict | list) else value
 
 
 class FleetTable(Section):
@@ -316,6 +309,12 @@ class Scenario(Sparse):
     def able_to_play(self, group: str, role: str) -> list[VehicleTable]:
         """Return the vehicles able to play a role of a group."""
         return [vehicle for vehicle in self.vehicle if vehicle.can_play(group, role)]
+
+    def after_end(self, key: str, at_s: float) -> Iterator[ConfigurationFault]:
+        """Yield a fault of a time after the end of the mission."""
+        if at_s >= (end_s := self.scenario.duration_s):
+            allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
+            yield ConfigurationFault(key, "", allowed)
 
     def taken_names(self, *more: str) -> dict[str, str]:
         """Return the kind of table by name, for vehicles, groups, rally points and ``more``."""

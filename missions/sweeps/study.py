@@ -220,10 +220,7 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
 def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
     """Resolve the study of a document; see ``load_study``."""
     folder = Path(document.path).parent
-    tables = with_files_found(document.raw, folder)
-    if isinstance(tables.get("channel"), dict):
-        tables["channel"] = [tables["channel"]]
-    file = document.values(StudyFile, tables)
+    file = document.values(StudyFile, with_files_found(document.raw, folder))
     file, unknown = _with_strategies(file, strategies, folder)
     between = [*faults_between(file), *unknown]
     file, own, no_metrics = _with_own_metrics(file, folder)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.files import shown, toml_value
 from missions.sweeps.factorial import MOST_FACTORS, most_halvings
-from remoras.table import Name, Section, one_or_more
+from remoras.table import Name, OneOrMore, Section
 
 TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin", "factorial": "factorial"}
 """Table read by each kind of sampling."""
@@ -62,15 +62,20 @@ def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
     """Yield faults: unforeseen cases that cannot be distinguished."""
-    names = [case.name for case in file.unforeseen]
-    empty = [number for number, case in enumerate(file.unforeseen, 1) if not case.set and not case.fault]
+    yield from repeated_names("unforeseen", file.unforeseen)
+    empty = [(number, case.name) for number, case in enumerate(file.unforeseen, 1) if not case.set and not case.fault]
+    for number, name in empty[1:]:
+        allowed = f'sets nothing, and neither does "{empty[0][1]}"; give it [unforeseen.set] or a fault'
+        yield ConfigurationFault(f"unforeseen.{number}.name", f'"{name}"', allowed)
+
+
+def repeated_names(table: str, cases: Sequence[Any]) -> Iterator[ConfigurationFault]:
+    """Yield faults: entries of a list of tables with the name of an earlier one."""
+    names = [case.name for case in cases]
     for number, name in enumerate(names, 1):
-        place = f"unforeseen.{number}"
         if name in names[: number - 1]:
-            yield ConfigurationFault(f"{place}.name", f'"{name}"', "a second entry of this name; give each its own")
-        elif number in empty[1:]:
-            allowed = f'sets nothing, and neither does "{names[empty[0] - 1]}"; give it [unforeseen.set] or a fault'
-            yield ConfigurationFault(f"{place}.name", f'"{name}"', allowed)
+            allowed = "a second entry of this name; give each its own"
+            yield ConfigurationFault(f"{table}.{number}.name", shown(name), allowed)
 
 
 def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
@@ -157,9 +162,7 @@ class Design(Section):
     """The table ``[study]``."""
 
     name: Name = Field(description="name of the study; used in progress and reports")
-    scenario: tuple[str, ...] = Field(
-        min_length=1, description="scenario, or list of scenarios: names or files", json_schema_extra=one_or_more
-    )
+    scenario: OneOrMore[str] = Field(min_length=1, description="scenario, or list of scenarios: names or files")
     strategies: tuple[str, ...] | None = Field(None, min_length=1, description="strategies; the scenario's if absent")
     policies: tuple[str, ...] | None = Field(None, min_length=1, description="policies; the scenario's if absent")
     vehicles: tuple[int, ...] | None = Field(
@@ -182,11 +185,6 @@ class Design(Section):
     keep_tables: int | None = Field(
         None, ge=0, description="number of repeats per configuration with stored tables; if absent all, up to 500 MB"
     )
-
-    @field_validator("scenario", mode="before")
-    @classmethod
-    def _one_or_more(cls, value: Any) -> Any:
-        return tuple([value] if isinstance(value, str) else value) if isinstance(value, str | list) else value
 
 
 class StoppingRule(Section):
@@ -222,10 +220,8 @@ class StudyFile(Section):
     """Content of a study file."""
 
     study: Design
-    channel: tuple[dict[str, Any], ...] = Field(
-        (),
-        description="in a study: a table for each channel, in which a list of values is a grid",
-        json_schema_extra=one_or_more,
+    channel: OneOrMore[dict[str, Any]] = Field(
+        (), description="in a study: a table for each channel, in which a list of values is a grid"
     )
     set: dict[str, Any] = Field({}, description="keys of the scenario common to all runs")
     grid: dict[str, Any] = Field({}, description="keys of the scenario with lists of values; all combinations are run")
