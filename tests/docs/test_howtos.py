@@ -13,6 +13,8 @@ import shutil
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +51,9 @@ def execute(page: Path, folder: Path) -> dict[str, str]:
         if name is not None:
             (folder / name[1]).write_text(text, encoding="utf-8")
         elif language == "python":
-            (folder / f"block{number}.py").write_text(text, encoding="utf-8")
-            said[text] = called([f"block{number}.py"], folder)
+            with redirect_stdout(StringIO()) as printed:
+                exec(compile(text, f"{page.name}, block {number}", "exec"), {"__name__": "__main__"})
+            said[text] = printed.getvalue()
         elif language == "sh":
             for line in text.splitlines():
                 command, _, target = line.partition(" > ")
