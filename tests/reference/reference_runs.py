@@ -1,7 +1,7 @@
 """Short runs whose every bit is written down: ``digests.toml`` says what each gave, a test that it still does.
 
     python tests/reference/reference_runs.py write            # write digests.toml anew
-    python tests/reference/reference_runs.py check [JOBS]     # compare; exit code 1 if a run gives something else
+    python tests/reference/reference_runs.py check [JOBS [RUN ...]]     # compare; exit code 1 if a run differs
 
 A digest covers the columns and rows of all non-empty tables, every number in full, and the summary without the reason
 of a failure, before a file rounds them. It is the same on every machine, under every Python, NumPy and library of
@@ -125,10 +125,10 @@ def _exact(value: Any) -> Any:
     return value if value is None or isinstance(value, str | bool | int) else _exact(value.item())
 
 
-def digests(n_workers: int = 1) -> dict[str, str]:
-    """What all runs give, made by so many processes."""
+def digests(n_workers: int = 1, names: Iterable[str] = tuple(RUNS)) -> dict[str, str]:
+    """What runs give, made by so many processes."""
     with SupervisedPool(n_workers, "missions.runs.run") as pool:
-        coming = {name: pool.submit(digest, name) for name in RUNS}
+        coming = {name: pool.submit(digest, name) for name in names}
         return {name: one.result() for name, one in coming.items()}
 
 
@@ -148,8 +148,8 @@ def main(arguments: list[str]) -> int:
     if arguments[:1] != ["check"]:
         print(__doc__)
         return 2
-    before, now = written(), digests(int(arguments[1]) if len(arguments) > 1 else 1)
-    changed = [name for name in RUNS if now[name] != before.get(name)]
+    before, now = written(), digests(int((arguments[1:] or ["1"])[0]), arguments[2:] or tuple(RUNS))
+    changed = [name for name in now if now[name] != before.get(name)]
     print(f"{len(now) - len(changed)} of {len(now)} runs as written", *changed, sep="\n    ")
     return 1 if changed else 0
 
