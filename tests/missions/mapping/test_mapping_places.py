@@ -1,7 +1,6 @@
 """What vehicles state of the places of objects is as sure as they say, whatever their navigation."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 import remoras
 from missions.mapping.metrics import REGION
 from missions.mapping.sensors import Classifier, ClassifierSettings, Seabed, SeaObject
-from missions.verification import verify
 from remoras.sensor import Pose
 from worldmodel import Block, Estimate, Observation, PropertyValue, core_ontology_paths, fused, read_tbox
 
@@ -94,22 +92,3 @@ def test_the_region_has_the_object_at_each_drift(drift: float) -> None:
     given = {"navigation.drift": drift}
     runs = [remoras.run("mapping-objects", per=0.4, seed=seed, set=given) for seed in range(1, 41)]
     assert 0.9 <= sum(run.summary["within_region_fraction"] for run in runs) / 40 <= 0.98
-
-
-@pytest.mark.slow
-def test_a_biased_vehicle_is_named(tmp_path: Path) -> None:
-    fault = {
-        "kind": "biased",
-        "vehicle": "AUV02",
-        "sensor": "classifier",
-        "attribute": "location",
-        "offset": [12.0, 0.0],
-    }
-    run = remoras.run("mapping-objects", per=0.4, seed=3, set={"fault": [{**fault, "at_s": 0.0}]})
-    assert run.known("ASV00", run.summary["mission_time_s"]).doubted == ("AUV02",)
-    assert run.summary["n_doubted"] == 1
-    run.save(tmp_path / "run")
-    assert list(verify(tmp_path / "run").lines) == []
-    summary = tmp_path / "run" / "summary.json"
-    summary.write_text(summary.read_text().replace('"n_doubted": 1', '"n_doubted": 0'))
-    assert list(verify(tmp_path / "run").lines) == ["summary: n_doubted is 0; it follows 1 [figures]"]

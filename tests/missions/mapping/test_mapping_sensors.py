@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,6 +21,7 @@ from missions.mapping.sensors import (
     swath_m,
 )
 from missions.runs.known import KnownAt
+from missions.verification import verify
 from remoras.sensor import Observation, Pose
 
 SQUARE = [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)]
@@ -123,8 +125,11 @@ def test_what_two_vehicles_classified_is_fused_alike_on_all() -> None:
 
 
 @pytest.mark.slow
-def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back() -> None:
-    """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is."""
+def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back(tmp_path: Path) -> None:
+    """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is.
+
+    The checker of results finds another number of doubted vehicles.
+    """
     run = finished(biased=True, banned=True)
     sound = finished(biased=True)
     end = sound.known("ASV00", sound.summary["mission_time_s"])
@@ -143,6 +148,11 @@ def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back() -> None:
         assert misled.value[0] - corrected.value[0] > 2.0
     at_s = 599.0
     assert list(run.known("ASV00", at_s).beliefs) == list(sound.known("ASV00", at_s).beliefs)
+    sound.save(tmp_path / "run")
+    assert list(verify(tmp_path / "run").lines) == []
+    summary = tmp_path / "run" / "summary.json"
+    summary.write_text(summary.read_text().replace('"n_doubted": 1', '"n_doubted": 0'))
+    assert list(verify(tmp_path / "run").lines) == ["summary: n_doubted is 0; it follows 1 [figures]"]
 
 
 # The sensor ------------------------------------------------------------------------------------------

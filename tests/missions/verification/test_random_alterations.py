@@ -71,7 +71,6 @@ def named_by(folder: Path) -> set[str]:
 @pytest.mark.parametrize("mission", MISSIONS)
 def test_drawn_runs_pass(mission: str, tmp_path: Path) -> None:
     """No false alarm in any setting."""
-    for number in range(2):
-        settings, made = drawn_run(mission, random.Random(f"passes {mission} {number}"), 600.0)
-        write_results(made, tmp_path / str(number))
-        assert list(verify(tmp_path / str(number)).lines) == [], settings
+    settings, made = drawn_run(mission, random.Random(f"passes {mission} 0"), 600.0)
+    write_results(made, tmp_path / "run")
+    assert list(verify(tmp_path / "run").lines) == [], settings
