@@ -235,6 +235,8 @@ def _deviation(slots: Iterable[dict[int, _Said]]) -> tuple[float, int]:
     """Return ``Q`` of the module docstring (consistency of origins) and its degrees of freedom."""
     terms, degrees = [], 0
     for estimates in slots:
+        if len(estimates) < 2:
+            continue  # one estimate deviates by rounding alone, which would decide between equal origins
         for axis in zip(*(estimate.axes for estimate in estimates.values()), strict=True):
             weights = [1.0 / estimate.variance for estimate in estimates.values()]
             mean = math.fsum(w * x for w, x in zip(weights, axis, strict=True)) / math.fsum(weights)

@@ -397,7 +397,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         is_due = any(at_s < until_s - frame_s - 1.0 and not record.is_away(key[0], at_s + frame_s) for at_s in times_s)
         is_known = key[2] == "objective" and (key[0], *key[3:5], *key[6:]) in record.given_s
         is_known |= key[0] in founded.get(key[2:], ())
-        is_known |= key[2] in ("assign", "release") and _is_so(plays, key, min(times_s))
+        is_known |= key[2] in ("assign", "release") and has_no_effect(plays, key, min(times_s), frame_s)
         if is_due and key not in answered and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
             report.add("requests", "organisation", min(times_s), key[0], "no row", f"{' '.join(key[2:])} by {key[1]}")
     for asked, vehicles in founded.items():
@@ -406,11 +406,11 @@ def _check_requests(record: Record, report: CheckReport) -> None:
             report.add("founded", "organisation", 0.0, vehicle, "no row", f"{' '.join(asked)}, as others have it")
 
 
-def _is_so(plays: Mapping[Row, Sequence[tuple[float, bool]]], key: Row, then_s: float) -> bool:
-    """True if a request changes nothing in the view of its receiver."""
+def has_no_effect(plays: Mapping[Row, Sequence[tuple[float, bool]]], key: Row, then_s: float, frame_s: float) -> bool:
+    """True if a request changes nothing in the view of its receiver: at receipt, or after others of its frame."""
     states = [False]
     for at_s, holds in plays.get((key[0], *key[3:6]), ()):
-        if at_s <= then_s + CLOSE_S:
+        if at_s <= then_s + frame_s + CLOSE_S:
             states = [holds] if at_s < then_s - CLOSE_S else [*states, holds]
     return (key[2] == "assign") in states
 

@@ -72,3 +72,9 @@ def test_order_makes_no_difference(seed: int, order: int) -> None:
     mixed = random.Random(order)
     shuffled = [(attribute, mixed.sample(told, len(told))) for attribute, told in mixed.sample(slots, len(slots))]
     assert doubted(slots) == doubted(shuffled)
+
+
+@given(st.floats(0.0, 40.0), st.floats(1.0, 3.0), st.floats(1.0, 3.0))
+def test_rounding_does_not_decide_between_two_origins(at_m: float, sigma: float, other_sigma: float) -> None:
+    slots = [(NUMBER, [seen(0, at_m, sigma), seen(1, at_m + 50.0, other_sigma)])] * 3
+    assert doubted(slots) == (0, 1)

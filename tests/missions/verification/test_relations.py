@@ -18,6 +18,7 @@ from missions.verification.folder import COLUMNS, MISSIONS, NOT_DERIVED, OF_EVER
 from missions.verification.mapping import cells_of
 from missions.verification.packets import check_knowledge
 from missions.verification.record import CheckReport, Record, TableColumns
+from missions.verification.relations import has_no_effect
 
 Corners = list[tuple[float, float]]
 SLANTED: dict[str, Corners] = {
@@ -69,6 +70,14 @@ def test_parts_of_a_block_that_was_dropped_come_again_with_the_last_of_them(seco
     report = CheckReport()
     check_knowledge(Record(scenario, 1, {}, tables), report)
     assert report.n_findings["knowledge"] == n_wrong
+
+
+@pytest.mark.parametrize(("left_s", "has_none"), [(90.0, True), (107.0, True), (115.0, False)])
+def test_a_release_after_another_one_in_its_frame_has_no_effect(left_s: float, has_none: bool) -> None:
+    """AUV03 resigns at 100 s; a release by its leader takes effect before, in the same frame of 7 s, or later."""
+    plays = {("AUV03", "Crew", "Lifter", "AUV03"): [(5.0, True), (left_s, False)]}
+    resigns = ("AUV03", "AUV03", "release", "Crew", "Lifter", "AUV03", "", "")
+    assert has_no_effect(plays, resigns, 100.0, 7.0) is has_none
 
 
 @pytest.fixture(scope="module")
