@@ -6,16 +6,20 @@ signals. Blocks are delimited and acknowledged; influence signals are ephemeral 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import cache, lru_cache
 from typing import NamedTuple
 
+from exchange.errors import ConfigurationError
 from worldmodel import STATUS, Block, PropertyValue
 from worldmodel.facts import Guid
 
 MASK_BITS = 8
 """Sequences in the mask of a summary."""
 FULL_MASK = (1 << MASK_BITS) - 1
+MAX_FRAGMENTS = 16
+"""Fragments of one block at most."""
 
 
 class Met(Enum):
@@ -118,6 +122,43 @@ class Fragment(NamedTuple):
     def block(self) -> Block:
         """Its block, valid if ``count`` is 1."""
         return Block(self.origin, self.sequence, self.time_s, self.facts, self.epoch)
+
+
+def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment], int]) -> tuple[Fragment, ...]:
+    """Split ``block`` into the fewest fragments of at most ``capacity_bits`` each, in order.
+
+    Raises ConfigurationError if a single fact is larger than a packet, or ``MAX_FRAGMENTS`` are too few.
+    """
+
+    def fragment(facts: tuple[PropertyValue, ...], index: int, count: int) -> Fragment:
+        return Fragment(block.origin, block.sequence, block.time_s, facts, index, count, block.epoch)
+
+    uncut = fragment(block.facts, 0, 1)
+    if size_bits(uncut) <= capacity_bits:
+        return (uncut,)
+    parts: list[tuple[PropertyValue, ...]] = []
+    part: tuple[PropertyValue, ...] = ()
+    for fact in block.facts:
+        if part and size_bits(fragment((*part, fact), 0, 2)) > capacity_bits:
+            parts.append(part)
+            part = ()
+        part = (*part, fact)
+        if size_bits(fragment(part, 0, 2)) > capacity_bits:
+            raise ConfigurationError(
+                f"one fact needs {size_bits(fragment((fact,), 0, 2))} bits, a packet has room for "
+                f"{capacity_bits}: take a modem with a larger payload"
+            )
+    parts.append(part)
+    if len(parts) > MAX_FRAGMENTS:
+        raise ConfigurationError(
+            f"a block of {len(block.facts)} facts needs {len(parts)} fragments, {MAX_FRAGMENTS} are allowed"
+        )
+    return tuple(fragment(facts, index, len(parts)) for index, facts in enumerate(parts))
+
+
+def joined_block(parts: Sequence[Fragment]) -> Block:
+    """Join all parts of a block, in order."""
+    return parts[0].block._replace(facts=tuple(fact for part in parts for fact in part.facts))
 
 
 class Named(NamedTuple):

@@ -2,8 +2,7 @@
 
 An item is a *column*, an index that is never reused; packets name it by `ItemUid`. A set of items is an integer with
 bit c for column c. Acknowledgements add items to those that a node is believed to hold (see
-`exchange.policy.acknowledgement.PacketLog`); a restarted peer or a duplicate node id removes them. `ReceivedSet` has
-the whole blocks of this vehicle.
+`exchange.policy.acknowledgement.PacketLog`); a restarted peer or a duplicate node id removes them.
 """
 
 from __future__ import annotations
@@ -12,11 +11,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from exchange.manager.fragmentation import joined_block
 from exchange.manager.peers import PeerStates
-from exchange.packets import Fragment, ItemUid, Named
+from exchange.packets import Fragment, ItemUid, Named, joined_block
 from exchange.policy.acknowledgement import Acknowledgement, PacketLog, members
-from exchange.policy.values import Waiting
+from exchange.policy.values import Candidate
 from worldmodel import Block, PropertyValue
 from worldmodel.facts import Guid
 
@@ -47,31 +45,7 @@ class Sendable:
     addressed: int = 0
     spared: int = 0
     is_eased: bool = False
-    waiting: Waiting | None = None
-
-
-class ReceivedSet:
-    """Received set of one vehicle: whole blocks by origin and epoch."""
-
-    def __init__(self) -> None:
-        self.held: dict[Life, int] = {}
-        """Bit set of sequences by origin and epoch."""
-        self.given_up: dict[Life, set[int]] = {}
-        """Discarded blocks, until they are received again."""
-
-    def add(self, life: Life, sequence: int) -> None:
-        """Add a block."""
-        self.held[life] = self.held.get(life, 0) | 1 << sequence
-        self.given_up.get(life, set()).discard(sequence)
-
-    def give_up(self, life: Life, sequence: int) -> None:
-        """Discard a block, so that it can be received again."""
-        self.held[life] = self.held.get(life, 0) & ~(1 << sequence)
-        self.given_up.setdefault(life, set()).add(sequence)
-
-    def has(self, life: Life, sequence: int) -> bool:
-        """True if the block is held."""
-        return bool(self.held.get(life, 0) >> sequence & 1)
+    candidate: Candidate | None = None
 
 
 class Beliefs:
@@ -102,8 +76,10 @@ class Beliefs:
         self.ends: dict[Life, int] = {}
         """Highest known sequence plus 1, by origin and epoch."""
         self._parts: dict[Guid, tuple[int, ...]] = {}  # of blocks of several
-        self.own = ReceivedSet()
-        """Received set of this vehicle."""
+        self.blocks: dict[Life, int] = {}
+        """Received set of this vehicle: whole blocks (bit set of sequences) by origin and epoch."""
+        self.discarded: dict[Life, set[int]] = {}
+        """Blocks discarded for lack of their dependencies, until they are received again."""
         self.shared: set[Life] = set()
         """Incarnations with a duplicate node id."""
         self.summaries: Summaries | None = None
@@ -126,11 +102,6 @@ class Beliefs:
             entry = self.sendable[column] = Sendable(fragment, fragment.facts)
         return entry
 
-    def about(self, column: int) -> tuple[PropertyValue, ...]:
-        """Return the facts that decide which nodes need an item."""
-        entry = self.sendable.get(column)
-        return self.fragments[column].facts if entry is None else entry.about
-
     def parts(self, guid: Guid) -> tuple[int, ...]:
         """Return the columns of the known parts of a block."""
         parts = self._parts.get(guid)
@@ -140,23 +111,14 @@ class Beliefs:
             return () if column is None else (column,)
         return parts
 
-    def known(self, life: Life, first: int, end: int) -> list[tuple[int, tuple[int, ...]]]:
-        """Return sequences ``first`` to ``end - 1`` of an incarnation with columns of known parts."""
-        (origin, epoch), listed, column_of = life, list[tuple[int, tuple[int, ...]]](), self.column_of
-        for sequence in range(first, end):
-            parts = self._parts.get((origin, epoch, sequence))
-            if parts is not None:
-                listed.append((sequence, parts))
-            elif (column := column_of.get(ItemUid(origin, sequence, 0, epoch))) is not None:
-                listed.append((sequence, (column,)))
-        return listed
-
     def add(self, item: Named, entry: Sendable | None = None) -> int:
         """Add a new item; return its column."""
         column, (fragment, uid, guid, _) = len(self.fragments), item
         origin, epoch, sequence = guid
-        if fragment.count > 1 or guid in self._parts:
-            self._parts[guid] = *self.parts(guid), column
+        if fragment.count > 1:
+            parts = self.parts(guid)
+            if not parts or self.fragments[parts[0]].count == fragment.count:  # else of another block of that name
+                self._parts[guid] = *parts, column
         self.column_of[uid] = column
         self.uids.append(uid)
         self.fragments.append(fragment)
@@ -175,6 +137,10 @@ class Beliefs:
         """True if every part of a block is known."""
         parts = self.parts(guid)
         return bool(parts) and len(parts) == self.fragments[parts[0]].count
+
+    def half_blocks(self) -> list[Guid]:
+        """Return the blocks with some parts known, others not."""
+        return [guid for guid in self._parts if not self.is_whole(guid)]
 
     def block(self, guid: Guid) -> Block:
         """Join a block from its parts, all of which are known."""
@@ -276,8 +242,9 @@ class Beliefs:
         life = node, self.peers.epochs[node]
         self.shared.add(life)
         if self.summaries is not None:
-            self.summaries.queue.silence(life, by_alarm)
             self.summaries.forget()
+            if not by_alarm:
+                self.summaries.raise_alarm(life)
         if is_new or node == self.me:
             for peer, items in enumerate(self.origins):
                 if peer != node or node == self.me:
@@ -309,25 +276,32 @@ class Beliefs:
     def complete(self, guid: Guid) -> None:
         """Record that a block is whole."""
         origin, epoch, sequence = guid
-        self.own.add((origin, epoch), sequence)
+        self.blocks[origin, epoch] = self.blocks.get((origin, epoch), 0) | 1 << sequence
+        self.discarded.get((origin, epoch), set()).discard(sequence)
+
+    def has_block(self, guid: Guid) -> bool:
+        """True if a whole block is held."""
+        origin, epoch, sequence = guid
+        return bool(self.blocks.get((origin, epoch), 0) >> sequence & 1)
 
     def give_up(self, guids: Iterable[Guid]) -> None:
-        """Report blocks as missing that were discarded for lack of their dependencies."""
+        """Discard blocks, so that they are reported as missing and received again."""
         for origin, epoch, sequence in guids:
-            if sequence >= 0 and self.own.has((origin, epoch), sequence):
-                self.own.give_up((origin, epoch), sequence)
+            if sequence >= 0 and self.has_block((origin, epoch, sequence)):
+                self.blocks[origin, epoch] ^= 1 << sequence
+                self.discarded.setdefault((origin, epoch), set()).add(sequence)
                 if self.summaries is not None:
-                    self.summaries.queue.urge((origin, epoch))
+                    self.summaries.urge((origin, epoch))
 
     def given_up(self) -> Iterator[tuple[int, ItemUid]]:
         """Yield this node with the first item of each discarded block not received again."""
-        for (origin, epoch), given_up in self.own.given_up.items():
-            yield from ((self.me, ItemUid(origin, sequence, 0, epoch)) for sequence in sorted(given_up))
+        for (origin, epoch), sequences in self.discarded.items():
+            yield from ((self.me, ItemUid(origin, sequence, 0, epoch)) for sequence in sorted(sequences))
 
     def come_again(self, guid: Guid) -> Block | None:
         """Return a discarded block on the reception of one of its parts; None otherwise."""
         origin, epoch, sequence = guid
-        if sequence not in self.own.given_up.get((origin, epoch), ()) or not self.is_whole(guid):
+        if sequence not in self.discarded.get((origin, epoch), ()) or not self.is_whole(guid):
             return None
         self.complete(guid)
         return self.block(guid)

@@ -7,8 +7,8 @@ also apply to items received later.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 from operator import mul
 from typing import TYPE_CHECKING
 
@@ -92,7 +92,7 @@ class HoldingsReports:
         self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs, large_first)
         chosen = sum([1 << column for number, column in enumerate(columns) if plan.takes[number]])
         self._statements = [statement for statement in statements if plan.states[statement.origin]]
-        size_bits = sum([self._accounts.statement(statement, self._me)[1] for statement in self._statements])
+        size_bits = sum([plan.statement_bits[statement.origin] for statement in self._statements])
         self._symbols_bits = 0
         if self._n_symbols:
             longest = max(map(len, self._coded(chosen).values()))
@@ -103,8 +103,8 @@ class HoldingsReports:
     def _statement(self, origin: int) -> OriginStatement:
         """Return the largest statement about the present incarnation of an origin."""
         life = origin, self._peers.epochs[origin]
-        own = self._beliefs.own
-        held, first = own.held.get(life, 0), 0 if own.given_up.get(life) else self._first.get(life, 0)
+        held = self._beliefs.blocks.get(life, 0)
+        first = 0 if self._beliefs.discarded.get(life) else self._first.get(life, 0)
         lacked = self._beliefs.lacked(self._beliefs.origins[origin])
         while held >> first & 1 and not item_set(self._beliefs.parts((*life, first))) & lacked:
             first += 1
@@ -292,9 +292,7 @@ class HoldingsReports:
         return self._lacks.setdefault(column, [1.0] * self._n_nodes)
 
     def _columns_held(self, guids: Iterable[Guid]) -> Iterator[int]:
-        return itertools.chain.from_iterable(
-            [self._beliefs.parts(guid) for guid in guids if self._beliefs.is_whole(guid)]
-        )
+        return chain.from_iterable([self._beliefs.parts(guid) for guid in guids if self._beliefs.is_whole(guid)])
 
     def _lacked_of_code(self, over: Sequence[Guid], peer: int) -> float:
         """Return the expected number of covered blocks that a peer lacks."""

@@ -18,7 +18,7 @@ from exchange.packets import Fragment, ItemUid
 from exchange.policy.acknowledgement import members
 from exchange.policy.limits import Expired, Expiry
 from exchange.policy.queue import Queue
-from exchange.policy.values import Waiting
+from exchange.policy.values import item_candidate
 from worldmodel import PLAIN, Block, Needs, PropertyValue, Stated, Terms, ValueKind, WorldModel
 from worldmodel.needs import Wanted
 
@@ -71,10 +71,9 @@ class Interests:
         self._wanted: dict[tuple[int, int], Wanted] = {}  # by instance and attribute, until needs change
         self._terms: dict[tuple[int, int], Terms] = {}
 
-    def of(self, facts: Iterable[PropertyValue]) -> tuple[int, int]:
+    def of(self, facts: tuple[PropertyValue, ...]) -> tuple[int, int]:
         """Return the nodes (bit mask) that need any of the facts, and their highest priority."""
         nodes, priority = 0, 0
-        facts = tuple(facts)
         for fact in facts:
             mask, value = self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, facts)
             nodes |= mask
@@ -83,14 +82,7 @@ class Interests:
 
     def is_of_use(self, facts: Iterable[Stated]) -> bool:
         """True if these facts have an attribute that is exchanged, regardless of present needs."""
-        block = tuple(facts)
-        for fact in block:
-            wanted = self._wanted.get(fact[:2])
-            if wanted is None:
-                wanted = self._ask(PropertyValue(*fact), tuple([PropertyValue(*f) for f in block]))
-            if wanted[1] > 0:
-                return True
-        return False
+        return self.of(tuple([PropertyValue(*fact) for fact in facts]))[1] > 0
 
     def _ask(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> Wanted:
         """Return the need of a fact; cache it until needs change if it is independent of the value."""
@@ -130,7 +122,7 @@ class Interests:
 
     def priority_here(self, column: int) -> int:
         """Priority of an item that this node needs; 0 if only others need it."""
-        nodes, priority = self.of(self._beliefs.about(column))
+        nodes, priority = self.of(self._beliefs.entry(column).about)
         return priority if nodes >> self._me & 1 else 0
 
     # Sending -------------------------------------------------------------------------------------
@@ -169,7 +161,7 @@ class Interests:
 
     def _take_up(self, column: int, now_s: float) -> None:
         entry = self._beliefs.entry(column)
-        if self._judge(column, entry) and self._beliefs.lacked(1 << column):
+        if self._judge(column, entry) and self._beliefs.lacked(1 << column & ~self._queue.open):
             self._send(column, entry, now_s)
 
     def settle(self) -> tuple[ItemUid, ...]:
@@ -228,13 +220,13 @@ class Interests:
 
     def _send(self, column: int, entry: Sendable, now_s: float, is_new_need: bool = False) -> None:
         fragment = entry.fragment
-        if entry.waiting is None:
-            entry.waiting = Waiting(entry.priority, fragment.time_s, now_s)
-        entry.waiting.priority = entry.priority
+        if entry.candidate is None:
+            size_bits = self._size_bits(fragment)
+            entry.candidate = item_candidate(column, fragment, size_bits, entry.priority, now_s)
+        entry.candidate.priority = entry.priority
         if entry.addressed:
             self._addressed.add(column)
-        terms = self.terms_of(entry.about)
-        self._queue.take(column, fragment, entry.waiting, self._size_bits(fragment), terms, now_s, is_new_need)
+        self._queue.take(entry.candidate, self.terms_of(entry.about), now_s, is_new_need)
 
     def _judge(self, column: int, entry: Sendable) -> bool:
         """Update the needs of an item; return True if another node needs it."""

@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
 from exchange.manager.beliefs import Beliefs, Sendable
-from exchange.manager.fragmentation import fragments_of
 from exchange.manager.interests import Interests, Renewal
 from exchange.manager.peers import PeerLinks
 from exchange.manager.receiver import Parking, Receiver
@@ -38,6 +37,7 @@ from exchange.packets import (
     StatusUid,
     Summary,
     Transmission,
+    fragments_of,
     name_of_item,
 )
 from exchange.policy.policies import AckPolicy
@@ -135,7 +135,7 @@ class ExchangeManager:
         """``is_of_use(facts)``: True if an attribute of these is exchanged, needed now or not."""
         evidence, frame_s = options.carrier_evidence, schedule.frame_s
         self._receiver = Receiver(model, beliefs, self._interests, policy.repeat, evidence, frame_s)
-        self.parking: Parking | None = Parking(beliefs, self._receiver)
+        self.parking: Parking | None = Parking(beliefs, self._interests)
         """Suspension for absent peers; None if disabled."""
         if not policy.repeat:
             self._receiver.relaying = Relaying(beliefs, self._receiver)
@@ -144,7 +144,7 @@ class ExchangeManager:
 
             sizes = codec.accounts, codec.fragment_bits
             self._receiver.reports = HoldingsReports(beliefs, *sizes, self._interests.priority_here, kind.codes)
-        self.half_blocks = self._receiver.assembly.lacking
+        self.half_blocks = beliefs.half_blocks
         """``half_blocks() -> list``: names of incomplete blocks."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
@@ -176,8 +176,8 @@ class ExchangeManager:
         """Register the content of the world model after a restart; its holders are unknown."""
         self._receiver.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
         self._interests.adopt(self._beliefs.orphans(), now_s)
-        if self.summaries is not None:
-            self.summaries.queue.urge()
+        if self._beliefs.summaries is not None:
+            self._beliefs.summaries.urge()
 
     def fits(self, facts: Iterable[Stated]) -> bool:
         """True if a block of these facts fits one packet, beside influence signals."""
@@ -260,11 +260,6 @@ class ExchangeManager:
         return slot
 
     @property
-    def summaries(self) -> Summaries | None:
-        """Summary exchange; None if disabled."""
-        return self._beliefs.summaries
-
-    @property
     def relaying(self) -> Relaying | None:
         """Relaying over poor links; None if disabled or if the policy repeats items."""
         return self._receiver.relaying
@@ -310,7 +305,7 @@ class ExchangeManager:
             noticed = self.parking.look(frame, now_s)
         summary: tuple[Summary, ...] = ()
         if (summaries := self._beliefs.summaries) is not None:
-            summary = summaries.queue.urgent(self._room_bits // SUMMARY_SHARE)
+            summary = summaries.urgent(self._room_bits // SUMMARY_SHARE)
         if (relaying := self._receiver.relaying) is not None and (relaying.left or self.queue.resting):
             self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
         header = codec.header
@@ -324,7 +319,7 @@ class ExchangeManager:
         chosen = self.queue.choose(packing, now_s)
         is_spare = not summary
         if summaries is not None and is_spare:
-            summary = summaries.queue.spare(packing.left_bits)
+            summary = summaries.spare(packing.left_bits)
             summary_bits = sum(map(codec.summary_bits, summary))
         content = 0
         items: list[ItemUid] = []
@@ -376,7 +371,7 @@ class ExchangeManager:
         self._left_to_relays = queue.resting if self.relaying is not None else 0
         statuses, others_weight = queue.statuses, queue.items_weight
         status_bits = sum([candidate.size_bits for candidate in statuses])
-        weight = sum([candidate.waiting.priority * candidate.size_bits for candidate in statuses])
+        weight = sum([candidate.priority * candidate.size_bits for candidate in statuses])
         kept_bits, large_first = 0, False
         if statuses:
             due_bits = self._due_to_statuses + room_bits * weight // (weight + others_weight)
@@ -392,7 +387,7 @@ class ExchangeManager:
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""
-        return uid in self._beliefs.column_of or self._beliefs.own.has((uid.origin, uid.epoch), uid.sequence)
+        return uid in self._beliefs.column_of or self._beliefs.has_block((uid.origin, uid.epoch, uid.sequence))
 
     def knows_life(self, peer: int, epoch: int) -> bool:
         """True if ``epoch`` (restart count) is the latest known of ``peer``; 0 before any packet."""

@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from exchange.manager.beliefs import Beliefs, Sendable
-from exchange.manager.fragmentation import Assembly, fragments_of, joined_block
 from exchange.manager.interests import Interests
-from exchange.packets import DecodedPacket, Fragment, ItemUid, Met, Named, Packet, Reception, name_of_item
+from exchange.packets import (
+    DecodedPacket,
+    Fragment,
+    ItemUid,
+    Met,
+    Named,
+    Packet,
+    Reception,
+    fragments_of,
+    joined_block,
+    name_of_item,
+)
 from exchange.policy.acknowledgement import members
 from worldmodel import STATUS, Block, WorldModel
 from worldmodel.facts import MOST_ITEMS
@@ -19,29 +30,24 @@ if TYPE_CHECKING:
     from exchange.manager.relaying import Relaying
 
 
-def _contradiction(fragment: Fragment, beliefs: Beliefs, assembly: Assembly) -> Block | None:
+def _contradiction(fragment: Fragment, beliefs: Beliefs) -> Block | None:
     """Return the block that contradicts a known item, if it is whole."""
-    known = beliefs.fragment(fragment.uid)
-    if known is not None and fragment.count != known.count:
-        return assembly.add(fragment)
     fragments = [beliefs.fragment(fragment.uid._replace(part=part)) for part in range(fragment.count)]
     fragments[fragment.index] = fragment
-    parts = [part for part in fragments if part is not None]
+    parts = [part for part in fragments if part is not None and part.count == fragment.count]
     return joined_block(parts)._replace(time_s=fragment.time_s) if len(parts) == fragment.count else None
 
 
-class _Taken(NamedTuple):
-    """Contents of the fragments of a packet.
+@dataclass(slots=True)
+class _Taken:
+    """Blocks, items and filtered fragments that a packet brings.
 
-    Attributes:
-        content: items (set) with unchanged content, known ones too.
-        is_ambiguous: True if a duplicate node id sent different content under one name.
+    ``is_ambiguous``: a duplicate node id sent different content under one name.
     """
 
-    content: int
-    blocks: Sequence[Block]
-    items: Sequence[ItemUid] = ()
-    aside: Sequence[Fragment] = ()
+    blocks: list[Block] = field(default_factory=list)
+    items: list[ItemUid] = field(default_factory=list)
+    aside: list[Fragment] = field(default_factory=list)
     is_ambiguous: bool = False
 
 
@@ -67,8 +73,6 @@ class Receiver:
         self._frame_s = frame_s
         self._relayed = 0  # origins relayed (bit mask)
         self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses relayed
-        self.assembly = Assembly()
-        """Incomplete blocks."""
         self.reports: HoldingsReports | None = None
         """Holdings reports; None without the policy."""
         self.relaying: Relaying | None = None
@@ -100,7 +104,8 @@ class Receiver:
         beliefs.before = beliefs.held.copy()
         missed = decoded.heard & ~(log.heard | 1 << sender | 1 << self._me)
         evidence = self._told(packet, missed, now_s) if missed or decoded.relays else ()
-        taken = self._take_in(decoded.items, now_s) if decoded.items else _Taken(0, decoded.statuses)
+        taken = _Taken()
+        content = self._take_in(decoded.items or decoded.statuses, taken, now_s)
         lacked = 0
         is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
         if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
@@ -110,13 +115,14 @@ class Receiver:
             heeded = peers.heed(sender, own, frame, is_answer)
             if answers and not is_late and self.relaying is not None:
                 self.relaying.rows[sender].append(own)
-            log.note(slot, taken.content)
-            if taken.content:
-                beliefs.take(taken.content, sender if self._carrier_evidence else None)
+            log.note(slot, content)
+            if content:
+                beliefs.take(content, sender if self._carrier_evidence else None)
             log.learn(slot, decoded.facts, heeded, beliefs.held)
             if self.reports is not None:
                 recovered, lacked = self.reports.hear(packet, slot, is_answer, answers, heeded, now_s)
-                taken = self._with_recovered(taken, recovered, now_s) if recovered else taken
+                if recovered:
+                    beliefs.take(self._take_in(recovered, taken, now_s), None)
             lacked |= self._take_summaries(packet, now_s) if packet.summary else 0
         for status in decoded.statuses if self._relayed else ():
             if self._relayed >> status.origin & 1 and self._is_news(status):
@@ -150,13 +156,6 @@ class Receiver:
                 if not self._repeats and self._peers.is_over(*summary[:2]):
                     self._interests.adopt(beliefs.orphans(summary[:2]), now_s)
         return lacked
-
-    def _with_recovered(self, taken: _Taken, recovered: Sequence[Named], now_s: float) -> _Taken:
-        """Take the recovered items of a packet as well."""
-        more = self._take_in(recovered, now_s)
-        self._beliefs.take(more.content, None)
-        items, aside = (*taken.items, *more.items), (*taken.aside, *more.aside)
-        return taken._replace(blocks=(*taken.blocks, *more.blocks), items=items, aside=aside)
 
     def _told(self, packet: Packet, missed: int, now_s: float) -> tuple[tuple[int, float], ...]:
         """Return second-hand evidence of presence: nodes and earliest times of transmission (s).
@@ -218,7 +217,7 @@ class Receiver:
         if self.reports is not None:
             self.reports.forget()
         if is_new:
-            self.reopen(now_s)
+            self._interests.reopen(now_s)
         return is_new
 
     def _is_misquoted(self, packet: Packet) -> bool:
@@ -245,47 +244,41 @@ class Receiver:
                 lives[origin] = fragment.epoch
         return [(node, epoch) for node, epoch in lives.items() if epoch != epochs[node]]
 
-    def _take_in(self, received: Sequence[Named | Block], now_s: float) -> _Taken:
-        beliefs, is_ambiguous = self._beliefs, False
-        content = 0
-        blocks: list[Block] = []
-        items: list[ItemUid] = []
-        aside: list[Fragment] = []
+    def _take_in(self, received: Sequence[Named | Block], taken: _Taken, now_s: float) -> int:
+        """Take received items and statuses; return the items (set) with unchanged content, known ones too."""
+        beliefs, content = self._beliefs, 0
         for item in received:
             if isinstance(item, Block):
-                blocks.append(item)
+                taken.blocks.append(item)
                 continue
             fragment, uid, guid, block = item
             column = beliefs.column_of.get(uid)
             if fragment.origin == self._me and self._is_misquote(fragment):
-                is_ambiguous = True
+                taken.is_ambiguous = True
                 continue
             if column is None:
                 column = self.register(item, now_s)
-                if block is None:
-                    parts = [beliefs.fragments[part] for part in beliefs.parts(guid)]
-                    block = self.assembly.add(fragment, parts)
+                if block is None and beliefs.is_whole(guid):
+                    block = beliefs.block(guid)
                 if block is not None:
                     beliefs.complete(guid)
                 if block is not None and not self._interests.keeps(block, uid):
-                    aside.append(fragment)
-                    block = None
+                    taken.aside.append(fragment)
                 else:
-                    items.append(uid)
-                if block is not None:
-                    blocks.append(block)
+                    taken.items.append(uid)
+                    taken.blocks += () if block is None else (block,)
                 content |= 1 << column
             elif beliefs.fragments[column] == fragment:
                 content |= 1 << column
-                if beliefs.own.given_up and (again := beliefs.come_again(guid)) is not None:
-                    blocks.append(again)
-                    items += [beliefs.uids[part] for part in beliefs.parts(guid)]
+                if beliefs.discarded and (again := beliefs.come_again(guid)) is not None:
+                    taken.blocks.append(again)
+                    taken.items += [beliefs.uids[part] for part in beliefs.parts(guid)]
             elif guid[:2] in beliefs.shared:
-                is_ambiguous = True
-            elif (other := _contradiction(fragment, beliefs, self.assembly)) is not None:
+                taken.is_ambiguous = True
+            elif (other := _contradiction(fragment, beliefs)) is not None:
                 is_in = self._model.arrived(other.guid) is not None
-                blocks += [other] if is_in or self._interests.keeps(other, uid) else []
-        return _Taken(content, blocks, items, aside, is_ambiguous)
+                taken.blocks += [other] if is_in or self._interests.keeps(other, uid) else []
+        return content
 
     def _catch_up(self, peer: int, now_s: float) -> None:
         """Resynchronise a peer that returns or restarts: reopen items, send all summaries."""
@@ -293,17 +286,9 @@ class Receiver:
             self.reports.miss(peer)
         if not self._repeats:
             self._interests.adopt(self._beliefs.orphans(), now_s)
-        self.reopen(now_s)
-        if self._beliefs.summaries is not None:
-            self._beliefs.summaries.queue.urge()
-
-    def reopen(self, now_s: float) -> None:
-        """Reopen delivered items that some node lacks now."""
         self._interests.reopen(now_s)
-
-    def settle(self) -> tuple[ItemUid, ...]:
-        """Close items that all present nodes that need them are believed to hold."""
-        return self._interests.settle()
+        if self._beliefs.summaries is not None:
+            self._beliefs.summaries.urge()
 
 
 PARKED = "parked"
@@ -317,10 +302,10 @@ class Parking:
     none, and treats the next peer as returning.
     """
 
-    def __init__(self, beliefs: Beliefs, receiver: Receiver) -> None:
+    def __init__(self, beliefs: Beliefs, interests: Interests) -> None:
         self._all = (1 << beliefs.n_nodes) - 1 & ~(1 << beliefs.me)
         self._peers = beliefs.peers
-        self._receiver = receiver
+        self._interests = interests
 
     def look(self, frame: int, now_s: float) -> tuple[tuple[int, str], ...]:
         """Mark peers as absent whose silence exceeds loss; return them with the event."""
@@ -338,5 +323,5 @@ class Parking:
             peers.heard_frame[:] = [frame] * len(peers.heard_frame)
         peers.awaited = self._all if peers.is_alone else peers.away
         if peers.away != before:
-            self._receiver.reopen(now_s) if is_alone else self._receiver.settle()
+            self._interests.reopen(now_s) if is_alone else self._interests.settle()
         return () if is_alone else tuple([(node, PARKED) for node in parked])

@@ -17,7 +17,6 @@ that at its last transmission.
 
 from __future__ import annotations
 
-from array import array
 from heapq import heappop, heappush
 
 from exchange.manager.beliefs import Beliefs
@@ -38,36 +37,6 @@ AGED = 4.0
 """Age of a suspended item, in ages at its last transmission, at which it is sent again."""
 
 
-class LossesAt:
-    """Running loss estimates of all links to one receiver, as `LossEstimate` in compact form.
-
-    A fleet of 32 nodes has about a thousand of these links.
-
-    >>> losses = LossesAt(2)
-    >>> losses.note([0b01, 0b01, 0b11])
-    >>> [round(share, 2) for share in losses.p_reckoned]
-    [0.2, 0.6]
-    """
-
-    __slots__ = ("_lost", "_weight")
-
-    def __init__(self, n_nodes: int) -> None:
-        self._lost = array("d", [0.0] * n_nodes)
-        self._weight = 0.0
-
-    def note(self, rows: list[int]) -> None:
-        """Record acknowledgement rows (bit masks of received senders) in the order of packets."""
-        for row in rows:
-            self._weight = KEPT * self._weight + 1.0
-            for sender, lost in enumerate(self._lost):
-                self._lost[sender] = KEPT * lost + (HEARD if row >> sender & 1 else LOST)
-
-    @property
-    def p_reckoned(self) -> list[float]:
-        """Posterior share of lost packets, by sender."""
-        return [loss_of(lost, self._weight) for lost in self._lost]
-
-
 class Relaying:
     """Relaying of one vehicle: origins it relays, peers it leaves to other relays."""
 
@@ -79,7 +48,9 @@ class Relaying:
         self._receiver = receiver
         self.rows: list[list[int]] = [[] for _ in self._nodes]
         """Acknowledgement rows since the last evaluation, by peer."""
-        self._losses = [LossesAt(len(self._nodes)) for _ in self._nodes]  # by receiver
+        # As `LossEstimate`, a thousand links in a fleet of 32 nodes: by receiver and sender, and by receiver.
+        self._lost = [[0.0] * len(self._nodes) for _ in self._nodes]
+        self._weight = [0.0] * len(self._nodes)
         self.due_frame = LOOK_FRAMES
         """TDMA frame of the next evaluation."""
         self.left: list[tuple[int, int]] = []
@@ -91,10 +62,15 @@ class Relaying:
     def look(self, frame: int, now_s: float) -> None:
         """Evaluate the links between others and update the relayed origins."""
         self.due_frame = frame + LOOK_FRAMES
-        for losses, rows in zip(self._losses, self.rows, strict=True):
-            losses.note(rows)
+        for receiver, rows in enumerate(self.rows):
+            for row in rows:
+                self._weight[receiver] = KEPT * self._weight[receiver] + 1.0
+                self._lost[receiver] = [
+                    KEPT * lost + (HEARD if row >> sender & 1 else LOST)
+                    for sender, lost in enumerate(self._lost[receiver])
+                ]
             rows.clear()
-        lost = [losses.p_reckoned for losses in self._losses]
+        lost = [[loss_of(one, self._weight[receiver]) for one in self._lost[receiver]] for receiver in self._nodes]
         between = [share for one, shares in enumerate(lost) for other, share in enumerate(shares) if one != other]
         if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is that much better than another
             self.left = []
@@ -134,11 +110,11 @@ class Relaying:
         while self._ageing and self._ageing[0][0] < now_s:
             self._fresh ^= 1 << heappop(self._ageing)[1]
         for column in members(resting & ~self._fresh):
-            waiting = beliefs.entry(column).waiting
-            if waiting is None or now_s - waiting.observed_s > AGED * (waiting.since_s - waiting.observed_s):
+            sent = beliefs.entry(column).candidate
+            if sent is None or now_s - sent.observed_s > AGED * (sent.since_s - sent.observed_s):
                 continue
             self._fresh |= 1 << column
-            aged_s = waiting.observed_s + AGED * (waiting.since_s - waiting.observed_s)
+            aged_s = sent.observed_s + AGED * (sent.since_s - sent.observed_s)
             heappush(self._ageing, (aged_s - GRACE_S, column))  # looked at early, so that rounding delays none
         return resting & self._fresh
 

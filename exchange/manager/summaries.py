@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from exchange.manager.beliefs import Beliefs, Life, ReceivedSet
+from exchange.manager.beliefs import Beliefs, Life
 from exchange.packets import FULL_MASK, MASK_BITS, ItemUid, Summary
 from worldmodel.facts import MOST_ITEMS
 
@@ -45,37 +45,36 @@ class _Told(NamedTuple):
 _NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
 
 
-class SummaryQueue:
-    """Transmission schedule of one vehicle's summaries."""
+class Summaries:
+    """Summaries of one vehicle: its own as they are due, and those of its peers."""
 
-    def __init__(self, holdings: ReceivedSet, size_bits: Callable[[Summary], int]) -> None:
-        self._holdings = holdings
+    def __init__(self, beliefs: Beliefs, size_bits: Callable[[Summary], int]) -> None:
+        self._beliefs = beliefs
         self._size_bits = size_bits
         self._due: dict[Life, None] = {}
         self._told: dict[Life, _Told] = {}  # oldest first
-        self.silenced: set[Life] = set()
-        """Incarnations with a duplicate node id: only alarms are sent."""
         self._alarms: dict[Life, None] = {}
+        self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
 
-    def silence(self, life: Life, by_alarm: bool) -> None:
-        """Replace the summaries of a duplicate node id by an alarm, unless another node raised it."""
-        self.silenced.add(life)
-        if not by_alarm:
-            self._alarms[life] = None
+    # Transmission --------------------------------------------------------------------------------
+
+    def raise_alarm(self, life: Life) -> None:
+        """Send an alarm of a duplicate node id, whose summaries are no longer sent."""
+        self._alarms[life] = None
 
     def urge(self, *lives: Life) -> None:
         """Make the summaries of these incarnations (default: all) due."""
-        self._due |= dict.fromkeys(lives or sorted(self._holdings.held))
+        self._due |= dict.fromkeys(lives or sorted(self._beliefs.blocks))
 
     def urgent(self, room_bits: int) -> tuple[Summary, ...]:
         """Return the due summaries that fit, at least one; the others stay due."""
         chosen: list[Summary] = []
         for life in (*self._alarms, *self._due):
             is_alarm = life in self._alarms
-            if life in self.silenced and not is_alarm:
+            if life in self._beliefs.shared and not is_alarm:
                 self._due.pop(life, None)
                 continue
-            summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._holdings.held.get(life, 0))
+            summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._beliefs.blocks.get(life, 0))
             room_bits -= self._size_bits(summary)
             if room_bits < 0 and chosen:
                 break
@@ -89,11 +88,11 @@ class SummaryQueue:
 
         A summary that reports a discarded block is repeated until the block arrives, in case its sender missed it.
         """
-        holdings, sent = self._holdings, self._told
-        for life in (*[life for life in sorted(holdings.held) if life not in sent], *sent):
-            held, given_up, before = holdings.held.get(life, 0), holdings.given_up.get(life), sent.get(life, _NEVER)
+        beliefs, sent = self._beliefs, self._told
+        for life in (*[life for life in sorted(beliefs.blocks) if life not in sent], *sent):
+            held, given_up, before = beliefs.blocks.get(life, 0), beliefs.discarded.get(life), sent.get(life, _NEVER)
             is_told = before.times == TIMES_TOLD
-            if life in self.silenced or (is_told and before.held == held and not given_up):
+            if life in beliefs.shared or (is_told and before.held == held and not given_up):
                 continue
             summary = summary_of(life, held)
             is_asked_for = given_up and any(summary.holds(sequence) is False for sequence in given_up)
@@ -107,29 +106,14 @@ class SummaryQueue:
         self._due.pop(life, None)
         before = self._told.pop(life, _NEVER)
         times = min(before.times + 1, TIMES_TOLD) if before.summary == summary else 1
-        self._told[life] = _Told(summary, times, self._holdings.held.get(life, 0))
+        self._told[life] = _Told(summary, times, self._beliefs.blocks.get(life, 0))
 
-
-class Summaries:
-    """Summary exchange of one vehicle."""
-
-    def __init__(self, beliefs: Beliefs, size_bits: Callable[[Summary], int]) -> None:
-        self._beliefs = beliefs
-        self.queue = SummaryQueue(beliefs.own, size_bits)
-        """Transmission schedule."""
-        self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
-        self._lives: dict[Life, Life] = {}
+    # Reception -----------------------------------------------------------------------------------
 
     def holders(self, uid: ItemUid) -> int:
         """Return peers (bit mask) whose summaries cover an item that is new here."""
-        nodes, life = 0, (uid.origin, uid.epoch)
-        for peer, noted in self._noted.items():
-            summary = noted.get(life)
-            if summary is None or (uid.sequence > summary.highest and not summary.mask):
-                continue
-            if summary.holds(uid.sequence):
-                nodes |= 1 << peer
-        return nodes
+        life, noted = (uid.origin, uid.epoch), self._noted
+        return sum([1 << peer for peer in noted if life in noted[peer] and noted[peer][life].holds(uid.sequence)])
 
     def forget(self, *peers: int) -> None:
         """Discard the summaries of these peers (default: all)."""
@@ -138,21 +122,18 @@ class Summaries:
 
     def note(self, sender: int, summary: Summary) -> int:
         """Apply a peer's summary to the beliefs; return the items (set) that it turns out to lack."""
-        noted, life, highest = self._noted.setdefault(sender, {}), summary[:2], summary.highest
-        known = noted.get(life)
-        if known is None:  # the same key for all peers
-            life = self._lives.setdefault(life, life)
-        noted[life] = summary
-        first = known.highest + 1 if known is not None and known.highest <= highest else 0
-        beliefs, holds, lacks = self._beliefs, 0, 0
-        end = min(highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
-        for sequence, columns in beliefs.known(life, first, end) if first < end else ():
+        beliefs, noted, life = self._beliefs, self._noted.setdefault(sender, {}), (summary.origin, summary.epoch)
+        known, noted[life] = noted.get(life), summary
+        first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
+        holds = lacks = 0
+        end = min(summary.highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
+        for sequence in range(first, end):
             items = 0
-            for column in columns:
+            for column in beliefs.parts((*life, sequence)):
                 items |= 1 << column
-            if sequence <= highest or (summary.mask and summary.holds(sequence)):
+            if sequence <= summary.highest or (summary.mask and summary.holds(sequence)):
                 holds |= items
-            elif not items & ~beliefs.held[sender] and beliefs.is_whole((*life, sequence)):
+            elif items and not items & ~beliefs.held[sender] and beliefs.is_whole((*life, sequence)):
                 lacks |= items
         beliefs.held[sender] |= holds
         if lacks:

@@ -8,7 +8,7 @@ still lacking swaps places with one outside; each transmission counts as a halvi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from heapq import heappop, heappush
 from typing import NamedTuple
@@ -61,55 +61,32 @@ It keeps overdue items that were sent often from preceding new ones for ever.
 
 
 class QueueLimits:
-    """Capacity limits and deadlines of queued items; ``limit`` is infinite for none."""
+    """Capacity limits and deadlines of the items ``inside`` a queue; ``limit`` is infinite for none."""
 
-    def __init__(self, limit: float) -> None:
+    def __init__(self, limit: float, inside: Mapping[int, Candidate]) -> None:
         self._limit = limit
-        self._n_items = 0
-        self._levels: dict[int, dict[int, Candidate]] = {}  # by priority and column, in the order of taking
-        self._limited: dict[int, dict[int, Candidate]] = {}  # by attribute and column, where the terms have a limit
+        self._inside = inside  # by column, in the order of taking
         self._outside: dict[int | None, dict[int, Candidate]] = {}  # by attribute with a limit, and column
         self._ended: dict[int, Terms] = {}  # by column of a discarded item: its terms
         self._deadlines: list[tuple[float, int, Candidate]] = []
         self._n_deadlines = 0
 
-    # Inside --------------------------------------------------------------------------------------
-
-    def add(self, candidate: Candidate) -> None:
-        """Count an item as inside."""
-        self._n_items += 1
-        self._levels.setdefault(candidate.waiting.priority, {})[candidate.column] = candidate
-        if candidate.terms.queue_limit is not None:
-            self._limited.setdefault(candidate.about[1], {})[candidate.column] = candidate
-
-    def remove(self, candidate: Candidate) -> None:
-        """Remove an item from inside."""
-        self._n_items -= 1
-        del self._levels[candidate.waiting.priority][candidate.column]
-        if candidate.terms.queue_limit is not None:
-            del self._limited[candidate.about[1]][candidate.column]
-
     def rival(self, candidate: Candidate) -> Candidate | None:
         """Return the item to displace for a candidate (maybe itself); None if it fits."""
-        terms, priority = candidate.terms, candidate.waiting.priority
-        rivals = self._limited.get(candidate.about[1], {})
-        if terms.queue_limit is None or len(rivals) < terms.queue_limit:
-            if self._n_items < self._limit:
+        limit, attribute = candidate.terms.queue_limit, candidate.limited
+        rivals = [] if limit is None else [item for item in self._inside.values() if item.limited == attribute]
+        if limit is None or len(rivals) < limit:
+            if len(self._inside) < self._limit:
                 return None
-            lowest = min(level for level, of_level in self._levels.items() if of_level)
-            if lowest > priority:
+            lowest = min([item.priority for item in self._inside.values()])
+            if lowest > candidate.priority:
                 return candidate
-            rivals = self._levels[lowest]
-            if lowest < priority:
-                return rivals[next(reversed(rivals))]
-        return rivals[next(iter(rivals))] if terms.newest_first else candidate
+            rivals = [item for item in self._inside.values() if item.priority == lowest]
+            if lowest < candidate.priority:
+                return rivals[-1]
+        return rivals[0] if candidate.terms.newest_first else candidate
 
     # Outside -------------------------------------------------------------------------------------
-
-    @property
-    def n_outside(self) -> int:
-        """Number of items outside."""
-        return sum(map(len, self._outside.values()))
 
     def outside(self, column: int) -> Candidate | None:
         """Return the item of a column if it waits outside."""
@@ -117,8 +94,7 @@ class QueueLimits:
 
     def put_outside(self, candidate: Candidate) -> None:
         """Move an item outside."""
-        limited = None if candidate.terms.queue_limit is None else candidate.about[1]
-        self._outside.setdefault(limited, {})[candidate.column] = candidate
+        self._outside.setdefault(candidate.limited, {})[candidate.column] = candidate
 
     def forget_outside(self, column: int) -> None:
         """Remove an item from outside, if present."""
@@ -127,23 +103,27 @@ class QueueLimits:
 
     def from_outside(self) -> Iterator[Candidate]:
         """Yield items that fit now, oldest first; add each before the next."""
-        for attribute, outside in self._outside.items():
-            while outside and self._n_items < self._limit:
+        for outside in self._outside.values():
+            while outside and len(self._inside) < self._limit:
                 column, candidate = next(iter(outside.items()))
-                limit = candidate.terms.queue_limit
-                if attribute is not None and limit is not None and len(self._limited.get(attribute, ())) >= limit:
+                if not self._is_within_limit(candidate):
                     break
                 del outside[column]
                 yield candidate
 
+    def _is_within_limit(self, candidate: Candidate, without: int | None = None) -> bool:
+        """True if its need admits one more item inside, if the item of column ``without`` leaves."""
+        limit, attribute = candidate.terms.queue_limit, candidate.limited
+        rivals = [column for column, item in self._inside.items() if item.limited == attribute and column != without]
+        return limit is None or len(rivals) < limit
+
     def follower(self, said: Candidate) -> Candidate | None:
         """Return the item outside that replaces a sent one; None if none ranks before it."""
-        for attribute, outside in self._outside.items():
+        for outside in self._outside.values():
             candidate = next(iter(outside.values()), None)
             if candidate is None or _rank(candidate) >= _rank(said):
                 continue
-            limit, limited = candidate.terms.queue_limit, self._limited.get(attribute or 0, {})
-            if attribute is None or limit is None or len(limited) - (said.column in limited) < limit:
+            if self._is_within_limit(candidate, said.column):
                 return candidate
         return None
 
@@ -153,25 +133,24 @@ class QueueLimits:
         """Record that an item is discarded."""
         self._ended[candidate.column] = candidate.terms
 
-    def bars(self, column: int, waiting: Waiting, terms: Terms, now_s: float, is_new_need: bool) -> bool:
+    def bars(self, candidate: Candidate, terms: Terms, now_s: float, is_new_need: bool) -> bool:
         """Return whether a discarded item may not be queued again: overdue, or no further need.
 
         ``terms`` are of the present needs; ``is_new_need``: a vehicle needs it now that did not before.
         """
-        ended = self._ended.get(column)
+        ended = self._ended.get(candidate.column)
         if ended is None:
             return False
-        is_served = terms == ended or (waiting.n_said > 0 and not terms.acknowledged)
-        if (is_served and not is_new_need) or now_s > waiting.observed_s + terms.time_to_live_s:
+        is_served = terms == ended or (candidate.n_said > 0 and not terms.acknowledged)
+        if (is_served and not is_new_need) or now_s > candidate.observed_s + terms.time_to_live_s:
             return True
-        del self._ended[column]
+        del self._ended[candidate.column]
         return False
 
     # Deadlines -----------------------------------------------------------------------------------
 
     def set_deadline(self, candidate: Candidate) -> None:
         """Register the deadline of an entry with a finite time to live."""
-        candidate.waiting.terms = candidate.terms
         if math.isfinite(candidate.terms.time_to_live_s):
             self._n_deadlines += 1
             heappush(self._deadlines, (_deadline_s(candidate), self._n_deadlines, candidate))
@@ -190,11 +169,11 @@ def _rank(candidate: Candidate) -> int:
     >>> [n_said - priority.bit_length() for priority, n_said in ((20, 0), (20, 4), (1, 0))]
     [-5, -1, -1]
     """
-    return candidate.waiting.n_said - candidate.waiting.priority.bit_length()
+    return candidate.n_said - candidate.priority.bit_length()
 
 
 def _deadline_s(candidate: Candidate) -> float:
-    return candidate.waiting.observed_s + candidate.terms.time_to_live_s
+    return candidate.observed_s + candidate.terms.time_to_live_s
 
 
 # Rules by the time to live -------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
+from dataclasses import dataclass, field
 from heapq import heapify, heappop, heappush
 from typing import Protocol
 
@@ -39,6 +40,7 @@ Entry = tuple[float, tuple[int, ...], int, Candidate]
 """Negated rank, tie-breaker, version, candidate."""
 
 
+@dataclass(slots=True)
 class Line:
     """Queue class: candidates whose order is constant while they wait, best first.
 
@@ -49,18 +51,12 @@ class Line:
         entries: heap of waiting and stale entries.
     """
 
-    __slots__ = ("blackout", "entries", "key", "n_repeated", "n_waiting", "priority", "shared")
-
-    def __init__(
-        self, key: Hashable, priority: int, shared: Waiting | None, blackout: tuple[tuple[int, int], float] | None
-    ) -> None:
-        self.key = key
-        self.priority = priority
-        self.shared = shared
-        self.blackout = blackout
-        self.n_waiting = 0
-        self.n_repeated = 0
-        self.entries: list[Entry] = []
+    key: Hashable
+    shared: Waiting | None
+    blackout: tuple[tuple[int, int], float] | None
+    n_waiting: int = 0
+    n_repeated: int = 0
+    entries: list[Entry] = field(default_factory=list)
 
 
 class Room(Protocol):
@@ -78,17 +74,12 @@ class Lines:
         self._lines: dict[Hashable, Line] = {}
         self._said_s: dict[tuple[int, int], float] = {}  # last transmission with a blackout by subject and attribute
 
-    @property
-    def n_waiting(self) -> int:
-        """Number of candidates in all lines."""
-        return sum(line.n_waiting for line in self._lines.values())
-
     def choose(self, room: Room, moment: Moment) -> tuple[list[Candidate], dict[Unsaid, int]]:
         """Fill a packet; return its entries, most valuable first and removed, and the unsent ones by reason."""
         unsaid: dict[Unsaid, int] = {}
         heads, n_waiting, n_repeated = self._heads(moment, unsaid)
-        passed: dict[Hashable, list[tuple[Line, Entry]]] = {}
-        n_passed = n_too_large = 0
+        passed: list[tuple[Line, Entry]] = []
+        n_too_large = 0
         chosen: list[Candidate] = []
         while heads:
             _, _, candidate = heappop(heads)
@@ -96,36 +87,27 @@ class Lines:
             entry = heappop(line.entries)
             if room.add(candidate.fragment):
                 chosen.append(candidate)
-                n_too_large = n_passed
+                n_too_large = len(passed)
                 if line.shared is not None:
                     line.shared.note_said(moment)
             else:
-                n_passed += 1
-                of_line = passed.setdefault(line.key, [])
-                of_line.append((line, entry))
-                if len(of_line) > LOOK_PAST:
+                passed.append((line, entry))
+                if len([None for other, _ in passed if other is line]) > LOOK_PAST:
                     continue
             if line.entries:
                 self._compare(heads, line, moment)
-        for of_line in passed.values():
-            for line, entry in of_line:
-                heappush(line.entries, entry)
+        for line, entry in passed:
+            heappush(line.entries, entry)
         for candidate in chosen:
             if candidate.terms.blackout_s:
                 self._said_s[candidate.about] = moment.now_s
-            n_repeated -= candidate.waiting.n_said > 0
+            n_repeated -= candidate.n_said > 0
             self.remove(candidate)
         n_unsaid = n_waiting - len(chosen) - n_too_large
         n_repeated = min(n_unsaid, n_repeated)
-        counts = (
-            (Unsaid.TOO_LARGE, n_too_large),
-            (Unsaid.WAITING, n_repeated),
-            (Unsaid.LOWER_VALUE, n_unsaid - n_repeated),
-        )
-        for reason, n in counts:
-            if n:
-                unsaid[reason] = n
-        return chosen, unsaid
+        unsaid[Unsaid.TOO_LARGE], unsaid[Unsaid.WAITING] = n_too_large, n_repeated
+        unsaid[Unsaid.LOWER_VALUE] = n_unsaid - n_repeated
+        return chosen, {reason: n for reason, n in unsaid.items() if n}
 
     def _heads(self, moment: Moment, unsaid: dict[Unsaid, int]) -> tuple[list[Head], int, int]:
         """Return heads of sendable lines, number of their candidates, number of those sent before."""
@@ -151,7 +133,7 @@ class Lines:
             heappop(entries)
         if entries:
             head = entries[0][3]
-            value = self._rule.value(line.shared or head.waiting, moment)
+            value = self._rule.value(line.shared or head, moment)
             heappush(heads, (-value, head.tie, head))
 
     def remove(self, candidate: Candidate) -> None:
@@ -160,23 +142,23 @@ class Lines:
         candidate.version += 1
         candidate.line = None
         line.n_waiting -= 1
-        line.n_repeated -= candidate.waiting.n_said > 0
+        line.n_repeated -= candidate.n_said > 0
         if len(line.entries) > 2 * line.n_waiting + SLACK:
             line.entries = [entry for entry in line.entries if entry[2] == entry[3].version]
             heapify(line.entries)
 
     def place(self, candidate: Candidate, n_slots: int) -> None:
         """Put a candidate into its line; ``n_slots`` counts own slots up to now."""
-        waiting = candidate.waiting
-        place, shared, blackout, terms = self._rule.place(waiting), None, None, candidate.terms
+        priority, terms = candidate.priority, candidate.terms
+        place, shared, blackout = self._rule.place(candidate), None, None
         key: Hashable
         if place is None:
-            key, rank = (waiting.priority, "alone", candidate.tie), 0.0
+            key, rank = (priority, "alone", candidate.tie), 0.0
         else:
-            key, rank = (waiting.priority, candidate.size_bits, place.group), place.rank
+            key, rank = (priority, candidate.size_bits, place.group), place.rank
         if terms.newest_first:
-            key, rank = (waiting.priority, "newest", candidate.about[1]), waiting.observed_s
-            shared = Waiting(waiting.priority, waiting.observed_s, waiting.since_s, n_slots, terms=terms)
+            key, rank = (priority, "newest", candidate.about[1]), candidate.observed_s
+            shared = Waiting(priority, candidate.observed_s, candidate.since_s, n_slots, terms=terms)
         if terms.blackout_s:
             blackout = candidate.about, terms.blackout_s
             key = blackout, key
@@ -184,11 +166,11 @@ class Lines:
             key, shared, blackout = RESTING, None, None
         line = self._lines.get(key)
         if line is None:
-            line = self._lines[key] = Line(key, 0 if candidate.rests else waiting.priority, shared, blackout)
+            line = self._lines[key] = Line(key, shared, blackout)
         candidate.version += 1
         candidate.line = key
         line.n_waiting += 1
-        line.n_repeated += waiting.n_said > 0
+        line.n_repeated += candidate.n_said > 0
         heappush(line.entries, (-rank, candidate.tie, candidate.version, candidate))
 
 
@@ -210,11 +192,11 @@ class Queue:
     def __init__(self, rule: ValueRule = ADDITIVE, limit: int | None = None) -> None:
         self._lines = Lines(rule)
         self._items: dict[int, Candidate] = {}  # by column, in the order of taking
-        self._limits = QueueLimits(math.inf if limit is None else limit)
+        self._limits = QueueLimits(math.inf if limit is None else limit, self._items)
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
-        self._said: list[Candidate] = []  # items of the last own slot that wait again, under limits
+        self._said: dict[int, Candidate] = {}  # by column: items of the last own slot that wait again, under limits
         self.expired: list[Expiry] = []
         self.open = 0
         self.resting = 0
@@ -225,6 +207,11 @@ class Queue:
         return len(self._items)
 
     @property
+    def n_outside(self) -> int:
+        """Number of items outside."""
+        return self.open.bit_count() - len(self._items)
+
+    @property
     def statuses(self) -> list[Candidate]:
         """Queued statuses."""
         return [candidate for candidate in self._status.values() if candidate.line is not None]
@@ -232,31 +219,19 @@ class Queue:
     @property
     def items_weight(self) -> int:
         """Sum of priority times size (bits) over all items inside."""
-        return sum([candidate.waiting.priority * candidate.size_bits for candidate in self._items.values()])
+        return sum([candidate.priority * candidate.size_bits for candidate in self._items.values()])
 
     # What comes in -------------------------------------------------------------------------------
 
-    def take(
-        self,
-        column: int,
-        fragment: Fragment,
-        waiting: Waiting,
-        size_bits: int,
-        terms: Terms = PLAIN,
-        now_s: float = 0.0,
-        is_new_need: bool = False,
-    ) -> None:
-        """Queue an item; on overflow displace another or leave it outside.
+    def take(self, candidate: Candidate, terms: Terms = PLAIN, now_s: float = 0.0, is_new_need: bool = False) -> None:
+        """Queue an item, new or as it left the queue; on overflow displace another or leave it outside.
 
-        A discarded item is queued again on a new need or stricter terms before its time to live ends. ``waiting`` is
-        its state from a previous time in the queue, ``size_bits`` is approximate.
+        A discarded item is queued again on a new need or stricter terms before its time to live ends.
         """
-        if self._limits.bars(column, waiting, terms, now_s, is_new_need):
-            return
-        uid = fragment.uid
-        candidate = Candidate(uid, fragment, column, waiting, terms, (0, *uid), size_bits)
-        self.open |= 1 << column
-        self._let_in(candidate, now_s)
+        if not self._limits.bars(candidate, terms, now_s, is_new_need):
+            candidate.terms = terms
+            self.open |= 1 << candidate.column
+            self._let_in(candidate, now_s)
 
     def take_status(self, fragment: Fragment, priority: int, size_bits: int, terms: Terms = PLAIN) -> None:
         """Replace the queued value of a status by the newest; its accumulated weight remains."""
@@ -265,16 +240,16 @@ class Queue:
         candidate = self._status.get(about)
         if candidate is None:
             tie, self._n_status = (1, self._n_status), self._n_status + 1
-            candidate = Candidate(uid, fragment, STATUS_COLUMN, Waiting(priority), terms, tie, size_bits)
-            candidate.waiting.since_s = fragment.time_s
-            self._status[about] = candidate
+            candidate = self._status[about] = Candidate(
+                priority, 0.0, fragment.time_s,
+                uid=uid, fragment=fragment, column=STATUS_COLUMN, tie=tie, size_bits=size_bits,
+            )  # fmt: skip
         elif candidate.line is not None:
             self._leave(candidate)
             self._tell(candidate, Expired.SUPERSEDED, fragment.time_s)
         candidate.uid, candidate.fragment, candidate.size_bits, candidate.terms = uid, fragment, size_bits, terms
-        waiting = candidate.waiting
-        waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
-        waiting.since_slot = self._n_slots
+        candidate.priority, candidate.observed_s, candidate.n_said = priority, fragment.time_s, 0
+        candidate.since_slot = self._n_slots
         self._limits.set_deadline(candidate)
         self._lines.place(candidate, self._n_slots)
 
@@ -286,18 +261,19 @@ class Queue:
             self._tell(candidate, Expired.NOT_NEEDED, now_s)
 
     def drop(self, column: int) -> None:
-        """Remove an item; a caller that queues it again passes the same ``waiting`` to ``take``."""
+        """Remove an item; a caller that queues it again passes the same candidate to ``take``."""
         if self.open >> column & 1:
             self.open ^= 1 << column
             self._withdraw(column)
+            self._said.pop(column, None)
 
     def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
         """Change priority or terms of an item inside or outside."""
         candidate = self._items.get(column) or self._limits.outside(column)
-        if candidate is None or (priority, terms) == (candidate.waiting.priority, candidate.terms):
+        if candidate is None or (priority, terms) == (candidate.priority, candidate.terms):
             return
         self._withdraw(column)
-        candidate.waiting.priority, candidate.terms = priority, terms
+        candidate.priority, candidate.terms = priority, terms
         self._let_in(candidate, now_s)
 
     def rest(self, items: int) -> None:
@@ -318,12 +294,12 @@ class Queue:
         self._n_slots += 1
         moment = Moment(now_s, self._n_slots)
         chosen, self.unsaid = self._lines.choose(room, moment)
-        if n_outside := self._limits.n_outside:
+        if n_outside := self.n_outside:
             self.unsaid[Unsaid.OVERFLOW] = n_outside
         elif not chosen and not self.unsaid:
             self.unsaid[Unsaid.NOTHING_OPEN] = 1
         for candidate in chosen:
-            candidate.waiting.note_said(moment)
+            candidate.note_said(moment)
             if candidate.column == STATUS_COLUMN:
                 continue
             if candidate.terms.acknowledged:  # queue again with value 0
@@ -332,20 +308,21 @@ class Queue:
                 self._let_go(candidate)
                 self._end(candidate)
                 self._tell(candidate, Expired.SAID_ONCE, now_s)
-        self._said = [candidate for candidate in chosen if candidate.column in self._items]
+        self._said = {candidate.column: candidate for candidate in chosen if candidate.column in self._items}
         return chosen
 
     def _update(self, now_s: float) -> None:
         """Move items inside, into free capacity or in place of sent ones; discard overdue entries."""
         limits = self._limits
-        for candidate in limits.from_outside() if limits.n_outside else ():
-            self._enter(candidate)
-        for said in self._said if limits.n_outside else ():
-            if said.line is not None and (follower := limits.follower(said)) is not None:
-                self._let_go(said)
-                limits.forget_outside(follower.column)
-                self._enter(follower)
-                limits.put_outside(said)
+        if self.n_outside:
+            for candidate in limits.from_outside():
+                self._enter(candidate)
+            for said in self._said.values():
+                if said.line is not None and (follower := limits.follower(said)) is not None:
+                    self._let_go(said)
+                    limits.forget_outside(follower.column)
+                    self._enter(follower)
+                    limits.put_outside(said)
         for candidate in limits.overdue(now_s):
             self._expire(candidate, now_s)
 
@@ -375,9 +352,8 @@ class Queue:
 
     def _enter(self, candidate: Candidate) -> None:
         self._items[candidate.column] = candidate
-        self._limits.add(candidate)
         self._limits.set_deadline(candidate)
-        candidate.waiting.resume(self._n_slots)
+        candidate.since_slot = self._n_slots
         self._lines.place(candidate, self._n_slots)
 
     def _withdraw(self, column: int) -> None:
@@ -388,15 +364,14 @@ class Queue:
 
     def _let_go(self, candidate: Candidate) -> None:
         del self._items[candidate.column]
-        self._limits.remove(candidate)
         self._leave(candidate)
 
     def _leave(self, candidate: Candidate) -> None:
         if candidate.rests:
             candidate.rests, self.resting = False, self.resting ^ 1 << candidate.column
-            candidate.waiting.resume(self._n_slots)
+            candidate.since_slot = self._n_slots
         else:
-            candidate.waiting.halt(self._n_slots)
+            candidate.halt(self._n_slots)
         if candidate.line is not None:
             self._lines.remove(candidate)
 
@@ -409,7 +384,7 @@ class Queue:
     def _expire(self, candidate: Candidate, now_s: float) -> None:
         if candidate.column == STATUS_COLUMN:
             self._leave(candidate)
-            candidate.waiting.credit = 0
+            candidate.credit = 0
         else:
             self._let_go(candidate)
             self._end(candidate)

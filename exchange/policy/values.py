@@ -39,7 +39,7 @@ class Moment(NamedTuple):
 
 @dataclass(slots=True)
 class Waiting:
-    """Value state of one candidate.
+    """Value state of one candidate, or of a line that is valued as a whole.
 
     Attributes:
         priority: of the need, 1 or more.
@@ -64,19 +64,15 @@ class Waiting:
         self.credit += self.priority * (n_slots - self.since_slot)
         self.since_slot = n_slots
 
-    def resume(self, n_slots: int) -> None:
-        """Continue from the weight gained before."""
-        self.since_slot = n_slots
-
     def note_said(self, moment: Moment) -> None:
         """Record a transmission, which resets the weight."""
         self.credit, self.since_slot, self.since_s = 0, moment.n_slots, moment.now_s
         self.n_said += 1
 
 
-@dataclass(slots=True, eq=False)
-class Candidate:
-    """Queued item or status.
+@dataclass(slots=True, kw_only=True)
+class Candidate(Waiting):
+    """Item or status of the queue; it remains the same when it leaves the queue and returns.
 
     Attributes:
         column: of the item, or ``STATUS_COLUMN``.
@@ -90,22 +86,28 @@ class Candidate:
     uid: ItemUid | StatusUid
     fragment: Fragment
     column: int
-    waiting: Waiting
-    terms: Terms
     tie: tuple[int, ...]
     size_bits: int
     version: int = 0
     line: Hashable | None = None
     rests: bool = False
 
-    def __lt__(self, other: Candidate) -> bool:
-        """Return False: of two equal entries one is stale, left by an item that was queued again."""
-        return False
-
     @property
     def about(self) -> tuple[int, int]:
         """Subject and attribute of its first fact."""
         return self.fragment.facts[0].subject, self.fragment.facts[0].attribute
+
+    @property
+    def limited(self) -> int | None:
+        """Attribute whose need limits the number of queued items; None without a limit."""
+        return None if self.terms.queue_limit is None else self.fragment.facts[0].attribute
+
+
+def item_candidate(column: int, fragment: Fragment, size_bits: int, priority: int, since_s: float) -> Candidate:
+    """Return the candidate of an item that is queued from ``since_s`` on."""
+    uid, time_s = fragment.uid, fragment.time_s
+    tie = (0, *uid)
+    return Candidate(priority, time_s, since_s, uid=uid, fragment=fragment, column=column, tie=tie, size_bits=size_bits)
 
 
 class QueuePlace(NamedTuple):

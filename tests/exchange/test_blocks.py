@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from benchmarks.manager_fleet import BATTERY, MAPPED_CELL, POSITION, bay, cells, codec_of
 from exchange.errors import ConfigurationError
-from exchange.manager.fragmentation import MAX_FRAGMENTS, Assembly, fragments_of
-from exchange.packets import Fragment
+from exchange.manager.beliefs import Beliefs
+from exchange.packets import MAX_FRAGMENTS, Fragment, fragments_of, name_of_item
+from exchange.policy.policies import ACK
 from worldmodel import EPOCHS, Block, PropertyValue
 
 N_NODES = 4
@@ -56,15 +57,15 @@ def test_parts_are_in_order_within_capacity_and_as_few_as_can_be(block: Block, c
 
 @settings(max_examples=200)
 @given(blocks, capacities, st.data())
-def test_assembly_undoes_it_in_any_order_with_any_repetition(block: Block, capacity_bits: int, data: st.DataObject):
-    """Nothing comes out before the last missing part, and then the block, once."""
+def test_a_block_is_whole_with_its_last_part_in_any_order(block: Block, capacity_bits: int, data: st.DataObject):
     parts = fragments_of(block, capacity_bits, CODEC.fragment_bits)
-    order = data.draw(st.permutations(parts))
-    last = order.pop()
-    again = data.draw(st.lists(st.sampled_from(order), max_size=5)) if order else []
-    assembly = Assembly()
-    assert all(assembly.add(part) is None for part in [*order, *again])
-    assert assembly.add(last) == block
+    beliefs = Beliefs(0, N_NODES, ACK)
+    for n_known, part in enumerate(data.draw(st.permutations(parts))):
+        assert not beliefs.is_whole(block.guid)
+        assert beliefs.half_blocks() == [block.guid] * (n_known > 0)
+        beliefs.add(name_of_item(part))
+    assert beliefs.block(block.guid) == block
+    assert beliefs.half_blocks() == []
 
 
 def test_a_fact_larger_than_a_packet_is_refused_with_both_sizes():

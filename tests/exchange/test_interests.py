@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from storms import creates, storm_of
 
 from benchmarks.manager_fleet import MAPPED_CELL, ManagerFleet, bay
 from exchange.policy.policies import POLICIES
@@ -92,3 +93,13 @@ def test_a_status_that_only_its_own_vehicle_needs_never_waits() -> None:
     fleet = ManagerFleet(2, who_needs=Positions(0))
     fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))
     assert fleet.pass_slot().status == ()
+
+
+def test_an_item_needed_since_its_instance_is_known_goes_once_into_a_packet() -> None:
+    """With the class of an instance unknown before, it is evaluated at the change of needs and in the own slot."""
+    storm = storm_of(3, "ack-repeat")
+    uids = creates(storm, 0)
+    storm.run(1)
+    relay = storm.lives[1].manager
+    relay.renew(storm.now_s)
+    assert relay.packet_to_send(storm.now_s).items == uids

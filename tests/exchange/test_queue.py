@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from exchange.packets import Fragment
 from exchange.policy.limits import Expired, Unsaid
 from exchange.policy.queue import Queue
-from exchange.policy.values import Waiting
+from exchange.policy.values import Candidate, item_candidate
 from missions.scenarios.communication import VALUE_RULES
 from worldmodel import STATUS, PropertyValue, Terms
 
@@ -42,10 +42,10 @@ def status(number: int, time_s: float = 0.0) -> Fragment:
     return Fragment(0, STATUS, time_s, (PropertyValue(number, BATTERY, 0.5),))
 
 
-def take(queue: Queue, column: int, priority: int = 1, terms: Terms | None = None, time_s: float = 0.0) -> Waiting:
-    waiting = Waiting(priority, time_s, time_s)
-    queue.take(column, item(column, time_s), waiting, SIZE_BITS, terms or Terms(), time_s)
-    return waiting
+def take(queue: Queue, column: int, priority: int = 1, terms: Terms | None = None, time_s: float = 0.0) -> Candidate:
+    candidate = item_candidate(column, item(column, time_s), SIZE_BITS, priority, time_s)
+    queue.take(candidate, terms or Terms(), time_s)
+    return candidate
 
 
 def said(queue: Queue, n_items: int, now_s: float = 0.0) -> list[int]:
@@ -101,12 +101,12 @@ class Selected:
 @given(EVENTS)
 def test_it_chooses_the_heaviest_that_fit(events: list[tuple[str, int, int]]) -> None:
     """Items and statuses come, go, come back and change their priority between own slots of any room."""
-    queue, expected, waiting = Queue(), Selected(), dict[int, Waiting]()
+    queue, expected, candidates = Queue(), Selected(), dict[int, Candidate]()
     for event, what, more in events:
         if event == "take":
             column = len(expected.items)
-            waiting[column] = Waiting(what)
-            queue.take(column, item(column), waiting[column], more)
+            candidates[column] = item_candidate(column, item(column), more, what, 0.0)
+            queue.take(candidates[column])
             expected.items[column] = [0, what, more]
             expected.open.add(column)
         elif event == "status":
@@ -117,7 +117,7 @@ def test_it_chooses_the_heaviest_that_fit(events: list[tuple[str, int, int]]) ->
             queue.drop(what)
             expected.open.discard(what)
         elif event == "return" and what in expected.items and what not in expected.open:
-            queue.take(what, item(what), waiting[what], expected.items[what][2])
+            queue.take(candidates[what])
             expected.open.add(what)
         elif event == "revalue" and what in expected.open:
             queue.revalue(what, more, Terms())
@@ -170,9 +170,9 @@ def test_what_is_older_than_its_time_to_live_is_not_said_any_more() -> None:
 def test_what_was_said_once_goes_to_whom_it_was_not_for(before, now, is_new_need, now_s, again):
     """Who comes to need it, or needs it acknowledged, has it while it is of use; whom it was for, not twice."""
     queue = Queue()
-    waiting = take(queue, 0, terms=before)
+    candidate = take(queue, 0, terms=before)
     assert said(queue, 1) == [0]
-    queue.take(0, item(0), waiting, SIZE_BITS, now, now_s, is_new_need)
+    queue.take(candidate, now, now_s, is_new_need)
     assert said(queue, 1, now_s) == again
 
 
@@ -180,9 +180,9 @@ def test_in_a_blackout_nothing_about_the_same_goes() -> None:
     queue = Queue()
     terms = Terms(blackout_s=30.0)
     fragments = [Fragment(0, n, 0.0, (PropertyValue(5, 3, float(n)),)) for n in range(2)]
-    queue.take(0, fragments[0], Waiting(1), SIZE_BITS, terms)
+    queue.take(item_candidate(0, fragments[0], SIZE_BITS, 1, 0.0), terms)
     assert said(queue, 9, 100.0) == [0]
-    queue.take(1, fragments[1], Waiting(1), SIZE_BITS, terms)
+    queue.take(item_candidate(1, fragments[1], SIZE_BITS, 1, 0.0), terms)
     assert said(queue, 9, 129.0) == []
     assert queue.unsaid == {Unsaid.BLACKOUT: 2}
     assert said(queue, 9, 130.0) == [0, 1]
@@ -249,7 +249,7 @@ def test_each_candidate_that_does_not_go_has_its_reason() -> None:
     take(queue, 0, 9)
     assert said(queue, 1) == [0]
     for column, priority in enumerate([50, 30, 8, 8, 8, 8], 1):
-        queue.take(column, item(column), Waiting(priority), 200 if column == 1 else SIZE_BITS)
+        queue.take(item_candidate(column, item(column), 200 if column == 1 else SIZE_BITS, priority, 0.0))
     chosen = queue.choose(FixedRoom(SIZE_BITS, {1: 200}), 0.0)
     assert [one.column for one in chosen] == [2]
     assert queue.unsaid == {Unsaid.LOWER_VALUE: 4, Unsaid.TOO_LARGE: 1, Unsaid.WAITING: 1}

@@ -1,43 +1,44 @@
 """Summaries: what is told of holdings, and how often."""
 
-from exchange.manager.beliefs import ReceivedSet
-from exchange.manager.summaries import TIMES_TOLD, SummaryQueue
+from exchange.manager.beliefs import Beliefs
+from exchange.manager.summaries import TIMES_TOLD, Summaries
 from exchange.packets import Summary
+from exchange.policy.policies import ACK
 
 LIFE = (2, 0)
 
 
-def told(queue: SummaryQueue, packets: int) -> int:
+def told(queue: Summaries, packets: int) -> int:
     """In how many of so many packets with room a summary was told."""
     return sum(bool(queue.spare(100)) for _ in range(packets))
 
 
-def holding(*sequences: int) -> ReceivedSet:
-    held = ReceivedSet()
+def holding(*sequences: int) -> Beliefs:
+    beliefs = Beliefs(0, 3, ACK)
     for sequence in sequences:
-        held.add(LIFE, sequence)
-    return held
+        beliefs.complete((*LIFE, sequence))
+    return beliefs
 
 
 def test_what_does_not_change_is_told_a_few_times() -> None:
-    assert told(SummaryQueue(holding(0, 1, 2), lambda one: 30), 20) == TIMES_TOLD
+    assert told(Summaries(holding(0, 1, 2), lambda one: 30), 20) == TIMES_TOLD
 
 
 def test_that_a_block_was_given_up_is_told_until_it_comes_again() -> None:
-    held = holding(0, 1, 2, 3)
-    queue = SummaryQueue(held, lambda one: 30)
+    beliefs = holding(0, 1, 2, 3)
+    queue = Summaries(beliefs, lambda one: 30)
     assert told(queue, 20) == TIMES_TOLD
-    held.give_up(LIFE, 2)
+    beliefs.give_up([(*LIFE, 2)])
     assert queue.spare(100) == (Summary(*LIFE, highest=1, mask=1),)
     assert told(queue, 20) == 20
-    held.add(LIFE, 2)
+    beliefs.complete((*LIFE, 2))
     assert told(queue, 20) == TIMES_TOLD
 
 
 def test_what_a_summary_cannot_say_is_not_told_for_ever() -> None:
     """The mask behind the first gap does not reach the block that was given up."""
-    held = holding(0, *range(2, 20))
-    queue = SummaryQueue(held, lambda one: 30)
+    beliefs = holding(0, *range(2, 20))
+    queue = Summaries(beliefs, lambda one: 30)
     told(queue, 20)
-    held.give_up(LIFE, 15)
+    beliefs.give_up([(*LIFE, 15)])
     assert told(queue, 20) == 0
