@@ -101,49 +101,39 @@ class Ether:
     """Shared medium of the drivers in one process; ``air_s`` maps bits to transmission time (s)."""
 
     def __init__(self, air_s: Callable[[int], float]) -> None:
-        self._air_s = air_s
-        self._waiting: dict[MemoryDriver, list[TimedPacket]] = {}
+        self.air_s = air_s
+        self.drivers: list[MemoryDriver] = []
+        """Drivers not yet closed."""
 
     def driver(self) -> MemoryDriver:
         """Return a new driver that receives from all others."""
         driver = MemoryDriver(self)
-        self._waiting[driver] = []
+        self.drivers.append(driver)
         return driver
-
-    def carry(self, sender: MemoryDriver, data: bytes, now_s: float) -> None:
-        """Deliver a packet to all drivers except the sender."""
-        packet = TimedPacket(bytes(data), now_s + self._air_s(8 * len(data)))
-        for driver, waiting in self._waiting.items():
-            if driver is not sender:
-                waiting.append(packet)
-
-    def taken(self, driver: MemoryDriver) -> list[TimedPacket]:
-        """Return and clear the packets queued for a driver."""
-        packets, self._waiting[driver] = self._waiting[driver], []
-        return packets
-
-    def leave(self, driver: MemoryDriver) -> None:
-        """Remove a driver."""
-        self._waiting.pop(driver, None)
 
 
 class MemoryDriver:
     """Driver of one vehicle, created by ``Ether.driver``; it never blocks."""
 
     def __init__(self, ether: Ether) -> None:
-        self._ether: Ether | None = ether
+        self._ether = ether
+        self._waiting: list[TimedPacket] = []
 
     def send(self, data: bytes, now_s: float) -> None:
         """Send a packet to all others."""
-        if self._ether is not None:
-            self._ether.carry(self, data, now_s)
+        drivers = self._ether.drivers
+        packet = TimedPacket(bytes(data), now_s + self._ether.air_s(8 * len(data)))
+        for driver in drivers if self in drivers else ():
+            if driver is not self:
+                driver._waiting.append(packet)
 
     def receive(self, until_s: float) -> list[TimedPacket]:
         """Return the packets received since the last call."""
-        return [] if self._ether is None else self._ether.taken(self)
+        packets, self._waiting = self._waiting, []
+        return packets
 
     def close(self) -> None:
         """Leave the medium; further calls have no effect."""
-        if self._ether is not None:
-            self._ether.leave(self)
-            self._ether = None
+        if self in self._ether.drivers:
+            self._ether.drivers.remove(self)
+            self._waiting.clear()

@@ -44,7 +44,8 @@ from exchange.policy.policies import AckPolicy
 from exchange.policy.queue import Queue
 from exchange.policy.values import ADDITIVE, STATUS_COLUMN, ValueRule
 from exchange.schedule import TdmaSchedule
-from exchange.wire.codec import Codec, behind, refuse_longer_texts
+from exchange.wire.codec import Codec, refuse_longer_texts
+from exchange.wire.codes import joined
 from exchange.wire.definitions import ComparedDefinitions, ProvenDefinitions
 from exchange.wire.fragmentcodec import EPOCH_BITS
 from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
@@ -342,7 +343,7 @@ class ExchangeManager:
             said_bits = sum([candidate.size_bits for candidate in chosen if candidate.column == STATUS_COLUMN])
             self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
             left_bits = packing.left_bits - (summary_bits if is_spare else 0)
-            acks = behind(acks, codec.accounts.encode(reports.account(content, slot, left_bits), self._me))
+            acks = joined(acks, codec.accounts.encode(reports.account(content, slot, left_bits), self._me))
         data = codec.assembled(head, start_s, acks, wired, signals, summary)
         self._signals = ()
         return Transmission(

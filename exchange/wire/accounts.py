@@ -10,7 +10,7 @@ from exchange.errors import PeerFault
 from exchange.packets import Account, HolderSet, OriginStatement
 from exchange.policy.planning import COUNT_BITS, LENGTH_BITS, SIZE_BITS
 from exchange.wire import codes
-from exchange.wire.codes import Bits, Reader
+from exchange.wire.codes import Bits, Reader, joined, padded
 from exchange.wire.fragmentcodec import EPOCH_BITS, FragmentCodec
 from worldmodel import EPOCHS, Block
 from worldmodel.facts import MOST_ITEMS, Guid
@@ -28,48 +28,35 @@ class AccountCodec:
 
     def statement(self, one: OriginStatement, sender: int) -> Bits:
         """Encode a statement with its leading presence bit."""
-        bits, size_bits = 1 << self._fragments.origin_bits | one.origin, 1 + self._fragments.origin_bits
-        if one.epoch == 0 and one.is_known_to_all:
-            bits, size_bits = bits << 1 | 1, size_bits + 1
-        else:
-            epoch, epoch_bits = codes.natural(one.epoch, EPOCH_BITS)
-            bits, size_bits = (bits << 1 + epoch_bits | epoch) << 1 | one.is_known_to_all, size_bits + epoch_bits + 2
-        first, first_bits = codes.natural(one.first, self._fragments.sequence_bits)
-        bits, size_bits = bits << first_bits | first, size_bits + first_bits + LENGTH_BITS
-        bits = bits << LENGTH_BITS | one.length
-        return (bits, size_bits) if one.origin == sender else (bits << one.length | one.mask, size_bits + one.length)
+        is_usual = one.epoch == 0 and one.is_known_to_all
+        parts = [(1, 1), (one.origin, self._fragments.origin_bits), (int(is_usual), 1)]
+        if not is_usual:
+            parts += [codes.natural(one.epoch, EPOCH_BITS), (int(one.is_known_to_all), 1)]
+        parts += [codes.natural(one.first, self._fragments.sequence_bits), (one.length, LENGTH_BITS)]
+        if one.origin != sender:
+            parts.append((one.mask, one.length))
+        return joined(*parts)
 
     def holder_set(self, one: HolderSet, sender: int) -> Bits:
         """Encode a holder set with its leading presence bit."""
-        bits, size_bits = 1 << self._fragments.origin_bits | one.origin, 2 + self._fragments.origin_bits
-        bits = bits << 1 | (one.epoch == 0)
+        parts = [(1, 1), (one.origin, self._fragments.origin_bits), (int(one.epoch == 0), 1)]
         if one.epoch:
-            epoch, epoch_bits = codes.natural(one.epoch, EPOCH_BITS)
-            bits, size_bits = bits << epoch_bits | epoch, size_bits + epoch_bits
-        number, number_bits = codes.natural(one.sequence, self._fragments.sequence_bits)
-        bits, size_bits = bits << number_bits | number, size_bits + number_bits + self._n_nodes - 1
+            parts.append(codes.natural(one.epoch, EPOCH_BITS))
         others = one.holders >> sender + 1 << sender | one.holders & (1 << sender) - 1
-        return bits << self._n_nodes - 1 | others, size_bits
+        number = codes.natural(one.sequence, self._fragments.sequence_bits)
+        return joined(*parts, number, (others, self._n_nodes - 1))
 
     def encode(self, account: Account, sender: int) -> Bits:
         """Encode a holdings section."""
-        bits = size_bits = 0
-        for parts in (
-            [self.statement(entry, sender) for entry in account.statements],
-            [self.holder_set(entry, sender) for entry in account.holder_sets],
-        ):
-            for part, part_bits in parts:
-                bits, size_bits = bits << part_bits | part, size_bits + part_bits
-            bits, size_bits = bits << 1, size_bits + 1
+        parts = [self.statement(entry, sender) for entry in account.statements] + [(0, 1)]
+        parts += [self.holder_set(entry, sender) for entry in account.holder_sets] + [(0, 1)]
         if self._codes_repairs:
             symbols = account.symbols
-            bits, size_bits = bits << COUNT_BITS | len(symbols), size_bits + COUNT_BITS
+            parts.append((len(symbols), COUNT_BITS))
             if symbols:
-                bits, size_bits = bits << SIZE_BITS | len(symbols[0]), size_bits + SIZE_BITS
-            for symbol in symbols:
-                bits = bits << 8 * len(symbol) | int.from_bytes(symbol, "big")
-                size_bits += 8 * len(symbol)
-        return bits, size_bits
+                parts.append((len(symbols[0]), SIZE_BITS))
+            parts += [(int.from_bytes(symbol, "big"), 8 * len(symbol)) for symbol in symbols]
+        return joined(*parts)
 
     # From bits -----------------------------------------------------------------------------------
 
@@ -131,11 +118,8 @@ class AccountCodec:
 
     def block_bytes(self, block: Block) -> bytes:
         """Encode a block independently of any packet."""
-        time, time_bits = self._fragments.encode_time(block.time_s)
-        facts, facts_bits = self._fragments.facts.of_all(block.facts)
-        bits, size_bits = (time << facts_bits | facts) << 1 | 1, time_bits + facts_bits + 1
-        padding = -size_bits % 8
-        return (bits << padding).to_bytes((size_bits + padding) // 8, "big")
+        facts = self._fragments.facts.of_all(block.facts)
+        return padded(joined(self._fragments.encode_time(block.time_s), facts, (1, 1)))
 
     def block_of(self, data: bytes, guid: Guid) -> Block:
         """Decode a recovered block; raise PeerFault unless its encoding matches ``data``."""

@@ -39,7 +39,6 @@ from typing import NamedTuple
 
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import (
-    FULL_MASK,
     MASK_BITS,
     NO_ACCOUNT,
     Account,
@@ -56,7 +55,7 @@ from exchange.policy.acknowledgement import Acknowledgement, acknowledged, field
 from exchange.policy.policies import AckPolicy, bits_beside
 from exchange.wire import codes
 from exchange.wire.accounts import AccountCodec
-from exchange.wire.codes import Bits, FieldSize, Reader, width
+from exchange.wire.codes import Bits, FieldSize, Reader, joined, padded, width
 from exchange.wire.factcodec import FactCodec
 from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Life, Packing, Wired, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
@@ -159,26 +158,16 @@ class AckHeader:
         return tuple(rows)
 
 
-def behind(one: Bits, other: Bits) -> Bits:
-    """Concatenate two bit strings."""
-    return one[0] << other[1] | other[0], one[1] + other[1]
-
-
 class SideCodec:
     """Codec of influence signals and summaries."""
 
     def __init__(self, fragments: FragmentCodec) -> None:
         self._fragments = fragments
         self._role_bits = fragments.facts.subject_bits
-        self._role_mask = (1 << self._role_bits) - 1
         self.signal_bits = SIGNAL_BITS[1] + self._role_bits + SIGNAL_VALUE_BITS
         """Size of one influence signal."""
-        self.encode_signal = lru_cache(maxsize=256)(self._encode_signal)
-        """Encode a signal; raise ConfigurationError outside -128..127."""
-        self.signal_of = lru_cache(maxsize=256)(self._signal_of)
-        """Decode the signal in a word of ``signal_bits`` bits."""
         self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
-        """Encode a summary; raise ConfigurationError for an invalid epoch."""
+        """Encode a summary (cached, since its size is asked before); raise ConfigurationError for an invalid epoch."""
 
     def listing(self) -> tuple[FieldSize, ...]:
         """List the fields of signals and summaries in wire order."""
@@ -193,35 +182,30 @@ class SideCodec:
             FieldSize("summary", "mask", MASK_BITS, "which of those behind the first gap are held"),
         )
 
-    def _encode_signal(self, signal: InfluenceSignal) -> Bits:
+    def encode_signal(self, signal: InfluenceSignal) -> Bits:
+        """Encode a signal; raise ConfigurationError outside -128..127."""
         if not -128 <= signal.value <= 127:
             raise ConfigurationError(f"influence signal {signal.value}: a signed byte holds -128 to 127")
-        bits = (SIGNAL_BITS[0] << self._role_bits | signal.role) << SIGNAL_VALUE_BITS | signal.value & 0xFF
-        return bits, self.signal_bits
+        return joined(SIGNAL_BITS, (signal.role, self._role_bits), (signal.value & 0xFF, SIGNAL_VALUE_BITS))
 
     def _encode_summary(self, summary: Summary) -> Bits:
         refuse_epoch(summary.epoch)
-        highest, highest_bits = codes.natural(summary.highest + 1, self._fragments.sequence_bits)
-        life, life_bits = self._fragments.encode_life(summary.origin, summary.epoch)
-        bits, size_bits = SUMMARY_BITS[0] << life_bits | life, SUMMARY_BITS[1] + life_bits + highest_bits + MASK_BITS
-        return (bits << highest_bits | highest) << MASK_BITS | summary.mask, size_bits
+        life = self._fragments.encode_life(summary.origin, summary.epoch)
+        highest = codes.natural(summary.highest + 1, self._fragments.sequence_bits)
+        return joined(SUMMARY_BITS, life, highest, (summary.mask, MASK_BITS))
 
-    def _signal_of(self, bits: int) -> InfluenceSignal:
-        value = bits & 0xFF
-        return InfluenceSignal(bits >> SIGNAL_VALUE_BITS & self._role_mask, value - 256 if value > 127 else value)
+    def read_signal(self, reader: Reader) -> InfluenceSignal:
+        """Decode the next signal."""
+        reader.left -= SIGNAL_BITS[1]
+        role, value = reader.take(self._role_bits), reader.take(SIGNAL_VALUE_BITS)
+        return InfluenceSignal(role, value - 256 if value > 127 else value)
 
     def read_summary(self, reader: Reader) -> Summary:
         """Decode the next summary; raise PeerFault for an invalid origin or epoch."""
         reader.left -= SUMMARY_BITS[1]
         origin, epoch = self._fragments.read_life(reader)
-        sequence_bits = self._fragments.sequence_bits
-        bits = reader.take(sequence_bits + MASK_BITS)  # number and mask at once, unless the number is a longer one
-        number, mask = bits >> MASK_BITS, bits & FULL_MASK
-        if number == (1 << sequence_bits) - 1:
-            reader.left += MASK_BITS
-            number += codes.read_rest(reader.take)
-            mask = reader.take(MASK_BITS)
-        return Summary(origin, epoch, number - 1, mask)
+        number = codes.read_natural(reader.take, self._fragments.sequence_bits)
+        return Summary(origin, epoch, number - 1, reader.take(MASK_BITS))
 
 
 class Codec:
@@ -259,8 +243,6 @@ class Codec:
         self.fragment_bits = self.fragments.most_bits
         """``fragment_bits(fragment, relayed=True)``: upper bound of a fragment's size in any packet."""
         self._side = SideCodec(self.fragments)
-        self.summary_bits = lru_cache(maxsize=256)(self._summary_bits)
-        """``summary_bits(summary)``: size of a summary."""
         self.signal_bits = self._side.signal_bits
         """Size of one influence signal."""
         self._node_bits = width(n_nodes)
@@ -291,7 +273,8 @@ class Codec:
         Raises DefinitionFault if the hash byte is that of another definition, frame or era of the sender.
         """
 
-    def _summary_bits(self, summary: Summary) -> int:
+    def summary_bits(self, summary: Summary) -> int:
+        """Return the size of a summary."""
         return self._side.encode_summary(summary)[1]
 
     @property
@@ -329,12 +312,6 @@ class Codec:
             *self._facts.listing(),
             *self._side.listing(),
         )
-
-    def forget(self) -> None:
-        """Clear all caches, so that timing of the next packets is that of new ones."""
-        self.head.cache_clear()
-        self.decode.cache_clear()
-        self._facts.forget()
 
     # To bits -------------------------------------------------------------------------------------
 
@@ -386,7 +363,7 @@ class Codec:
         wired = self.fragments.in_sequence(bodies, sender, epoch)
         head, acks = Head(sender, epoch, frame), self.header.encode(sender, rows, frame)
         if self.accounts is not None:
-            acks = behind(acks, self.accounts.encode(account, sender))
+            acks = joined(acks, self.accounts.encode(account, sender))
         return self.assembled(head, slot_start_s, acks, wired, signals, summary)
 
     def assembled(
@@ -402,23 +379,15 @@ class Codec:
 
         Raises ConfigurationError for a signal outside -128..127 or an invalid epoch.
         """
-        sender, frame = head.sender, head.frame
-        bits, size = acks
-        bits, size = self.encode_head(head) << size | bits, self.head_bits + size
-        for _, part, part_bits in wired:
-            bits, size = bits << part_bits | part, size + part_bits
-        side = self._side
-        beside = [*map(side.encode_signal, signals), *map(side.encode_summary, summary), END_BITS]
-        for part, part_bits in beside:
-            bits, size = bits << part_bits | part, size + part_bits
-        padding = -size % 8
-        data = (bits << padding).to_bytes((size + padding) // 8, "big")
+        fragments = [(bits, size_bits) for _, bits, size_bits in wired]
+        beside = [*map(self._side.encode_signal, signals), *map(self._side.encode_summary, summary), END_BITS]
+        data = padded(joined((self.encode_head(head), self.head_bits), acks, *fragments, *beside))
         if self._seal is not None:
-            nonce = nonce_of(sender, head.epoch, frame, slot_start_s, self._hash)
+            nonce = nonce_of(head.sender, head.epoch, head.frame, slot_start_s, self._hash)
             clear = data[: self._clear_bytes]
-            data = clear + self._seal.sealed(sender, clear, data[self._clear_bytes :], nonce)
+            data = clear + self._seal.sealed(head.sender, clear, data[self._clear_bytes :], nonce)
         if self._checksum is not None:
-            data = self._checksum.added(data, frame)
+            data = self._checksum.added(data, head.frame)
         return data
 
     # From bits -----------------------------------------------------------------------------------
@@ -494,7 +463,7 @@ class Codec:
             elif prefix < 0b1100:
                 fragments.append(self.fragments.read_other(reader, own, base, before))
             elif prefix == SIGNAL_BITS[0]:
-                signals.append(self._side.signal_of(reader.take(self.signal_bits)))
+                signals.append(self._side.read_signal(reader))
             elif prefix == SUMMARY_BITS[0]:
                 summary.append(self._side.read_summary(reader))
             else:

@@ -91,16 +91,28 @@ class Reader:
             raise PeerFault("packet ends inside a field")
         return self.bits >> left & (1 << size_bits) - 1
 
-    def bit(self) -> int:
-        """Read one bit; raise PeerFault at the end of the packet."""
-        self.left = left = self.left - 1
-        if left < 0:
-            raise PeerFault("packet ends inside a field")
-        return self.bits >> left & 1
-
     def padding_is_clean(self) -> bool:
         """True if less than a byte is left, all zero."""
         return self.left < 8 and self.bits & (1 << self.left) - 1 == 0
+
+
+def joined(*parts: Bits) -> Bits:
+    """Concatenate bit strings.
+
+    >>> joined((0b10, 2), (0b011, 3))
+    (19, 5)
+    """
+    bits = size_bits = 0
+    for part, part_bits in parts:
+        bits, size_bits = bits << part_bits | part, size_bits + part_bits
+    return bits, size_bits
+
+
+def padded(one: Bits) -> bytes:
+    """Convert a bit string to bytes, with zeros to a whole byte."""
+    bits, size_bits = one
+    padding = -size_bits % 8
+    return (bits << padding).to_bytes((size_bits + padding) // 8, "big")
 
 
 def width(n_values: int) -> int:
@@ -209,18 +221,16 @@ def age(base: int, index: int, near_bits: int, width_bits: int) -> Bits:
     return 0b11 << size_bits | bits, 2 + size_bits
 
 
-def read_age(reader: Reader, base: int, near_bits: int, width_bits: int) -> int:
+def read_age(take: Take, base: int, near_bits: int, width_bits: int) -> int:
     """Decode ``age``; raise PeerFault for a negative time or if a shorter form exists."""
-    take = reader.take
-    index = base - take(1 + near_bits)
-    if index <= base - (1 << near_bits):  # the first bit was set
-        reader.left += near_bits
-        if not take(1):
-            index = base - (1 << near_bits) - take(near_bits + FAR_AGE_BITS)
-        else:
-            index = read_natural(take, width_bits)
-            if 0 <= base - index < (1 << near_bits) + (1 << near_bits + FAR_AGE_BITS):
-                raise PeerFault(f"time {index} has a shorter form at {base}")
+    if not take(1):
+        index = base - take(near_bits)
+    elif not take(1):
+        index = base - (1 << near_bits) - take(near_bits + FAR_AGE_BITS)
+    else:
+        index = read_natural(take, width_bits)
+        if 0 <= base - index < (1 << near_bits) + (1 << near_bits + FAR_AGE_BITS):
+            raise PeerFault(f"time {index} has a shorter form at {base}")
     if index < 0:
         raise PeerFault(f"a time {-index} steps before the mission began")
     return index
@@ -251,7 +261,7 @@ class AttributeNames:
         self.sizes = tuple(self.short_bits if uid in short else self.other_bits for uid in range(n_attributes))
         """Name size by uid (bits)."""
 
-    def uid_of(self, name: int, take: Callable[[int], int]) -> int:
+    def uid_of(self, name: int, take: Take) -> int:
         """Return the uid of a short or escaped name; raise PeerFault if not canonical."""
         if name < len(self.exchanged):
             return self.exchanged[name]

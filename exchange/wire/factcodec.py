@@ -18,6 +18,7 @@ from exchange.wire.codes import (
     FieldSize,
     Reader,
     Take,
+    joined,
     name_fields,
     read_beyond,
     value_lines,
@@ -39,9 +40,6 @@ class FactCodec:
         self.n_instances = n_instances
         self.subject_bits = width(n_instances)
         self.names = AttributeNames(len(tbox.attributes), exchanged)
-        self._short, self._n_short = self.names.exchanged, len(self.names.exchanged)
-        self.prefix_bits = self.subject_bits + self.names.short_bits
-        self._short_mask = (1 << self.names.short_bits) - 1
         self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
         self._n_values = {ValueKind.LINK: n_instances, ValueKind.TYPE: len(tbox.classes)}
         self._counts = [self._count_of(attribute) for attribute in tbox.attributes]
@@ -78,36 +76,26 @@ class FactCodec:
 
     def exchanged_texts(self) -> list[Attribute]:
         """Return the text attributes that are exchanged."""
-        return [self._attributes[uid] for uid in self._short if self._attributes[uid].most_bytes]
-
-    def forget(self) -> None:
-        """Clear the cache of encodings."""
-        self.of_all.cache_clear()
+        return [self._attributes[uid] for uid in self.names.exchanged if self._attributes[uid].most_bytes]
 
     # To bits -------------------------------------------------------------------------------------
 
     def _of_all(self, facts: Sequence[PropertyValue]) -> Bits:
-        bits, size_bits = 0, 0
-        for fact in facts:
-            fact_bits, fact_size = self.of_one(fact)
-            bits = (bits << fact_size | fact_bits) << 1 | 1
-            size_bits += fact_size + 1
+        bits, size_bits = joined(*[part for fact in facts for part in (self._of_one(fact), (1, 1))])
         return bits & ~1, size_bits
 
-    def of_one(self, fact: PropertyValue) -> Bits:
+    def _of_one(self, fact: PropertyValue) -> Bits:
         """Encode a fact; raise ConfigurationError if it has no wire format."""
         subject, uid, value, sigma = fact
         if not 0 <= subject < self.n_instances:
             raise ConfigurationError(f"instance {subject} has no wire name, 0 to {self.n_instances - 1} have")
-        value_bits, value_size = self._writers[uid](value)
-        bits = (subject << self.names.sizes[uid] | self.names.names[uid]) << value_size | value_bits
-        size_bits = self.subject_bits + self.names.sizes[uid] + value_size
+        name = self.names.names[uid], self.names.sizes[uid]
+        parts = [(subject, self.subject_bits), name, self._writers[uid](value)]
         if uid in self._uncertain:
-            more, more_bits = _uncertainty_bits(self._uncertain[uid], sigma)
-            return bits << more_bits | more, size_bits + more_bits
-        if sigma is not None:
+            parts.append(_uncertainty_bits(self._uncertain[uid], sigma))
+        elif sigma is not None:
             raise ConfigurationError(f"{self._attributes[uid].name}: its values carry no uncertainty, not {sigma}")
-        return bits, size_bits
+        return joined(*parts)
 
     def _writer_of(self, attribute: Attribute) -> Callable[[Any], Bits]:
         if attribute.fields:
@@ -136,13 +124,10 @@ class FactCodec:
 
     def read_one(self, reader: Reader) -> PropertyValue:
         """Decode the next fact; raise PeerFault if invalid."""
-        return self.read_named(reader, reader.take(self.prefix_bits))
-
-    def read_named(self, reader: Reader, word: int) -> PropertyValue:
-        """Decode a fact whose first ``prefix_bits`` are ``word``; raise PeerFault if invalid."""
         take, names = reader.take, self.names
-        subject, name = word >> names.short_bits, word & self._short_mask
-        uid = self._short[name] if name < self._n_short else names.uid_of(name, take)
+        word = take(self.subject_bits + names.short_bits)
+        subject, name = word >> names.short_bits, word & (1 << names.short_bits) - 1
+        uid = names.uid_of(name, take)
         if subject >= self.n_instances:
             raise PeerFault(f"instance {subject} is not one of {self.n_instances}")
         value = self._readers[uid](reader)
@@ -151,9 +136,9 @@ class FactCodec:
         return PropertyValue(subject, uid, value)
 
     def _reader_of(self, attribute: Attribute) -> Callable[[Reader], Value]:
-        if not attribute.fields:
-            return partial(self._read_choice, attribute, self._value_bits[attribute.uid], self._counts[attribute.uid])
-        return _number_reader(attribute.fields)
+        if attribute.fields:
+            return partial(_read_numbers, attribute.fields)
+        return partial(self._read_choice, attribute, self._value_bits[attribute.uid], self._counts[attribute.uid])
 
     @staticmethod
     def _read_choice(attribute: Attribute, size_bits: int, n_values: int, reader: Reader) -> Value:
@@ -165,53 +150,22 @@ class FactCodec:
         return bool(number) if attribute.kind is ValueKind.BOOLEAN else number
 
 
-def _number_reader(fields: Sequence[Field]) -> Callable[[Reader], Value]:
-    return _point_reader(*fields) if len(fields) == 2 else partial(_read_number, fields[0])
-
-
-def _point_reader(east: Field, north: Field) -> Callable[[Reader], Value]:
-    """Read both coordinates in one operation, unless one is escaped or out of range."""
-    x_start, x_step, x_denominator = east.grid.whole_numbers
-    y_start, y_step, y_denominator = north.grid.whole_numbers
-    north_bits, both_bits = north.size_bits, east.size_bits + north.size_bits
-    ones, x_end, y_end = (1 << north_bits) - 1, _end_of_short(east), _end_of_short(north)
-
-    def read(reader: Reader) -> tuple[float, float]:
-        both = reader.take(both_bits)
-        x, y = both >> north_bits, both & ones
-        if x < x_end and y < y_end:
-            return (x_start + x * x_step) / x_denominator, (y_start + y * y_step) / y_denominator
-        reader.left += both_bits
-        return (_read_number(east, reader), _read_number(north, reader))
-
-    return read
-
-
-def _end_of_short(field: Field) -> int:
-    """First step index that is out of range or needs an escape."""
-    return min(field.n_values, (1 << field.size_bits) - 1)
-
-
 def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
     values: tuple[Any, ...] = value if isinstance(value, tuple) else (value,)
     if len(values) != len(fields):
         raise ConfigurationError(f"{name}: {value!r} has not {len(fields)} numbers")
-    bits, size_bits = 0, 0
+    parts = []
     try:
         for field, number in zip(fields, values, strict=True):
-            if type(number) is not float:
-                _refuse_no_number(name, number)
-            steps, width_bits = round((number - field.minimum) / field.resolution), field.size_bits  # ``Grid.index_of``
-            if 0 <= steps < field.n_values - 1:  # as ``whole`` has it
-                bits, size_bits = bits << width_bits | steps, size_bits + width_bits
-                continue
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                raise TypeError(f"{name}: {number!r} is not a number")
+            steps = field.grid.index_of(number)
             if abs(steps) > LARGEST:
                 raise ConfigurationError(f"{name}: {number} is more than {LARGEST} steps of {field.resolution:g} away")
-            more, more_bits = whole(steps, width_bits)
-            bits, size_bits = bits << more_bits | more, size_bits + more_bits
+            parts.append(whole(steps, field.size_bits))
     except (ValueError, OverflowError):
         raise ConfigurationError(f"{name}: {value} is not finite") from None
-    return bits, size_bits
+    return joined(*parts)
 
 
 def _text(attribute: Attribute, length_bits: int, value: Value) -> Bits:
@@ -230,9 +184,9 @@ def _read_text(reader: Reader, attribute: Attribute, n_bytes: int) -> str:
         raise PeerFault(f"{attribute.name}: {data!r} is no text: {error}") from None
 
 
-def _refuse_no_number(name: str, value: object) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{name}: {value!r} is not a number")
+def _read_numbers(fields: Sequence[Field], reader: Reader) -> Value:
+    numbers = tuple([_read_number(field, reader) for field in fields])
+    return numbers if len(numbers) > 1 else numbers[0]  # type: ignore[return-value]
 
 
 def _read_number(field: Field, reader: Reader) -> float:

@@ -13,15 +13,13 @@ from collections.abc import Iterable, Sequence
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment
 from exchange.wire import codes
-from exchange.wire.codes import Bits, FieldSize, Reader, width
+from exchange.wire.codes import Bits, FieldSize, Reader, joined, width
 from exchange.wire.factcodec import FactCodec
 from worldmodel import EPOCHS, STATUS, Field, PropertyValue
 from worldmodel.facts import MOST_ITEMS
 
 EPOCH_BITS = 2
 """Bits of an epoch; a higher one is escaped."""
-LONG_EPOCH = (1 << EPOCH_BITS) - 1
-"""Escape of an epoch."""
 INDEX_BITS = 4
 LONGEST_KIND_BITS = 3
 """Longest prefix that announces a fragment."""
@@ -39,14 +37,6 @@ def refuse_epoch(epoch: int) -> None:
     """Raise ConfigurationError for an epoch out of range."""
     if not 0 <= epoch < EPOCHS:
         raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {EPOCHS - 1}")
-
-
-def _by_sequence(wired: Wired) -> tuple[int, int]:
-    return wired[0].sequence, wired[0].index
-
-
-def _by_origin(wired: Wired) -> tuple[int, int, int, int]:
-    return wired[0].origin, wired[0].epoch, wired[0].sequence, wired[0].index
 
 
 class FragmentCodec:
@@ -67,11 +57,7 @@ class FragmentCodec:
         self.sequence_bits = width(n_items)
         self.time = Field(0.0, duration_s, time_resolution_s, "s")
         self._time_bits = self.time.size_bits
-        self._long_time, self._long_sequence = (1 << self._time_bits) - 1, (1 << self.sequence_bits) - 1
-        self._step_s, self._time_ratio = time_resolution_s, self.time.grid.ratio
         self.near_bits = min(self._time_bits, width(max(2, round(recent_s / time_resolution_s) + 1)))
-        self._near = 1 << self.near_bits
-        self._single_bits, self._prefix_mask = 2 + self.near_bits + facts.prefix_bits, (1 << facts.prefix_bits) - 1
 
     def base_of(self, slot_start_s: float) -> int:
         """Return the time step from which ages count; no earlier observation has a negative age."""
@@ -79,24 +65,21 @@ class FragmentCodec:
 
     def encode_time(self, time_s: float) -> Bits:
         """Encode a time independently of a slot."""
-        return codes.natural(round(time_s / self._step_s), self._time_bits)
+        return codes.natural(self.time.grid.index_of(time_s), self._time_bits)
 
     def read_time(self, reader: Reader) -> float:
         """Decode ``encode_time``."""
-        numerator, denominator = self._time_ratio
-        return codes.read_natural(reader.take, self._time_bits) * numerator / denominator
+        return self.time.grid.value_at(codes.read_natural(reader.take, self._time_bits))
 
     def most_bits(self, fragment: Fragment, relayed: bool = True) -> int:
         """Return an upper bound of a fragment's size in any packet, by default as a relay sends it."""
-        time = round(fragment.time_s / self._step_s)  # as ``Grid.index_of`` of a grid from 0
-        size = 2 + (self._time_bits if time < self._long_time else codes.natural(time, self._time_bits)[1])
+        size = 2 + self.encode_time(fragment.time_s)[1]
         size += 0 if fragment.sequence == STATUS else 2 + self.encode_sequence(fragment.sequence, None)[1]
         if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
-            return 1 + size + self.facts.of_one(fragment.facts[0])[1]
+            return size + self.facts.of_all(fragment.facts)[1]
         size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
         if relayed:
-            size += self.origin_bits + EPOCH_BITS
-            size += codes.natural(fragment.epoch, EPOCH_BITS)[1] - EPOCH_BITS if fragment.epoch >= LONG_EPOCH else 0
+            size += self.encode_life(fragment.origin, fragment.epoch)[1]
         return size + self.facts.of_all(fragment.facts)[1]
 
     def listing(self) -> tuple[FieldSize, ...]:
@@ -124,123 +107,85 @@ class FragmentCodec:
 
     # To bits -------------------------------------------------------------------------------------
 
-    def encode(self, fragment: Fragment, sender: int, epoch: int, base: int, is_known: bool = False) -> Bits:
+    def encode(self, fragment: Fragment, sender: int, epoch: int, base: int) -> Bits:
         """Encode a fragment without its sequence; raise ConfigurationError if it has no wire format.
 
-        ``base`` belongs to the slot, see ``base_of``. ``is_known``: its facts are cached.
+        ``base`` belongs to the slot, see ``base_of``.
         """
-        facts, count = fragment.facts, fragment.count
-        sequence = fragment.sequence
-        is_single = count == 1 and len(facts) == 1
-        is_status = facts[0].attribute in self.facts.latest_only if is_single else self._is_status(facts, count)
-        if sequence < STATUS or (sequence == STATUS) != is_status:
+        facts, count, sequence = fragment.facts, fragment.count, fragment.sequence
+        if sequence < STATUS or (sequence == STATUS) != self._is_status(facts, count):
             raise _nameless(fragment)
         if not 0 <= fragment.epoch < EPOCHS:
             refuse_epoch(fragment.epoch)
-        time = round(fragment.time_s / self._step_s)  # as ``Grid.index_of`` of a grid from 0
+        time = self.time.grid.index_of(fragment.time_s)
         if time < 0:
             raise ConfigurationError(f"a fact of {fragment.time_s} s: times are counted from the mission's beginning")
-        is_own = fragment.origin == sender and fragment.epoch == epoch
-        if is_own and is_single:
-            if is_known:
-                bits, size_bits = self.facts.of_all(facts)
-                bits, size_bits = bits >> 1, size_bits - 1  # without continuation bit
-            else:
-                bits, size_bits = self.facts.of_one(facts[0])
-            if 0 <= base - time < self._near:  # as ``codes.age`` has it
-                return base - time << size_bits | bits, self.near_bits + 2 + size_bits
-            age, age_bits = codes.age(base, time, self.near_bits, self._time_bits)
-            return age << size_bits | bits, 1 + age_bits + size_bits
-        age, age_bits = codes.age(base, time, self.near_bits, self._time_bits)
-        if is_own:
-            bits, size_bits = OWN_BITS
-        else:
+        age = codes.age(base, time, self.near_bits, self._time_bits)
+        bits, size_bits = self.facts.of_all(facts)
+        if fragment.origin != sender or fragment.epoch != epoch:
             if not 0 <= fragment.origin < self.n_nodes:
                 raise ConfigurationError(f"origin {fragment.origin} is not one of {self.n_nodes} nodes")
-            life, life_bits = fragment.origin << EPOCH_BITS | fragment.epoch, self.origin_bits + EPOCH_BITS
-            if fragment.epoch >= LONG_EPOCH:
-                life, life_bits = self.encode_life(fragment.origin, fragment.epoch)
-            bits, size_bits = RELAYED_BITS[0] << life_bits | life, RELAYED_BITS[1] + life_bits
-        bits = (bits << age_bits | age) << 1 | (count > 1)
-        size_bits += age_bits + 1
+            parts = [RELAYED_BITS, self.encode_life(fragment.origin, fragment.epoch), age]
+        elif count == 1 and len(facts) == 1:
+            return age[0] << size_bits - 1 | bits >> 1, age[1] + size_bits  # a 0 in front, no continuation bit
+        else:
+            parts = [OWN_BITS, age]
+        parts.append((int(count > 1), 1))
         if count > 1:
-            bits = (bits << INDEX_BITS | fragment.index) << INDEX_BITS | count - 1
-            size_bits += 2 * INDEX_BITS
-        facts_bits, facts_size = self.facts.of_all(facts)
-        return bits << facts_size | facts_bits, size_bits + facts_size
+            parts += [(fragment.index, INDEX_BITS), (count - 1, INDEX_BITS)]
+        return joined(*parts, (bits, size_bits))
 
     def encode_life(self, origin: int, epoch: int) -> Bits:
         """Encode an origin and its epoch."""
-        life, epoch_bits = codes.natural(epoch, EPOCH_BITS)
-        return origin << epoch_bits | life, self.origin_bits + epoch_bits
+        return joined((origin, self.origin_bits), codes.natural(epoch, EPOCH_BITS))
 
     def encode_sequence(self, sequence: int, before: int | None) -> Bits:
         """Encode a sequence by its predecessor of the same origin and epoch; None for the first."""
         if before is None:
-            if sequence < self._long_sequence:  # as ``codes.natural`` has it
-                return sequence, self.sequence_bits
             return codes.natural(sequence, self.sequence_bits)
         return codes.step(before, sequence, self.sequence_bits)
 
     def in_sequence(self, bodies: Iterable[Wired], sender: int, epoch: int) -> list[Wired]:
         """Add sequences to ``bodies`` and sort by origin, epoch and sequence, own fragments first."""
-        own: list[Wired] = []
-        relayed: list[Wired] = []
-        last_own, is_sorted = STATUS - 1, True
-        for encoded in bodies:
-            fragment = encoded[0]
-            if fragment.origin == sender and fragment.epoch == epoch:
-                own.append(encoded)
-                is_sorted, last_own = is_sorted and last_own < fragment.sequence, fragment.sequence
-            else:
-                relayed.append(encoded)
-        if not is_sorted:
-            own.sort(key=_by_sequence)
-        relayed.sort(key=_by_origin)
+
+        def place(body: Wired) -> tuple[bool, int, int, int, int]:
+            origin, sequence, _, _, index, _, of_epoch = body[0]
+            return origin != sender or of_epoch != epoch, origin, of_epoch, sequence, index
+
         before: Before = {}
         wired: list[Wired] = []
-        for fragment, body, body_bits in own + relayed:
-            bits, size_bits, sequence = body, body_bits, fragment.sequence
+        for fragment, bits, size_bits in sorted(bodies, key=place):
+            sequence, step, step_bits = fragment.sequence, 0, 0
             if sequence != STATUS:
                 life = fragment.origin, fragment.epoch
-                last = before.get(life)
-                if last is not None and sequence == last + 1:  # as ``codes.step`` has it
-                    bits, size_bits = bits << 1, size_bits + 1
-                else:
-                    more, more_bits = self.encode_sequence(sequence, last)
-                    bits, size_bits = bits << more_bits | more, size_bits + more_bits
+                step, step_bits = self.encode_sequence(sequence, before.get(life))
                 before[life] = sequence
-            wired.append((fragment, bits, size_bits))
+            wired.append((fragment, bits << step_bits | step, size_bits + step_bits))
         return wired
 
     def _is_status(self, facts: Sequence[PropertyValue], count: int) -> bool:
-        return count == 1 and self.facts.latest_only.issuperset([fact.attribute for fact in facts])
+        latest_only = self.facts.latest_only
+        return count == 1 and facts[0].attribute in latest_only and all(fact.attribute in latest_only for fact in facts)
 
     # From bits -----------------------------------------------------------------------------------
 
     def read_life(self, reader: Reader) -> Life:
         """Decode an origin and its epoch; raise PeerFault if invalid."""
-        bits = reader.take(self.origin_bits + EPOCH_BITS)
-        origin, epoch = bits >> EPOCH_BITS, bits & LONG_EPOCH
+        origin, epoch = reader.take(self.origin_bits), codes.read_natural(reader.take, EPOCH_BITS)
         if origin >= self.n_nodes:
             raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
-        if epoch == LONG_EPOCH:  # as ``codes.natural`` has it
-            epoch += codes.read_rest(reader.take)
-            if epoch >= EPOCHS:
-                raise PeerFault(f"epoch {epoch} of node {origin}: there are {EPOCHS}")
+        if epoch >= EPOCHS:
+            raise PeerFault(f"epoch {epoch} of node {origin}: there are {EPOCHS}")
         return origin, epoch
 
     def _read_time(self, reader: Reader, base: int) -> float:
-        numerator, denominator = self._time_ratio
-        return codes.read_age(reader, base, self.near_bits, self._time_bits) * numerator / denominator
+        return self.time.grid.value_at(codes.read_age(reader.take, base, self.near_bits, self._time_bits))
 
     def _read_sequence(self, reader: Reader, life: Life, before: Before) -> int:
         last = before.get(life)
         if last is None:
-            sequence = reader.take(self.sequence_bits)
-            if sequence == self._long_sequence:  # as ``codes.natural`` has it
-                sequence += codes.read_rest(reader.take)
-        elif not reader.bit():
+            sequence = codes.read_natural(reader.take, self.sequence_bits)
+        elif not reader.take(1):
             sequence = last + 1
         else:
             sequence = codes.read_further(reader.take, last, self.sequence_bits)
@@ -251,17 +196,9 @@ class FragmentCodec:
 
     def read_single(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
         """Decode an own whole block of a single fact; updates the last sequences in ``before``."""
-        facts = self.facts
-        # prefix bit, near age, subject and attribute in one read
-        bits = reader.take(self._single_bits)
-        age = bits >> facts.prefix_bits
-        if age < self._near and age <= base:
-            numerator, denominator = self._time_ratio
-            time_s, fact = (base - age) * numerator / denominator, facts.read_named(reader, bits & self._prefix_mask)
-        else:
-            reader.left += self._single_bits - 1
-            time_s, fact = self._read_time(reader, base), facts.read_one(reader)
-        is_status = fact.attribute in facts.latest_only
+        reader.left -= 1  # the prefix
+        time_s, fact = self._read_time(reader, base), self.facts.read_one(reader)
+        is_status = fact.attribute in self.facts.latest_only
         sequence = STATUS if is_status else self._read_sequence(reader, own, before)
         return Fragment(own[0], sequence, time_s, (fact,), 0, 1, own[1])
 
@@ -313,7 +250,7 @@ class Packing:
 
     def add(self, fragment: Fragment) -> bool:
         """Accept a fragment; return False without a change if it does not fit."""
-        body = self._codec.encode(fragment, self._sender, self._epoch, self._base, True)
+        body = self._codec.encode(fragment, self._sender, self._epoch, self._base)
         size_bits = body[1] if fragment.sequence == STATUS else self.size_bits(fragment, body[1])
         if size_bits > self.left_bits:
             return False

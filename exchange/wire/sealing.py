@@ -22,9 +22,12 @@ import zlib
 from binascii import crc_hqx
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 from exchange.errors import ConfigurationError, PeerFault
+
+if TYPE_CHECKING:
+    from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 
 TAG_BYTES = 4
 """Tag of the seal: one forgery in 2**32 passes, more packets than a modem carries in a year."""
@@ -44,19 +47,6 @@ DAMAGED = "checksum differs: the packet was damaged on its way"
 UNOPENED = "the packet cannot be opened: another key, mission or slot, or damage on its way"
 
 
-def _crc8_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        for _ in range(8):
-            byte = byte << 1 ^ (CRC8_POLYNOMIAL if byte & 0x80 else 0)  # noqa: PLW2901
-            byte &= 0xFF  # noqa: PLW2901
-        table.append(byte)
-    return tuple(table)
-
-
-_CRC8 = _crc8_table()
-
-
 def crc8(data: bytes) -> int:
     """AUTOSAR CRC-8 without the final inversion.
 
@@ -65,7 +55,9 @@ def crc8(data: bytes) -> int:
     """
     crc = 0xFF
     for byte in data:
-        crc = _CRC8[crc ^ byte]
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1 ^ (CRC8_POLYNOMIAL if crc & 0x80 else 0)) & 0xFF
     return crc
 
 
@@ -110,20 +102,6 @@ class Checksum:
         return self._crc(frame.to_bytes(8, "big") + data).to_bytes(self._n_bytes, "big")
 
 
-class _Aead(Protocol):
-    """Authenticated encryption with associated data."""
-
-    def encrypt(self, nonce: bytes, data: bytes, associated_data: bytes | None) -> bytes: ...
-    def decrypt(self, nonce: bytes, data: bytes, associated_data: bytes | None) -> bytes: ...
-
-
-class _Sender(NamedTuple):
-    """Encryption state of one sender."""
-
-    cipher: _Aead
-    vector: bytes
-
-
 def fresh_salt() -> bytes:
     """Draw a salt from the operating system, never from the reproducible seed of a run."""
     return secrets.token_bytes(SALT_BYTES)
@@ -163,11 +141,10 @@ class Seal:
             raise ConfigurationError(
                 'a key needs the package cryptography: pip install "remoras-sim[crypto]"'
             ) from None
-        self._key = key
-        self._make: Callable[[bytes, int], _Aead] = AESCCM
+        self._key, self._cipher = key, AESCCM
         common = fresh_salt()
         self._salt_of = salt_of or (lambda sender: common)
-        self._senders: dict[int, tuple[bytes, _Sender]] = {}  # by node, each with the salt that it follows from
+        self._senders: dict[tuple[int, bytes], tuple[AESCCM, bytes]] = {}  # by node and salt: cipher and vector
 
     def renewed(self, salt_of: Callable[[int], bytes | None] | None = None) -> Seal:
         """Return a seal with the same key and other salts, by default a fresh one."""
@@ -175,29 +152,29 @@ class Seal:
 
     def sealed(self, sender: int, head: bytes, body: bytes, nonce: bytes) -> bytes:
         """Encrypt and tag ``body`` for a sender; the tag covers ``head`` and ``nonce``."""
-        own = self._of(sender)
-        return own.cipher.encrypt(_crossed(nonce, own.vector), body, head)
+        cipher, vector = self._of(sender)
+        return cipher.encrypt(_crossed(nonce, vector), body, head)
 
     def opened(self, sender: int, head: bytes, sealed: bytes, nonce: bytes) -> bytes:
         """Decrypt a body; raise PeerFault if key, salt, head, nonce or any bit differs."""
         from cryptography.exceptions import InvalidTag
 
-        own = self._of(sender)
+        cipher, vector = self._of(sender)
         try:
-            return own.cipher.decrypt(_crossed(nonce, own.vector), sealed, head)
+            return cipher.decrypt(_crossed(nonce, vector), sealed, head)
         except (InvalidTag, ValueError):
             raise PeerFault(UNOPENED) from None
 
-    def _of(self, sender: int) -> _Sender:
+    def _of(self, sender: int) -> tuple[AESCCM, bytes]:
+        """Return cipher and initialisation vector of a sender."""
         salt = self._salt_of(sender)
         if salt is None:
             raise PeerFault(f"the packet cannot be opened: the salt of node {sender} is not known yet")
-        known = self._senders.get(sender)
-        if known is None or known[0] != salt:
+        if (sender, salt) not in self._senders:
             size = len(self._key)
             bits = derived(self._key, salt, b"remoras packets of " + bytes((sender,)), size + NONCE_BYTES)
-            known = self._senders[sender] = salt, _Sender(self._make(bits[:size], TAG_BYTES), bits[size:])
-        return known[1]
+            self._senders[sender, salt] = self._cipher(bits[:size], TAG_BYTES), bits[size:]
+        return self._senders[sender, salt]
 
 
 def _crossed(block: bytes, other: bytes) -> bytes:

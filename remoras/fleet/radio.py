@@ -191,9 +191,7 @@ class Radio:
         self._count_bits(sent)
         if queue.unsaid or queue.expired:
             note_slot(self._recorder, self._me, queue, sent.slot, now_s)
-        contacts = self._contacts
-        if sent.noticed or sent.slot % contacts.period >= contacts.due_from:
-            contacts.sent(sent, now_s, self._recorder)
+        self._contacts.sent(sent, now_s, self._recorder)
         return sent
 
     def _count_bits(self, sent: Transmission) -> None:

@@ -31,25 +31,20 @@ SLOT_CONFLICT = "slot conflict"
 
 
 class Contacts:
-    """Rows of one vehicle about its peers.
-
-    ``sent`` writes link rows in slots that are at least ``due_from``, modulo ``period``.
-    """
+    """Rows of one vehicle about its peers."""
 
     def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
-        self.period = LINK_FRAMES * len(names)
-        self.due_from = self.period - len(names)
         self._names = names
         self._me = me
         nodes = {name: node for node, name in enumerate(names) if node != me}
         self.links = Computed(nodes, lambda name: manager.links(nodes[name]), anew=True)
 
     def sent(self, sent: Transmission, now_s: float, recorder: Recorder) -> None:
-        """Write events of peers noticed in a slot, and periodically the state of links."""
+        """Write events of peers noticed in a slot, and every ``LINK_FRAMES`` frames the state of links."""
         me = self._names[self._me]
         for node, event in sent.noticed:
             recorder.peers.append((now_s, me, self._names[node], event))
-        if sent.slot % self.period >= self.due_from:
+        if sent.slot // len(self._names) % LINK_FRAMES == LINK_FRAMES - 1:
             for name, links in self.links.items():
                 for direction, link in links._asdict().items():
                     if link.n:

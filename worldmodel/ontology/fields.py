@@ -53,11 +53,6 @@ class Grid:
         return round((value - self.start) / self.step)
 
     @property
-    def whole_numbers(self) -> tuple[int, int, int]:
-        """Start, step, denominator of the value ``(start + index * step) / denominator``."""
-        return self._start, self._step, self._denominator
-
-    @property
     def ratio(self) -> tuple[int, int]:
         """Step as a fraction: for start 0, a value is ``index * numerator / denominator``."""
         return self._step, self._denominator
