@@ -235,9 +235,19 @@ class OriginStatement(NamedTuple):
     is_known_to_all: bool
 
     @property
+    def life(self) -> tuple[int, int]:
+        """Origin and epoch."""
+        return self.origin, self.epoch
+
+    @property
+    def listed(self) -> int:
+        """Sequences (bit set) that the mask reports as held."""
+        return self.mask << self.first
+
+    @property
     def held(self) -> int:
         """Received set, one bit for each sequence."""
-        return self.mask << self.first | (1 << self.first) - 1
+        return self.listed | (1 << self.first) - 1
 
 
 class HolderSet(NamedTuple):

@@ -84,7 +84,7 @@ class HoldingsReports:
         """
         n_nodes = self._n_nodes
         statements = [self._statement(origin) for origin in range(n_nodes)]
-        window = sum([self._items(life, numbers) for life, numbers in map(_window_of, statements)])
+        window = sum([self._items(statement.life, statement.listed) for statement in statements])
         candidates = open_items | (window if self._codes_repairs else 0)
         me, uids = self._me, self._beliefs.uids  # own first: with equal values, nodes choose different items
         columns = sorted(members(candidates), key=lambda column: ((uids[column].origin - me) % n_nodes, uids[column]))
@@ -190,9 +190,11 @@ class HoldingsReports:
         if origin == self._me or self._peers.away >> origin & 1:
             return 0
         unknown = self._beliefs.origins[origin] & ~self._confirmed & ~self._beliefs.log.last(origin)
-        return unknown and unknown & (
-            self._items_below((origin, claim.epoch), claim.first) | self._items(*_window_of(claim))
-        )
+        return unknown and unknown & self._reported(claim)
+
+    def _reported(self, claim: OriginStatement) -> int:
+        """Return the items (set) that a statement of this vehicle reports as held."""
+        return self._items_below(claim.life, claim.first) | self._items(claim.life, claim.listed)
 
     def _symbol_bits(self, column: int) -> int:
         """Return the symbol size for an item's block; ``IMPOSSIBLE`` unless it is whole here."""
@@ -213,10 +215,9 @@ class HoldingsReports:
         """Return the blocks by origin and number that the symbols of a packet cover."""
         coded: dict[tuple[int, int], bytes] = {}
         for statement in self._statements:
-            life, numbers = _window_of(statement)
-            for number in members(numbers):
-                if not self._items(life, 1 << number) & content:
-                    coded[statement.origin, number] = self._bytes_of((*life, number))
+            for number in members(statement.listed):
+                if not self._items(statement.life, 1 << number) & content:
+                    coded[statement.origin, number] = self._bytes_of((*statement.life, number))
         return coded
 
     def account(self, content: int, slot: int, left_bits: int) -> Account:
@@ -262,7 +263,7 @@ class HoldingsReports:
         for origin in members(beliefs.log.heard):
             reported |= beliefs.log.last(origin) & beliefs.origins[origin]
         for claim in self._statements:
-            reported |= self._items_below((claim.origin, claim.epoch), claim.first) | self._items(*_window_of(claim))
+            reported |= self._reported(claim)
         for shown in holder_sets:
             reported |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
         self._told = reported
@@ -334,7 +335,7 @@ class HoldingsReports:
         if answers:
             self._note_fates_of_others(sender, packet.rows[sender])
         for statement in account.statements:
-            life = statement.origin, statement.epoch
+            life = statement.life
             if life in self._beliefs.shared or statement.epoch != self._peers.epochs[statement.origin]:
                 continue
             lacked |= self._deny(sender, statement)
@@ -394,7 +395,7 @@ class HoldingsReports:
 
     def _deny(self, sender: int, statement: OriginStatement) -> int:
         """Believe that a peer lacks what its statement omits; return the items (set) believed held before."""
-        life, beliefs, lacked = (statement.origin, statement.epoch), self._beliefs, 0
+        life, beliefs, lacked = statement.life, self._beliefs, 0
         end = beliefs.ends.get(life, 0)
         if statement.length == MOST_STATED:
             end = min(end, statement.first + statement.length)
@@ -447,12 +448,8 @@ class HoldingsReports:
         over: list[Guid] = []
         plain = {fragment.guid for fragment in packet.fragments}
         for statement in packet.account.statements:
-            life, numbers = _window_of(statement)
+            life = statement.life
             if statement.epoch != self._peers.epochs[statement.origin] or life in self._beliefs.shared:
                 return []
-            over += [(*life, number) for number in members(numbers) if (*life, number) not in plain]
+            over += [(*life, number) for number in members(statement.listed) if (*life, number) not in plain]
         return over
-
-
-def _window_of(statement: OriginStatement) -> tuple[Life, int]:
-    return (statement.origin, statement.epoch), statement.mask << statement.first

@@ -229,23 +229,18 @@ class Interests:
         self._queue.take(entry.candidate, self.terms_of(entry.about), now_s, is_new_need)
 
     def _judge(self, column: int, entry: Sendable) -> bool:
-        """Update the needs of an item; return True if another node needs it."""
-        nodes, entry.priority = self._judged(entry)
+        """Update priority and needs of an item; return True if another node is to receive it."""
+        nodes, entry.priority = self.of(entry.about)
+        if entry.fragment.facts is not entry.about:
+            entry.priority = self.of(entry.fragment.facts)[1] or entry.priority
+        mine = nodes >> self._me & 1 or entry.fragment.origin == self._me
+        is_needed = entry.priority > 0 and (mine or not self._selective)
+        nodes = (nodes | entry.addressed) & self._others if is_needed else 0
         if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
             self.undecided[column] = None
         if entry.spared != self._others & ~nodes:
             self._beliefs.spare(column, entry, self._others & ~nodes)
         return bool(nodes)
-
-    def _judged(self, entry: Sendable) -> tuple[int, int]:
-        """Return the other nodes (bit mask) that are to receive an item, and its priority."""
-        nodes, priority = of_block = self.of(entry.about)
-        if entry.fragment.facts is not entry.about:
-            priority = self.of(entry.fragment.facts)[1] or of_block[1]
-        mine = nodes >> self._me & 1 or entry.fragment.origin == self._me
-        if priority == 0 or (self._selective and not mine):
-            return 0, priority
-        return (nodes | entry.addressed) & ~(1 << self._me), priority
 
     # Filtering -----------------------------------------------------------------------------------
 

@@ -24,7 +24,7 @@ from remoras.fleet.fleet import Fleet, Makers
 from remoras.fleet.radio import Radio, RenewedNeeds
 from remoras.fleet.solo import Solo
 from remoras.fleet.traffic import Medium
-from remoras.fleet.vehicle import Layers, Vehicle
+from remoras.fleet.vehicle import Vehicle
 from remoras.functional.layer import FunctionalLayer
 from remoras.organisation.membership import Lease
 from remoras.organisation.needs import GroupNeeds
@@ -198,13 +198,17 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
             for fleet_data in setup.database.values()
         },
     )
-    layers = Layers(
+    return shared.vehicle(
+        host,
+        data,
         _social(shared, data.name, beliefs, picture),
         _executive(setup, data.name),
         _functional(shared, life.real, picture),
-    )
-    return shared.vehicle(
-        host, data, layers, radio, beliefs, recorder, life.began_s, listening(shared.observers, "on_vehicle")
+        radio,
+        beliefs,
+        recorder,
+        life.began_s,
+        listening(shared.observers, "on_vehicle"),
     )
 
 

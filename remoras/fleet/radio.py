@@ -236,23 +236,19 @@ class Radio:
         for block in reception.blocks if reception.told else ():
             if block.sequence == STATUS and block.origin != reception.sender:
                 self._peers.note_report(self._names[block.origin], min(block.time_s, now_s))
-        blocks = reception.blocks
-        jumps: list[tuple[Block, Jump]] = []
-        for block in blocks:
-            if block.sequence == STATUS and (jump := self._jumps.suspected(block)):
-                jumps.append((block, jump))
-        changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s, aside)
+        blocks = [block for block in reception.blocks if block.sequence != STATUS or not self._jumps_away(block, now_s)]
+        changes = self._merged(blocks, now_s, aside)
         known = self._signalling
         signals = tuple([(known[role], value) for role, value in reception.signals if role in known])
         return HeardPacket(reception, emitter, changes, signals)
 
-    def _without(self, jumps: Sequence[tuple[Block, Jump]], blocks: Iterable[Block], now_s: float) -> list[Block]:
-        """Return the blocks without position outliers, which are recorded as faults."""
-        for block, jump in jumps:
-            far = f"{jump.distance_m:.0f} m from where it was {jump.after_s:g} s before; {name_of(block)}"
-            self._record_fault(now_s, SUSPECTED, f"{self._names[block.origin]}: {far}")
-        aside = {id(block) for block, _ in jumps}
-        return [block for block in blocks if id(block) not in aside]
+    def _jumps_away(self, status: Block, now_s: float) -> bool:
+        """Return whether a status is a position outlier, which is recorded as a fault."""
+        jump = self._jumps.suspected(status)
+        if jump is not None:
+            far = f"{jump.distance_m:.0f} m from where it was {jump.after_s:g} s before; {name_of(status)}"
+            self._record_fault(now_s, SUSPECTED, f"{self._names[status.origin]}: {far}")
+        return jump is not None
 
     def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
         """Apply needs of a new organisation; merge blocks set aside that are needed now."""

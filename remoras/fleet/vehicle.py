@@ -13,7 +13,6 @@ return values.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
 
 from mesa import Agent, Model
 
@@ -36,15 +35,6 @@ from worldmodel import Change, WorldModelError
 from worldmodel.world_model import remember
 
 
-@dataclass(frozen=True, slots=True)
-class Layers:
-    """The three layers of a vehicle, after REMORAS."""
-
-    social: SocialLayer
-    executive: ExecutiveLayer
-    functional: FunctionalLayer
-
-
 class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     """Autonomous vehicle: three layers, a radio and a world model.
 
@@ -56,7 +46,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self,
         model: Model,
         data: VehicleData,
-        layers: Layers,
+        social: SocialLayer,
+        executive: ExecutiveLayer,
+        functional: FunctionalLayer,
         radio: Radio,
         beliefs: Beliefs,
         recorder: Recorder,
@@ -66,7 +58,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         super().__init__(model)
         self.data = data
         self.name = data.name
-        self.social, self.executive, self.functional = layers.social, layers.executive, layers.functional
+        self.social, self.executive, self.functional = social, executive, functional
         self.radio = radio
         self.beliefs = beliefs
         self.condition = SOUND
