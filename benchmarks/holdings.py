@@ -22,11 +22,11 @@ from unittest import mock
 from exchange.policy.planning import END_BITS, PacketPlan
 from exchange.policy.policies import ADAPTIVE, HOLDINGS, AckPolicy
 from exchange.study import stating
+from exchange.study.lanes import Case, n_columns_of
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.stating import Statements, count_owed, gather, look_through, note_brought, note_told, state_holdings
 from exchange.study.study import StudyRow, run
-from exchange.study.trial import Load, PolicyRules, n_columns_of
-from exchange.study.trials import Fleet, choose
+from exchange.study.trials import Fleet, Slot, choose
 
 CELLS = ((4, 0.4), (4, 0.8), (8, 0.8))
 """Nodes and loss rates."""
@@ -38,43 +38,40 @@ SEED = 11
 
 
 def compose_in_order(
-    rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: int, n_bits: int
+    case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: Slot, n_bits: int
 ) -> tuple[int, int]:
     """`exchange.study.stating.compose_packet` without a plan: statements that are owed, and items that wait longest.
 
     Items go by the rule of the six policies, `exchange.study.trials.choose`; there are no symbols.
     """
-    n_nodes = rules.n_nodes
-    owner, place = slot % n_nodes, slot % (2 * n_nodes)
-    look_through(load, fleet, statements, owner)
-    count_owed(load, fleet, statements, plan, owner, slot)
-    n_candidates = gather(rules, load, fleet, statements, plan, owner)
-    left = load.capacity_bits - END_BITS - n_bits
+    n_nodes, owner, place = case.n_nodes, slot.owner, slot.place
+    look_through(case, fleet, statements, owner)
+    count_owed(case, fleet, statements, plan, owner, slot.number)
+    n_candidates = gather(case, fleet, statements, plan, owner)
+    left = case.capacity_bits - END_BITS - n_bits
     for step in range(n_nodes):
-        origin = (slot // n_nodes + step) % n_nodes
+        origin = (slot.frame + step) % n_nodes
         plan.states[origin] = int(plan.owed[origin] > 0 and plan.statement_bits[origin] <= left)
         left -= plan.states[origin] * plan.statement_bits[origin]
     fleet.loaded[place, :] = 0
     for c in range(n_candidates):
         fleet.loaded[place, statements.columns[c]] = 1
-    choose(fleet.weights[0, owner], fleet.loaded[place], 0, left // load.item_bits)
+    choose(fleet.weights[0, owner], fleet.loaded[place], 0, left // case.item_bits)
     n_sent = 0
-    for column in range(n_columns_of(load)):
+    for column in range(n_columns_of(case)):
         if fleet.loaded[place, column] != 0:
             statements.brought[owner, n_sent] = column
-            left -= load.item_bits
+            left -= case.item_bits
             n_sent += 1
     statements.n_plain[owner] = n_sent
-    state_holdings(load, fleet, statements, plan, owner, place, 0)
-    stating.show_holders(rules, load, fleet, statements, owner, slot, left)
-    note_told(load, fleet, statements, owner, slot)
-    note_brought(rules, fleet, statements, owner, owner, 0)
+    state_holdings(case, fleet, statements, plan, owner, place, 0)
+    stating.show_holders(case, fleet, statements, owner, slot.number, left)
+    note_told(case, fleet, statements, owner, slot.number)
+    note_brought(case, fleet, statements, owner, owner, 0)
     return n_sent, 0
 
 
-def show_none(
-    rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int
-) -> None:
+def show_none(case: Case, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int) -> None:
     """Tell of no item who holds it."""
     statements.shown[:] = 0
 

@@ -3,13 +3,15 @@
 from collections.abc import Callable, Sequence
 from functools import cache
 
+import numpy as np
+
 from exchange.errors import ConfigurationError
 from exchange.manager.manager import OPTIONAL_PARTS, ExchangeManager, Options
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
 from exchange.policy.policies import POLICIES, AckPolicy, header_bits
 from exchange.schedule import TdmaSchedule
 from exchange.study import stating, trials
-from exchange.study.trial import Load, PolicyRules
+from exchange.study.lanes import Case, new_lanes
 from exchange.wire.codec import Codec
 from exchange.wire.fragmentcodec import Packing
 from missions.mapping import MappingMission
@@ -204,36 +206,28 @@ class ReferenceStudy:
     def __init__(
         self, policy: AckPolicy, n_nodes: int, items: int, evidence: bool, item_bits: int, room: int, of_symbol: int = 0
     ) -> None:
-        self.kind = policy.acknowledgement
-        self.rules = PolicyRules(policy.repeat, evidence, n_nodes, codes=self.kind.codes)
+        self.kind, n_columns = policy.acknowledgement, n_nodes * items
         capacity_bits = room + header_bits(policy, n_nodes)
-        self.load = Load(n_nodes, items, 0.0, item_bits, capacity_bits, 0, 0, 90, 1.0, NUMBER_BITS, of_symbol)
-        self.layouts, n_columns = trials.layouts_of(self.kind, n_nodes), n_nodes * items
+        self.case = Case(
+            n_nodes, policy.repeat, evidence, self.kind.relays, self.kind.infers, self.kind.codes, n_sources=n_nodes,
+            columns_per_source=items, item_bits=item_bits, symbol_bits=of_symbol, number_bits=NUMBER_BITS,
+            capacity_bits=capacity_bits,
+        )  # fmt: skip
+        self.layouts = trials.layouts_of(self.kind, n_nodes)
         self.fleet = trials.new_fleet(n_nodes, n_columns, self.layouts.node.shape[1])
-        self.lanes = trials.new_lanes(n_columns)
-        trials.begin(self.load, self.fleet, self.lanes, 0, 0, 0, 1, 1)
-        self.statements, self.plan = stating.new_statements(n_nodes, n_columns), stating.new_plan(n_nodes, n_columns)
-        stating.forget_all(self.statements)
-        for column in range(n_columns):
-            stating.number_item(self.statements, column // items, column)
+        none = np.zeros((1, 1), np.int64)
+        self.lanes = new_lanes(n_columns, none, none, none)
+        trials.begin(self.case, self.fleet, self.lanes, 0, 0, 1)
+        self.play: Callable[..., None] = stating.play_slot if self.kind.states else trials.play_slot
+        self.state = stating.new_state(self.case) if self.kind.states else None
 
     def pass_slot(self, slot: int, heard_by: int) -> int:
         """Play a slot; returns how many items were sent."""
-        rules, load, fleet, layouts = self.rules, self.load, self.fleet, self.layouts
-        owner, place, at = slot % rules.n_nodes, slot % (2 * rules.n_nodes), slot % len(layouts.n_bits)
-        heard = [heard_by >> node & 1 for node in range(rules.n_nodes)]
-        if self.kind.states:
-            first = owner % trials.slots_of_word(rules.n_nodes) * rules.n_nodes
-            self.lanes.drawn[first : first + rules.n_nodes] = heard
-            state = fleet, self.lanes, self.statements, self.plan
-            stating.play_slot(self.kind.header, layouts, rules, load, *state, slot)
-        else:
-            trials.acknowledge(self.kind.header, layouts, fleet, at, owner, place)
-            trials.fill(rules, load, fleet, owner, place, load.capacity_bits - int(layouts.n_bits[at]), 1)
-            for node, is_heard in enumerate(heard):
-                if is_heard:
-                    trials.hear(layouts, rules, load, fleet, at, owner, place, node, 1)
-        return sum(int(word) & 1 for word in fleet.loaded[place])
+        n_nodes = self.case.n_nodes
+        now = trials.slot_of(self.layouts, n_nodes, slot // n_nodes, slot % n_nodes)
+        heard = np.array([heard_by >> node & 1 for node in range(n_nodes)])
+        self.play(self.kind.header, self.layouts, self.case, self.state, self.fleet, self.lanes, now, heard, 1, 1)
+        return sum(int(word) & 1 for word in self.fleet.loaded[now.place])
 
     def believes(self, node: int, peer: int, column: int) -> bool:
         """True if the node believes that the peer holds the item."""

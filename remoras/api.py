@@ -301,7 +301,7 @@ def exchange_study(
     import pandas as pd
 
     from exchange.policy.policies import PAPER_POLICIES
-    from exchange.study.study import ExchangeStudy
+    from exchange.study.parameters import ExchangeStudy
     from exchange.study.study import run as study
 
     asked = ExchangeStudy(

@@ -15,7 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from exchange.study.study import BOUND, KINDS, StudyRow, TrialMean
+from exchange.study.estimates import TrialMean
+from exchange.study.parameters import BOUND
+from exchange.study.study import KINDS, StudyRow
 from visualisation import output, page, style, words
 from visualisation.output import DrawingError, check_format, unknown
 

@@ -1,7 +1,8 @@
 """Policy study: exchange policies under packet loss, without a mission.
 
-Depends on `exchange` and its loss draws only. Stable names are in `exchange.study.study`: `ExchangeStudy`, `StudyLoad`,
-`run`, `StudyRow`; that module needs NumPy, and Numba (extra `study`) for speed.
+Depends on `exchange` and its loss draws only. Stable names are `ExchangeStudy` and `StudyLoad` in
+`exchange.study.parameters`, `run` and `StudyRow` in `exchange.study.study`, which needs NumPy, and Numba (extra
+`study`) for speed.
 """
 
 __all__: list[str] = []

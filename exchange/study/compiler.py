@@ -25,26 +25,23 @@ import numpy as np
 from exchange.errors import ConfigurationError
 from exchange.policy import planning, policies
 from exchange.policy.acknowledgement import Acknowledgement
-from exchange.study import stating, trial, trials
-from exchange.study.trial import Floats, Ints, Load, PolicyRules
+from exchange.study import lanes, stating, trials
+from exchange.study.lanes import N_QUANTITIES, Case, Ints
 from exchange.study.trials import Header, Layouts, layouts_of
 
 SlotLoop = Callable[..., None]
-"""Signature of `trials.run_trials` without the header, which is built in."""
+"""Signature of `trials.run_plain_trials` without the header, which is built in."""
 
 Say = Callable[[str], None]
 """Prints a line for the user."""
 
 CALLED: tuple[Callable[..., Any], ...] = (
-    trial.generate,
-    trial.note_item,
-    trial.close,
-    trials.draw,
-    trials.transpose,
+    lanes.draw,
+    lanes.transpose,
+    lanes.ended,
     trials.forget_lanes,
     trials.begin,
     trials.arrive,
-    trials.ended,
     trials.choose,
     trials.pass_freely,
     planning.plan_packet,
@@ -54,17 +51,6 @@ CALLED: tuple[Callable[..., Any], ...] = (
     stating.number_item,
 )
 """Functions that run rarely and are called; all others run in every slot and are inlined."""
-
-ALLOCATING: tuple[Callable[..., Any], ...] = (
-    trials.new_fleet,
-    trials.new_lanes,
-    trials.thresholds_of,
-    trials.run_trials,
-    stating.new_statements,
-    stating.new_plan,
-    stating.run_stating_trials,
-)
-"""Functions that allocate memory; in all others Numba can skip reference counting."""
 
 NUMBA_FROM, NUMBA_BELOW = (0, 66), (0, 69)
 """Supported versions of Numba; the extra `study` of the package has the same bounds."""
@@ -77,45 +63,13 @@ Vector instructions wait for words just stored: they make a slot of five nodes a
 
 
 HEADER: Header = policies.ACK.header
-"""Placeholder for the header rule; `_compile` replaces it in a copy of the entry."""
+LOOP: Callable[..., None] = trials.run_plain_trials
+"""Placeholders for header rule and loop; `_compile` replaces them in a copy of the entry."""
 
 
-def run_trials(
-    layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints,
-    outcomes: Ints,
-) -> None:  # fmt: skip
-    """Entry point of compiled code: `trials.run_trials` with the header rule built in."""
-    trials.run_trials(HEADER, layouts, rules, load, p_loss, seed, first_trial, received, outcomes)
-
-
-def run_stating_trials(
-    layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints,
-    outcomes: Ints,
-) -> None:  # fmt: skip
-    """Entry point of compiled code for policies that report received sets."""
-    stating.run_stating_trials(HEADER, layouts, rules, load, p_loss, seed, first_trial, received, outcomes)
-
-
-def reached(*functions: FunctionType) -> dict[FunctionType, None]:
-    """Return these functions and all plain functions that they reach by name, callees first.
-
-    Functions of NumPy are excluded, since Numba replaces them globally.
-    """
-    called: dict[FunctionType, None] = {}
-    visited: set[FunctionType] = set()
-
-    def visit(function: FunctionType) -> None:
-        if function in visited:
-            return
-        visited.add(function)
-        for value in _globals_named(function):
-            if isinstance(value, FunctionType) and value.__module__.partition(".")[0] != "numpy":
-                visit(value)
-        called[function] = None
-
-    for function in functions:
-        visit(function)
-    return called
+def run_trials(layouts: Layouts, case: Case, thresholds: Ints, received: Ints, outcomes: Ints) -> None:
+    """Entry point of compiled code: a loop with the header rule built in."""
+    LOOP(HEADER, layouts, case, thresholds, received, outcomes)
 
 
 def _globals_named(function: FunctionType) -> list[Any]:
@@ -127,10 +81,30 @@ def _globals_named(function: FunctionType) -> list[Any]:
     return [value for value in (*values, *of_modules) if not isinstance(value, ModuleType)]
 
 
+def loop_of(kind: Acknowledgement) -> Callable[..., None]:
+    """Return the function that runs the trials of a kind."""
+    return stating.run_stating_trials if kind.states else trials.run_plain_trials
+
+
 def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
-    """Return all functions of a kind's slot loop, callees first."""
-    loop = stating.run_stating_trials if kind.states else trials.run_trials
-    return reached(*[part for part in (kind.header, loop) if isinstance(part, FunctionType)])
+    """Return all plain functions that a kind's slot loop reaches by name, callees first.
+
+    Functions of NumPy are excluded, since Numba replaces them globally.
+    """
+    called: dict[FunctionType, None] = {}
+    visited: set[Any] = set()
+
+    def visit(function: Any) -> None:
+        is_ours = isinstance(function, FunctionType) and function.__module__.partition(".")[0] != "numpy"
+        if is_ours and function not in visited:
+            visited.add(function)
+            for value in _globals_named(function):
+                visit(value)
+            called[function] = None
+
+    visit(kind.header)
+    visit(loop_of(kind))
+    return called
 
 
 def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
@@ -161,7 +135,8 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
 WITHOUT_MEMORY: dict[str, Any] = {"_nrt": False}
 """Option of functions without allocation: Numba counts no references in them."""
 
-_compilable: set[FunctionType] = set()
+_allocates: dict[Callable[..., Any], bool] = {np.zeros: True}
+"""Whether a function allocates memory, of those registered with Numba."""
 _ready: dict[tuple[Header, bool], SlotLoop] = {}
 """Compiled loops by header rule and by whether packets report received sets."""
 
@@ -171,15 +146,11 @@ def make_compilable(kind: Acknowledgement) -> None:
     from numba.extending import register_jitable
 
     for function in functions_of(kind):
-        if function in _compilable:
-            continue
-        _compilable.add(function)
-        if function in ALLOCATING:
-            register_jitable(forceinline=True)(function)
-        elif function in CALLED:
-            register_jitable(**WITHOUT_MEMORY)(function)
-        else:
-            register_jitable(forceinline=True, **WITHOUT_MEMORY)(function)
+        if function not in _allocates:
+            called = filter(callable, _globals_named(function))
+            _allocates[function] = any(_allocates.get(one, False) for one in called)
+            options = {} if _allocates[function] else WITHOUT_MEMORY
+            register_jitable(forceinline=function not in CALLED, **options)(function)
 
 
 def why_uncompiled() -> str:
@@ -197,7 +168,7 @@ def why_uncompiled() -> str:
 
 def as_python(kind: Acknowledgement) -> SlotLoop:
     """Return the slot loop of a kind as Python."""
-    return partial(stating.run_stating_trials if kind.states else trials.run_trials, kind.header)
+    return partial(loop_of(kind), kind.header)
 
 
 def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgement, SlotLoop]:
@@ -212,33 +183,31 @@ def compiled(kind: Acknowledgement, say: Say) -> SlotLoop:
     """Return the compiled slot loop of a kind; raise ConfigurationError if it does not compile."""
     key = kind.header, kind.states
     if key not in _ready:
-        entry = run_stating_trials if kind.states else run_trials
         folder = cache_folder(kind, version("numba"))
         what = f"compiling the policy study for {kind.name}"
         if folder is None:
             say(f"{what}, about 5 s (each time: there is no folder to keep the machine code in)")
-        elif not any(folder.rglob(f"*{entry.__name__}*.nbi")):
+        elif not any(folder.rglob("*.nbi")):
             say(f"{what} on this machine, about 5 s (once: it is kept in {folder})")
-        _ready[key] = _compile(kind, entry, folder)
+        _ready[key] = _compile(kind, folder)
     return _ready[key]
 
 
-def _compile(kind: Acknowledgement, entry: SlotLoop, folder: Path | None) -> SlotLoop:
+def _compile(kind: Acknowledgement, folder: Path | None) -> SlotLoop:
     import numba
     from numba.core.errors import NumbaError
 
     make_compilable(kind)
     with _settings(numba.config, CACHE_DIR=str(folder or ""), **SETTINGS):
         header: Any = numba.njit(forceinline=True, error_model="numpy", **WITHOUT_MEMORY)(kind.header)
-        assert isinstance(entry, FunctionType)
-        of_kind = FunctionType(entry.__code__, {**entry.__globals__, "HEADER": header}, entry.__name__)
-        of_kind.__module__, of_kind.__qualname__ = entry.__module__, entry.__qualname__
+        built_in = {**run_trials.__globals__, "HEADER": header, "LOOP": loop_of(kind)}
+        of_kind = FunctionType(run_trials.__code__, built_in, run_trials.__name__)
+        of_kind.__module__, of_kind.__qualname__ = run_trials.__module__, run_trials.__qualname__
         machine_code: SlotLoop = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
         # No trials: only the types of the arguments matter here.
-        layouts, rules, load = layouts_of(kind, 2), PolicyRules(False, False, 2), Load(1, 1, 0.0, 1, 1, 0, 0, 0)
-        received, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, trial.N_QUANTITIES, 3), np.int64)
+        words, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, N_QUANTITIES, 3), np.int64)
         try:
-            machine_code(layouts, rules, load, np.ones((2, 2)), 0, 0, received, outcomes)
+            machine_code(layouts_of(kind, 2), Case(2), words, words, outcomes)
         except NumbaError as error:
             raise ConfigurationError(
                 f"acknowledgement {kind.name!r} cannot be compiled for the policy study; its header may use its "

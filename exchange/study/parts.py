@@ -1,22 +1,22 @@
 """Batches of trials that fit into memory, run by threads and summed in a fixed order."""
 
+import math
 import time
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 
+from exchange.arithmetic import exp
 from exchange.policy.acknowledgement import Acknowledgement
+from exchange.policy.planning import names_bits
 from exchange.policy.policies import AckPolicy
-from exchange.study import trial
+from exchange.study import lanes
 from exchange.study.compiler import SlotLoop
 from exchange.study.estimates import Moments, moments
-from exchange.study.parameters import BOUND
-from exchange.study.trial import Floats, Ints, Load, PolicyRules
+from exchange.study.lanes import Case, Floats, Ints
+from exchange.study.parameters import BOUND, ExchangeStudy, LoadKind
 from exchange.study.trials import layouts_of
 
 TRIALS_AT_ONCE = 1000
@@ -25,125 +25,116 @@ TRIALS_AT_ONCE = 1000
 REMEMBERED_WORDS = 400
 """Words of loss draws per trial cached for the next policy; later ones are drawn again."""
 
-
-@dataclass(frozen=True)
-class TrialPlan:
-    """All trials of all policies (baseline first) at all settings: a loss matrix each."""
-
-    n_nodes: int
-    policies: tuple[AckPolicy, ...]
-    carrier_evidence: bool
-    matrices: tuple[Floats, ...]
-    load: Load
-    seed: int
-    n_trials: int
-
-    @property
-    def parts(self) -> "Iterator[TrialBatch]":
-        """Batches in the order of summation."""
-        for setting in range(len(self.matrices)):
-            for first_trial in range(0, self.n_trials, TRIALS_AT_ONCE):
-                yield TrialBatch(setting, first_trial, min(TRIALS_AT_ONCE, self.n_trials - first_trial))
-
-    @property
-    def n_parts(self) -> int:
-        """Number of batches."""
-        return len(self.matrices) * -(-self.n_trials // TRIALS_AT_ONCE)
+SYMBOL_MORE_BITS = 10
+"""Extra size of an item in a symbol, where its encoding does not depend on the packet."""
 
 
-class TrialBatch(NamedTuple):
-    """Batch of trials of all policies at one setting."""
+def case_of(study: ExchangeStudy, policy: AckPolicy) -> Case:
+    """Convert the parameters of a policy's trials for the slot loop."""
+    kind, load, is_poisson = policy.acknowledgement, study.load, study.load.kind is LoadKind.POISSON
+    warmup_frames, window_frames = (study.warmup_frames, study.window_frames) if is_poisson else (0, 0)
+    window_start, window_end = warmup_frames * study.nodes, (warmup_frames + window_frames) * study.nodes
+    expected_items = 1 + load.rate * window_end if is_poisson else load.items
+    return Case(
+        study.nodes,
+        repeat=policy.repeat or policy == BOUND,
+        carrier_evidence=study.carrier_evidence,
+        relays=kind.relays,
+        infers=kind.infers,
+        codes=kind.codes,
+        knows_all=policy == BOUND,
+        n_sources=1 if load.kind is LoadKind.SINGLE else study.nodes,
+        columns_per_source=study.queue_items if is_poisson else load.items,
+        rate=load.rate,
+        p_none=exp(-load.rate),
+        item_bits=study.item_bits,
+        symbol_bits=study.item_bits + SYMBOL_MORE_BITS,
+        number_bits=names_bits(math.ceil(expected_items) + 1),  # as in a vehicle
+        capacity_bits=lanes.NEVER if study.capacity_bits is None else study.capacity_bits,
+        window_start=window_start,
+        window_end=window_end,
+        max_slots=study.max_slots,
+        seed=study.seed,
+    )
 
-    setting: int
-    first_trial: int
-    n_trials: int
+
+def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:
+    """Return the loss matrix (from row to column) of each setting, with 1 on the diagonal."""
+    if study.links is not None:
+        matrices = [np.array(study.links, np.float64)]
+    else:
+        matrices = [np.full((study.nodes, study.nodes), p_loss) for p_loss in study.per]
+    for matrix in matrices:
+        np.fill_diagonal(matrix, 1.0)
+    return tuple(matrices)
 
 
-@dataclass(slots=True)
-class Tally:
-    """Sums over the trials of one policy at one setting; moments of quantities with means."""
+class Tally(NamedTuple):
+    """Sums over the trials of one policy at one loss matrix; moments of quantities with means."""
 
     moments: Moments
-    censored: Ints
-    false_beliefs: int
-    slots: int
+    totals: Ints  # [quantity, sum or count or censored]
     cpu_s: float
 
-    def add(self, other: "Tally") -> None:
+    def plus(self, other: "Tally") -> "Tally":
         """Add the sums of more trials."""
-        self.moments += other.moments
-        self.censored += other.censored
-        self.false_beliefs += other.false_beliefs
-        self.slots += other.slots
-        self.cpu_s += other.cpu_s
+        return Tally(self.moments + other.moments, self.totals + other.totals, self.cpu_s + other.cpu_s)
 
 
-SlotLoops = Mapping[Acknowledgement, SlotLoop]
-"""Slot loop by acknowledgement."""
+def play_all(
+    study: ExchangeStudy, loops: Mapping[AckPolicy, SlotLoop], jobs: int, progress: Callable[[int, int], None]
+) -> list[dict[AckPolicy, Tally]]:
+    """Run the trials of all policies; return tallies per loss matrix and policy.
 
-
-def play_all(plan: TrialPlan, loops: SlotLoops, jobs: int, progress: Callable[[int, int], None]) -> list[list[Tally]]:
-    """Run the plan on ``jobs`` threads (1 for Python loops); return tallies per setting, policy.
-
-    ``progress`` is called with the numbers of batches done and in total.
+    Args:
+        loops: by policy, baseline first.
+        jobs: threads; 1 for Python loops. Sums do not depend on it.
+        progress: called with the numbers of batches done and in total.
     """
-    tallies: list[list[Tally]] = [[] for _ in plan.matrices]
-    for done, (setting, of_part) in enumerate(_in_order(plan, loops, jobs), start=1):
-        if not tallies[setting]:
-            tallies[setting] = of_part
-        else:
-            for tally, more in zip(tallies[setting], of_part, strict=True):
-                tally.add(more)
-        progress(done, plan.n_parts)
+    matrices = p_loss_matrices(study)
+
+    def played(batch: tuple[int, int]) -> dict[AckPolicy, Tally]:
+        setting, first_trial = batch
+        return play_batch(study, loops, matrices[setting], first_trial)
+
+    tallies: list[dict[AckPolicy, Tally]] = [{} for _ in matrices]
+    batches = [(setting, first) for setting in range(len(matrices)) for first in range(0, study.trials, TRIALS_AT_ONCE)]
+    pool = ThreadPoolExecutor(jobs)
+    try:
+        results = map(played, batches) if jobs == 1 else pool.map(played, batches)
+        for done, ((setting, _), of_batch) in enumerate(zip(batches, results, strict=True), start=1):
+            earlier = tallies[setting]
+            tallies[setting] = {
+                policy: earlier[policy].plus(tally) if earlier else tally for policy, tally in of_batch.items()
+            }
+            progress(done, len(batches))
+    finally:
+        pool.shutdown(cancel_futures=True)  # an interruption waits for running batches only
     return tallies
 
 
-def _in_order(plan: TrialPlan, loops: SlotLoops, jobs: int) -> Iterator[tuple[int, list[Tally]]]:
-    """Yield setting and tallies of each batch in order, so that sums do not depend on threads."""
-    play = partial(_play, plan, loops)
-    if jobs == 1:
-        yield from ((part.setting, play(part)) for part in plan.parts)
-        return
-    pending: deque[tuple[int, Future[list[Tally]]]] = deque()
-    with ThreadPoolExecutor(jobs) as pool:
-        for part in plan.parts:
-            pending.append((part.setting, pool.submit(play, part)))
-            if len(pending) > 2 * jobs:
-                setting, future = pending.popleft()
-                yield setting, future.result()
-        for setting, future in pending:
-            yield setting, future.result()
-
-
-def _play(plan: TrialPlan, loops: SlotLoops, part: TrialBatch) -> list[Tally]:
-    received = np.zeros((REMEMBERED_WORDS, part.n_trials), np.int64)
+def play_batch(
+    study: ExchangeStudy, loops: Mapping[AckPolicy, SlotLoop], p_loss: Floats, first_trial: int
+) -> dict[AckPolicy, Tally]:
+    """Run the trials of a batch under each policy, baseline first."""
+    received = np.zeros((REMEMBERED_WORDS, min(TRIALS_AT_ONCE, study.trials - first_trial)), np.int64)
+    n_estimated = lanes.FALSE_BELIEFS if study.load.kind is LoadKind.POISSON else lanes.IN_FLIGHT
     baseline = np.empty(0, np.int64)
-    n_estimated = trial.IN_FLIGHT if plan.load.rate == 0.0 else trial.FALSE_BELIEFS
-    tallies = []
-    for policy in plan.policies:
-        loop = loops[policy.acknowledgement]
+    tallies: dict[AckPolicy, Tally] = {}
+    for policy, loop in loops.items():
         began_s = time.thread_time()
-        outcomes = play(plan, policy, loop, part, received)
+        case = case_of(study, policy)._replace(first_trial=first_trial)
+        outcomes = play(loop, policy.acknowledgement, case, p_loss, received)
         cpu_s = time.thread_time() - began_s
-        if policy == plan.policies[0]:
+        if not tallies:
             baseline = outcomes
-        totals = outcomes.sum(axis=0)
-        tallies.append(
-            Tally(
-                moments(outcomes[:, :n_estimated], baseline[:, :n_estimated]),
-                totals[: trial.N_STAGES, trial.CENSORED],
-                int(totals[trial.FALSE_BELIEFS, trial.SUM]),
-                int(totals[trial.SLOTS, trial.SUM]),
-                cpu_s,
-            )
-        )
+        products = moments(outcomes[:, :n_estimated], baseline[:, :n_estimated])
+        tallies[policy] = Tally(products, outcomes.sum(axis=0), cpu_s)
     return tallies
 
 
-def play(plan: TrialPlan, policy: AckPolicy, loop: SlotLoop, part: TrialBatch, received: Ints) -> Ints:
-    """Return the outcomes of a policy in a batch, shape (n_trials, N_QUANTITIES, 3)."""
-    kind, knows_all = policy.acknowledgement, policy == BOUND
-    rules = PolicyRules(policy.repeat or knows_all, plan.carrier_evidence, plan.n_nodes, knows_all, kind.codes)
-    layouts, outcomes = layouts_of(kind, plan.n_nodes), np.empty((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
-    loop(layouts, rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
+def play(loop: SlotLoop, kind: Acknowledgement, case: Case, p_loss: Floats, received: Ints) -> Ints:
+    """Return the outcomes of trials, shape (n_trials, N_QUANTITIES, 3); `received` has a column per trial."""
+    outcomes = np.empty((received.shape[1], lanes.N_QUANTITIES, 3), np.int64)
+    loop(layouts_of(kind, case.n_nodes), case, lanes.thresholds_of(p_loss), received, outcomes)
     return outcomes

@@ -1,4 +1,4 @@
-"""Slot loop for policies that report received sets; extends `exchange.study.trials`, lane 0.
+"""Slot rule of policies that report received sets; extends `exchange.study.trials`, lane 0.
 
 Reports about an origin follow `exchange.policy.planning`: all items below a number are held, by all nodes as the sender
 believes; a mask covers the next ones. An item is a column with a number given by its origin. The same module plans
@@ -34,8 +34,8 @@ from exchange.policy.planning import (
     statement_bits,
 )
 from exchange.study import trials
-from exchange.study.trial import Floats, Ints, Load, PolicyRules, n_columns_of
-from exchange.study.trials import Fleet, Header, Lanes, Layouts
+from exchange.study.lanes import Case, Floats, Ints, Lanes, count, n_columns_of
+from exchange.study.trials import Fleet, Header, Layouts, Slot, slot_of
 
 UNKNOWN = -1
 """Slot of an event that never happened; bit that a header does not carry."""
@@ -57,31 +57,25 @@ class Statements(NamedTuple):
     weight: Floats  # [node, peer] weighted number of own packets
     learned_slot: Ints  # [node, column] of the last news about holders of the item
     passed_slot: Ints  # [node, column] of its last report of a holder set
-    n_passed: Ints  # [node, column] reports since the last news
-    telling: Ints  # [node, column] items with news not reported often enough
+    n_passed: Ints  # [node, column] reports since the last news; `MOST_PASSED` without news
     n_rows: Ints  # [node] undecoded symbols
     rows: Bytes  # [node, row, column] their coefficients
     pivots: Ints  # [node, row] the first column of each that is not 0
-    waiting: Ints  # [node, column] superset of the items that they cover
     brought: Ints  # [node, place] items of its last packet, then those in its symbols
     n_plain: Ints  # [node] the former
     n_coded: Ints  # [node] the latter
-    number: Ints  # [column] sequence given by the origin
+    number: Ints  # [column] sequence given by the origin; `UNKNOWN` without an item
     n_numbers: Ints  # [node] items generated
-    alive: Ints  # [column] columns that have an item
     share: Floats  # [node, sender, peer] probability that its last symbols delivered an item
     # Packet under construction:
     first: Ints  # [origin] number that its statement begins with
     end: Ints  # [origin] number behind its range
-    is_total: Ints  # [origin] 1 if it covers all items of the origin
     stated: Ints  # [column] items that statements report as held
     below: Ints  # [column] items that statements report as held by all
-    coded: Ints  # [column] items that symbols cover
     denied: Ints  # [column] items that statements cover and omit
     shown: Ints  # [column] items with a holder set
     received: Ints  # [sender] 1 if the packet acknowledges the last one of that sender
     columns: Ints  # [candidate]
-    kept: Floats  # [peer] scratch: factor of its lack probability of a delivered item
     vector: Bytes  # [column] scratch: a symbol
     before: Ints  # [column, peer] scratch
 
@@ -98,29 +92,23 @@ def new_statements(n_nodes: int, n_columns: int) -> Statements:
         learned_slot=np.zeros(of_items, np.int64),
         passed_slot=np.zeros(of_items, np.int64),
         n_passed=np.zeros(of_items, np.int64),
-        telling=np.zeros(of_items, np.int64),
         n_rows=np.zeros(n_nodes, np.int64),
         rows=np.zeros((n_nodes, MOST_ROWS, n_columns), np.uint8),
         pivots=np.zeros((n_nodes, MOST_ROWS), np.int64),
-        waiting=np.zeros(of_items, np.int64),
         brought=np.zeros(of_items, np.int64),
         n_plain=np.zeros(n_nodes, np.int64),
         n_coded=np.zeros(n_nodes, np.int64),
         number=np.zeros(n_columns, np.int64),
         n_numbers=np.zeros(n_nodes, np.int64),
-        alive=np.zeros(n_columns, np.int64),
         share=np.zeros((n_nodes, n_nodes, n_nodes)),
         first=np.zeros(n_nodes, np.int64),
         end=np.zeros(n_nodes, np.int64),
-        is_total=np.zeros(n_nodes, np.int64),
         stated=np.zeros(n_columns, np.int64),
         below=np.zeros(n_columns, np.int64),
-        coded=np.zeros(n_columns, np.int64),
         denied=np.zeros(n_columns, np.int64),
         shown=np.zeros(n_columns, np.int64),
         received=np.zeros(n_nodes, np.int64),
         columns=np.zeros(n_columns, np.int64),
-        kept=np.zeros(n_nodes),
         vector=np.zeros(n_columns, np.uint8),
         before=np.zeros((n_columns, n_nodes), np.int64),
     )
@@ -155,9 +143,8 @@ def forget_all(statements: Statements) -> None:
     """Clear the state of all nodes."""
     statements.lost[:] = 0.0
     statements.weight[:] = 0.0
-    statements.alive[:] = 0
+    statements.number[:] = UNKNOWN
     statements.n_rows[:] = 0
-    statements.waiting[:] = 0
     statements.n_plain[:] = 0
     statements.n_coded[:] = 0
     statements.share[:] = 0.0
@@ -167,19 +154,24 @@ def forget_all(statements: Statements) -> None:
 def number_item(statements: Statements, origin: int, column: int) -> None:
     """Number a new item of the origin; clear the state of the column's old item."""
     for node in range(len(statements.confirmed)):
-        statements.confirmed[node, column] = statements.told[node, column] = statements.telling[node, column] = 0
+        statements.confirmed[node, column] = statements.told[node, column] = 0
+        statements.n_passed[node, column] = MOST_PASSED
         statements.passed_slot[node, column] = UNKNOWN
         for peer in range(len(statements.confirmed)):
             statements.lacks[node, column, peer] = 1.0
     statements.number[column] = statements.n_numbers[origin]
     statements.n_numbers[origin] += 1
-    statements.alive[column] = 1
 
 
-def columns_of(load: Load, origin: int) -> range:
+def columns_of(case: Case, origin: int) -> range:
     """Columns of an origin."""
-    first = origin * load.columns_per_source
-    return range(first, first + (load.columns_per_source if origin < load.n_sources else 0))
+    first = origin * case.columns_per_source
+    return range(first, first + (case.columns_per_source if origin < case.n_sources else 0))
+
+
+def is_alive(statements: Statements, column: int) -> bool:
+    """True if the column has an item."""
+    return bool(statements.number[column] != UNKNOWN)
 
 
 def has_item(fleet: Fleet, node: int, column: int) -> bool:
@@ -200,51 +192,49 @@ def knows_last(n_nodes: int, fleet: Fleet, node: int, sender: int, slot: int) ->
 # Packet composition -------------------------------------------------------------------------------
 
 
-def look_through(load: Load, fleet: Fleet, statements: Statements, owner: int) -> None:
+def look_through(case: Case, fleet: Fleet, statements: Statements, owner: int) -> None:
     """Compute which item numbers the owner's statement about each origin covers.
 
     The range starts at the first unsettled item and ends after the last held one; at most ``MOST_STATED`` numbers.
     """
     for origin in range(len(statements.first)):
-        first = n_numbers = statements.n_numbers[origin]
-        for column in columns_of(load, origin):
-            if statements.alive[column] and not fleet.settled[owner, column] & 1:
-                first = min(first, statements.number[column])
-        end = first
-        for column in columns_of(load, origin) if first < n_numbers else columns_of(load, load.n_sources):
-            if statements.alive[column] and has_item(fleet, owner, column):
-                end = max(end, statements.number[column] + 1)
-        statements.is_total[origin] = int(end - first < MOST_STATED)
-        statements.first[origin], statements.end[origin] = first, min(end, first + MOST_STATED)
+        first, end = statements.n_numbers[origin], 0
+        for column in columns_of(case, origin):
+            number = statements.number[column]
+            if is_alive(statements, column) and not fleet.settled[owner, column] & 1:
+                first = min(first, number)
+            if is_alive(statements, column) and has_item(fleet, owner, column):
+                end = max(end, number + 1)
+        statements.first[origin], statements.end[origin] = first, min(max(first, end), first + MOST_STATED)
 
 
-def count_owed(load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, slot: int) -> None:
+def count_owed(case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, slot: int) -> None:
     """Count the unreported acknowledgements to each origin, and the size of a statement."""
     n_nodes = len(statements.first)
     for origin in range(n_nodes):
         plan.owed[origin], plan.statement_bits[origin] = 0.0, IMPOSSIBLE
         last, is_known = place_of_last(n_nodes, origin, slot), knows_last(n_nodes, fleet, owner, origin, slot)
-        for column in columns_of(load, origin if origin != owner else load.n_sources):
+        for column in columns_of(case, origin if origin != owner else case.n_sources):
             is_told = statements.confirmed[owner, column] or (is_known and fleet.loaded[last, column] & 1)
-            if statements.alive[column] and has_item(fleet, owner, column) and not is_told:
+            if is_alive(statements, column) and has_item(fleet, owner, column) and not is_told:
                 plan.owed[origin] += int(statements.number[column] < statements.end[origin])
         length = statements.end[origin] - statements.first[origin]
         if length > 0 or plan.owed[origin] > 0:
             length = 0 if origin == owner else length
-            plan.statement_bits[origin] = statement_bits(n_nodes, load.number_bits, length)
+            plan.statement_bits[origin] = statement_bits(n_nodes, case.number_bits, length)
 
 
-def gather(rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int) -> int:
+def gather(case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int) -> int:
     """Collect held items that, to the owner's knowledge, some node lacks; return their number."""
-    n_nodes, c = rules.n_nodes, 0
+    n_nodes, c = case.n_nodes, 0
     for turn in range(n_nodes):  # own first: with equal values, nodes choose different items
         origin = (owner + turn) % n_nodes
-        for column in columns_of(load, origin if rules.repeat or origin == owner else load.n_sources):
+        for column in columns_of(case, origin if case.repeat or origin == owner else case.n_sources):
             if not has_item(fleet, owner, column) or fleet.settled[owner, column] & 1:
                 continue
             statements.columns[c] = column
             plan.origin[c] = origin
-            plan.size_bits[c], plan.symbol_bits[c] = load.item_bits, load.symbol_bits
+            plan.size_bits[c], plan.symbol_bits[c] = case.item_bits, case.symbol_bits
             plan.is_new[c] = int(origin == owner)
             plan.is_stated[c] = int(statements.first[origin] <= statements.number[column] < statements.end[origin])
             for peer in range(n_nodes):
@@ -259,21 +249,21 @@ def gather(rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements,
 
 
 def compose_packet(
-    rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: int, n_bits: int
+    case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: Slot, n_bits: int
 ) -> tuple[int, int]:
     """Compose the owner's packet behind a header of ``n_bits``; return its items and symbols."""
-    n_nodes = rules.n_nodes
-    owner, place = slot % n_nodes, slot % (2 * n_nodes)
-    look_through(load, fleet, statements, owner)
-    count_owed(load, fleet, statements, plan, owner, slot)
-    n_candidates = gather(rules, load, fleet, statements, plan, owner)
+    n_nodes = case.n_nodes
+    owner, place = slot.owner, slot.place
+    look_through(case, fleet, statements, owner)
+    count_owed(case, fleet, statements, plan, owner, slot.number)
+    n_candidates = gather(case, fleet, statements, plan, owner)
     for peer in range(n_nodes):
         reception = reception_of(statements.lost[owner, peer], statements.weight[owner, peer])
         plan.reception[peer] = 0.0 if peer == owner else reception
-    left = load.capacity_bits - END_BITS - n_bits
-    if rules.codes:
+    left = case.capacity_bits - END_BITS - n_bits
+    if case.codes:
         left -= COUNT_BITS
-    n_symbols = plan_packet(plan, n_nodes, n_candidates, left, rules.codes, slot // n_nodes % 2 == 1)
+    n_symbols = plan_packet(plan, n_nodes, n_candidates, left, case.codes, slot.frame % 2 == 1)
     fleet.loaded[place, :] = 0
     n_sent = 0
     for c in range(n_candidates):
@@ -288,68 +278,63 @@ def compose_packet(
         if plan.states[origin] != 0:
             left -= plan.statement_bits[origin]
     if n_symbols > 0:
-        left -= SIZE_BITS + n_symbols * load.symbol_bits
-    state_holdings(load, fleet, statements, plan, owner, place, n_symbols)
-    show_holders(rules, load, fleet, statements, owner, slot, left)
-    note_told(load, fleet, statements, owner, slot)
-    note_brought(rules, fleet, statements, owner, owner, n_symbols)
+        left -= SIZE_BITS + n_symbols * case.symbol_bits
+    state_holdings(case, fleet, statements, plan, owner, place, n_symbols)
+    show_holders(case, fleet, statements, owner, slot.number, left)
+    note_told(case, fleet, statements, owner, slot.number)
+    note_brought(case, fleet, statements, owner, owner, n_symbols)
     return n_sent, n_symbols
 
 
 def state_holdings(
-    load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, place: int, n_symbols: int
+    case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, place: int, n_symbols: int
 ) -> None:
     """Write statements, their omissions, and the items that symbols cover."""
     n_plain, n_coded = statements.n_plain[owner], 0
     statements.stated[:] = 0
     statements.below[:] = 0
-    statements.coded[:] = 0
     statements.denied[:] = 0
-    for origin in range(load.n_sources):
-        for column in columns_of(load, origin if plan.states[origin] != 0 else load.n_sources):
+    for origin in range(case.n_sources):
+        length = statements.end[origin] - statements.first[origin]
+        for column in columns_of(case, origin if plan.states[origin] != 0 else case.n_sources):
             number = statements.number[column]
-            if not statements.alive[column]:
+            if not is_alive(statements, column):
                 continue
             if number < statements.first[origin]:
                 statements.below[column] = 1
             elif number < statements.end[origin] and has_item(fleet, owner, column):
                 statements.stated[column] = 1
                 if n_symbols > 0 and not fleet.loaded[place, column]:
-                    statements.coded[column] = 1
                     statements.brought[owner, n_plain + n_coded] = column
                     n_coded += 1
-            elif number < statements.end[origin] or statements.is_total[origin] != 0:
+            elif number < statements.end[origin] or length < MOST_STATED:
                 statements.denied[column] = 1
     statements.n_coded[owner] = n_coded
 
 
-def show_holders(
-    rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int
-) -> None:
-    """Add holder sets to the packet within its capacity, in order of ``rank``."""
-    left, size_bits = room_bits, holder_set_bits(rules.n_nodes, load.number_bits)
+def show_holders(case: Case, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int) -> None:
+    """Add holder sets to the packet within its capacity, in order of ``holder_set_rank``."""
+    left, size_bits = room_bits, holder_set_bits(case.n_nodes, case.number_bits)
     statements.shown[:] = 0
     while left >= size_bits:
-        first = slot
-        for column in range(n_columns_of(load)):
+        chosen, lowest = UNKNOWN, slot
+        for column in range(n_columns_of(case)):
             if can_show(fleet, statements, owner, column):
-                first = min(first, rank(statements, owner, column))
-        if first == slot:
+                rank = holder_set_rank(statements.learned_slot[owner, column], statements.passed_slot[owner, column])
+                if rank < lowest:
+                    chosen, lowest = column, rank
+        if chosen == UNKNOWN:
             return
-        for column in range(n_columns_of(load)):
-            is_first = rank(statements, owner, column) == first
-            if is_first and left >= size_bits and can_show(fleet, statements, owner, column):
-                statements.shown[column] = 1
-                statements.passed_slot[owner, column] = slot
-                statements.n_passed[owner, column] += 1
-                if statements.n_passed[owner, column] == MOST_PASSED:
-                    statements.telling[owner, column] = 0
-                left -= size_bits
+        statements.shown[chosen] = 1
+        statements.passed_slot[owner, chosen] = slot
+        statements.n_passed[owner, chosen] += 1
+        left -= size_bits
 
 
 def can_show(fleet: Fleet, statements: Statements, owner: int, column: int) -> bool:
     """True if the owner knows another holder of an item and has not reported it in this packet."""
-    if not statements.telling[owner, column] or not statements.alive[column] or statements.shown[column]:
+    is_told = statements.n_passed[owner, column] >= MOST_PASSED
+    if is_told or not is_alive(statements, column) or statements.shown[column]:
         return False
     n_holders = 0
     for peer in range(fleet.holders.shape[2]):
@@ -357,18 +342,12 @@ def can_show(fleet: Fleet, statements: Statements, owner: int, column: int) -> b
     return n_holders > 1 and has_item(fleet, owner, column)
 
 
-def rank(statements: Statements, owner: int, column: int) -> int:
-    """Rank of an item's holder set."""
-    return holder_set_rank(statements.learned_slot[owner, column], statements.passed_slot[owner, column])
-
-
-def note_told(load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int) -> None:
+def note_told(case: Case, fleet: Fleet, statements: Statements, owner: int, slot: int) -> None:
     """Record what the packet reports of the owner's received set."""
     n_nodes = len(statements.first)
-    for origin in range(load.n_sources):
+    for origin in range(case.n_sources):
         last, is_known = place_of_last(n_nodes, origin, slot), knows_last(n_nodes, fleet, owner, origin, slot)
-        is_known = is_known and origin != owner
-        for column in columns_of(load, origin):
+        for column in columns_of(case, origin):
             said = statements.stated[column] | statements.below[column] | statements.shown[column]
             said |= fleet.loaded[slot % (2 * n_nodes), column] & 1
             if is_known:
@@ -376,22 +355,20 @@ def note_told(load: Load, fleet: Fleet, statements: Statements, owner: int, slot
             statements.told[owner, column] = said if has_item(fleet, owner, column) else 0
 
 
-def note_brought(
-    rules: PolicyRules, fleet: Fleet, statements: Statements, node: int, owner: int, n_symbols: int
-) -> None:
+def note_brought(case: Case, fleet: Fleet, statements: Statements, node: int, owner: int, n_symbols: int) -> None:
     """Update a node's lack estimates by the owner's packet, for items that the node holds."""
-    n_nodes, n_plain, n_coded = rules.n_nodes, statements.n_plain[owner], statements.n_coded[owner]
-    for peer in range(n_nodes):
+    n_plain = statements.n_plain[owner]
+    for peer in range(case.n_nodes):
+        statements.share[node, owner, peer] = 0.0
+        if peer in (node, owner):
+            continue
+        share = share_of_symbols(n_symbols, lacked_of_code(fleet, statements, node, owner, peer))
         reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
-        statements.kept[peer] = 1.0 if peer in (node, owner) else kept_of_lack(reception, 1.0)
-    reckon_brought(rules, fleet, statements, node, owner, 0, n_plain)
-    for peer in range(n_nodes):
-        share = 0.0
-        if peer not in (node, owner):
-            share = share_of_symbols(n_symbols, lacked_of_code(fleet, statements, node, owner, peer))
-        reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
-        statements.share[node, owner, peer], statements.kept[peer] = share, kept_of_lack(reception, share)
-    reckon_brought(rules, fleet, statements, node, owner, n_plain, n_plain + n_coded)
+        statements.share[node, owner, peer] = share
+        for place in range(n_plain + statements.n_coded[owner]):
+            column = statements.brought[owner, place]
+            if has_item(fleet, node, column):
+                statements.lacks[node, column, peer] *= kept_of_lack(reception, 1.0 if place < n_plain else share)
 
 
 def lacked_of_code(fleet: Fleet, statements: Statements, node: int, owner: int, peer: int) -> float:
@@ -406,35 +383,24 @@ def lacked_of_code(fleet: Fleet, statements: Statements, node: int, owner: int, 
     return lacked
 
 
-def reckon_brought(
-    rules: PolicyRules, fleet: Fleet, statements: Statements, node: int, owner: int, begin: int, end: int
-) -> None:
-    """Multiply lack probabilities by ``kept``, for a range of the packet's items."""
-    for place in range(begin, end):
-        column = statements.brought[owner, place]
-        if has_item(fleet, node, column):
-            for peer in range(rules.n_nodes):
-                statements.lacks[node, column, peer] *= statements.kept[peer]
-
-
 # Packet reception ---------------------------------------------------------------------------------
 
 
-def note_answers(n_nodes: int, layouts: Layouts, fleet: Fleet, statements: Statements, at: int, slot: int) -> None:
+def note_answers(layouts: Layouts, fleet: Fleet, statements: Statements, slot: Slot) -> None:
     """Read from the owner's header which last packets it received."""
     statements.received[:] = UNKNOWN
-    for bit in range(layouts.n_bits[at]):
-        if layouts.node[at, bit] == slot % n_nodes:
-            statements.received[layouts.place[at, bit] % n_nodes] = fleet.acks[bit] & 1
+    for bit in range(layouts.n_bits[slot.at]):
+        if layouts.node[slot.at, bit] == slot.owner:
+            statements.received[layouts.place[slot.at, bit] % len(statements.received)] = fleet.acks[bit] & 1
 
 
-def note_fate(fleet: Fleet, statements: Statements, load: Load, node: int, owner: int) -> None:
+def note_fate(fleet: Fleet, statements: Statements, case: Case, node: int, owner: int) -> None:
     """Update link and lack estimates by the owner's acknowledgement of a node's last packet."""
     received = statements.received[node]
     lost, weight = statements.lost[node, owner], statements.weight[node, owner]
     statements.lost[node, owner] = KEPT * lost + (1 - received)
     statements.weight[node, owner] = KEPT * weight + 1.0
-    for column in columns_of(load, owner if received else load.n_sources):
+    for column in columns_of(case, owner if received else case.n_sources):
         statements.confirmed[node, column] |= statements.told[node, column]
     reckon_fate(fleet, statements, node, owner, node, reception_of(lost, weight))
 
@@ -458,9 +424,9 @@ def note_fates_of_others(n_nodes: int, fleet: Fleet, statements: Statements, nod
             reckon_fate(fleet, statements, node, owner, sender, reception)
 
 
-def believe_statements(load: Load, fleet: Fleet, statements: Statements, node: int, owner: int) -> None:
+def believe_statements(case: Case, fleet: Fleet, statements: Statements, node: int, owner: int) -> None:
     """Apply the owner's statements and holder sets."""
-    for column in range(n_columns_of(load)):
+    for column in range(n_columns_of(case)):
         below, shown = statements.below[column], statements.shown[column]
         fleet.holders[node, column, owner] |= statements.stated[column] | below
         for peer in range(fleet.holders.shape[2]):
@@ -469,7 +435,7 @@ def believe_statements(load: Load, fleet: Fleet, statements: Statements, node: i
             statements.lacks[node, column, owner] = 1.0
 
 
-def add_symbol(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
+def add_symbol(case: Case, fleet: Fleet, statements: Statements, node: int) -> None:
     """Add the symbol in `vector`, as `exchange.policy.coding.Decoder.add`, coefficients only."""
     rows, pivots, vector = statements.rows[node], statements.pivots[node], statements.vector
     n_rows = int(statements.n_rows[node])
@@ -481,13 +447,12 @@ def add_symbol(load: Load, fleet: Fleet, statements: Statements, node: int) -> N
     by = _INVERSES[vector[pivot]]
     for column in range(pivot, len(vector)):
         vector[column] = _PRODUCTS[by, vector[column]]
-        statements.waiting[node, column] |= int(vector[column] != 0)
     for row in range(n_rows):
         take_off(rows[row], int(rows[row, pivot]), vector, pivot)
     overwrite(vector, rows[n_rows])
     pivots[n_rows] = pivot
     statements.n_rows[node] = n_rows + 1
-    take_solved(load, fleet, statements, node)
+    take_solved(case, fleet, statements, node)
 
 
 def take_off(one: Bytes, factor: int, row: Bytes, pivot: int) -> None:
@@ -511,15 +476,14 @@ def pivot_of(row: Bytes, begin: int = 0) -> int:
     return -1
 
 
-def take_solved(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
+def take_solved(case: Case, fleet: Fleet, statements: Statements, node: int) -> None:
     """Remove symbols of a single item; the node holds that item from now on."""
     rows, pivots, kept = statements.rows[node], statements.pivots[node], 0
     for row in range(statements.n_rows[node]):
         pivot = pivots[row]
         if pivot_of(rows[row], pivot + 1) < 0:
-            statements.waiting[node, pivot] = 0
             fleet.holders[node, pivot, node] |= 1
-            fleet.holders[node, pivot, pivot // load.columns_per_source] |= 1
+            fleet.holders[node, pivot, pivot // case.columns_per_source] |= 1
         else:
             if kept < row:
                 overwrite(rows[row], rows[kept])
@@ -528,122 +492,101 @@ def take_solved(load: Load, fleet: Fleet, statements: Statements, node: int) -> 
     statements.n_rows[node] = kept
 
 
-def drop_known(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
+def drop_known(case: Case, fleet: Fleet, statements: Statements, node: int) -> None:
     """Eliminate known items from undecoded symbols, as `exchange.policy.coding.Decoder.learn`."""
-    n_known = 0
-    for column in range(n_columns_of(load)):
-        n_known += int(statements.waiting[node, column] and has_item(fleet, node, column))
+    n_known, n_rows = 0, int(statements.n_rows[node])
+    for row in range(n_rows):
+        for column in range(n_columns_of(case)):
+            n_known += int(statements.rows[node, row, column] != 0 and has_item(fleet, node, column))
     if n_known > 0:
-        n_rows, statements.n_rows[node] = int(statements.n_rows[node]), 0
-        statements.waiting[node, :] = 0
+        statements.n_rows[node] = 0
         for row in range(n_rows):
-            for column in range(n_columns_of(load)):
+            for column in range(n_columns_of(case)):
                 is_known = has_item(fleet, node, column)
                 statements.vector[column] = 0 if is_known else statements.rows[node, row, column]
-            add_symbol(load, fleet, statements, node)
+            add_symbol(case, fleet, statements, node)
 
 
-def hear_symbols(load: Load, fleet: Fleet, statements: Statements, node: int, slot: int, n_symbols: int) -> None:
+def hear_symbols(case: Case, fleet: Fleet, statements: Statements, node: int, slot: int, n_symbols: int) -> None:
     """Decode the symbols of a packet."""
-    drop_known(load, fleet, statements, node)
+    drop_known(case, fleet, statements, node)
     for place in range(n_symbols):
         key, n_lacked = symbol_key(slot, place), 0
-        for column in range(n_columns_of(load)):
+        for column in range(n_columns_of(case)):
             statements.vector[column] = 0
-            if statements.coded[column] and not has_item(fleet, node, column):
-                origin = column // load.columns_per_source
+            if statements.stated[column] and not has_item(fleet, node, column):
+                origin = column // case.columns_per_source
                 statements.vector[column] = coefficient(key, origin, statements.number[column])
                 n_lacked += 1
         if n_lacked == 0:
             return
-        add_symbol(load, fleet, statements, node)
+        add_symbol(case, fleet, statements, node)
 
 
 def hear(
-    layouts: Layouts, rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, at: int, slot: int,
-    node: int, n_symbols: int,
-) -> None:  # fmt: skip
+    layouts: Layouts, case: Case, fleet: Fleet, statements: Statements, slot: Slot, node: int, n_symbols: int
+) -> None:
     """Process the packet of a slot at a node."""
-    n_nodes = rules.n_nodes
-    owner = slot % n_nodes
-    for column in range(n_columns_of(load)):
+    n_nodes, owner = case.n_nodes, slot.owner
+    for column in range(n_columns_of(case)):
         for peer in range(n_nodes):
             statements.before[column, peer] = fleet.holders[node, column, peer]
     if statements.received[node] != UNKNOWN:
-        if slot > node:
-            note_fate(fleet, statements, load, node, owner)
-        note_fates_of_others(n_nodes, fleet, statements, node, owner, slot)
-    trials.hear(layouts, rules, load, fleet, at, owner, slot % (2 * n_nodes), node, 1)
-    believe_statements(load, fleet, statements, node, owner)
-    hear_symbols(load, fleet, statements, node, slot, n_symbols)
-    note_brought(rules, fleet, statements, node, owner, n_symbols)
+        if slot.number > node:
+            note_fate(fleet, statements, case, node, owner)
+        note_fates_of_others(n_nodes, fleet, statements, node, owner, slot.number)
+    trials.hear(layouts, case, fleet, slot, node, 1)
+    believe_statements(case, fleet, statements, node, owner)
+    hear_symbols(case, fleet, statements, node, slot.number, n_symbols)
+    note_brought(case, fleet, statements, node, owner, n_symbols)
     trials.settle(fleet, node)
-    for column in range(n_columns_of(load)):
+    for column in range(n_columns_of(case)):
         for peer in range(n_nodes):
             if fleet.holders[node, column, peer] & ~statements.before[column, peer] & 1:
-                statements.telling[node, column] = 1
-                statements.learned_slot[node, column] = slot
+                statements.learned_slot[node, column] = slot.number
                 statements.n_passed[node, column] = 0
 
 
-# The loop -----------------------------------------------------------------------------------------
+# One slot -----------------------------------------------------------------------------------------
+
+
+def number_items(case: Case, lanes: Lanes, statements: Statements, slot: int) -> None:
+    """Number the items that are new in a slot; forget those whose column is free."""
+    if slot == 0:
+        forget_all(statements)
+    for column in range(n_columns_of(case)):
+        if lanes.free_slot[0, column] <= slot:
+            statements.number[column] = UNKNOWN
+        elif lanes.born_slot[0, column] == slot:
+            number_item(statements, column // case.columns_per_source, column)
 
 
 def play_slot(
-    header: Header, layouts: Layouts, rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes,
-    statements: Statements, plan: PacketPlan, slot: int,
-) -> int:  # fmt: skip
-    """Run one slot with receptions `lanes.drawn`; return the number of items and symbols sent."""
-    at, place = slot % len(layouts.n_bits), slot % (2 * rules.n_nodes)
-    trials.acknowledge(header, layouts, fleet, at, slot % rules.n_nodes, place)
-    n_sent, n_symbols = compose_packet(rules, load, fleet, statements, plan, slot, layouts.n_bits[at])
-    trials.note_load(fleet, place)
-    note_answers(rules.n_nodes, layouts, fleet, statements, at, slot)
-    first = slot % rules.n_nodes % trials.slots_of_word(rules.n_nodes) * rules.n_nodes
-    for node in range(rules.n_nodes):
-        if lanes.drawn[first + node] & 1:
-            hear(layouts, rules, load, fleet, statements, at, slot, node, n_symbols)
-    return n_sent + n_symbols
+    header: Header, layouts: Layouts, case: Case, state: tuple[Statements, PacketPlan], fleet: Fleet, lanes: Lanes,
+    slot: Slot, heard: Ints, playing: int, noted: int,
+) -> None:  # fmt: skip
+    """Run one slot; arguments as of `trials.play_slot`, but lane 0 only."""
+    statements, plan = state
+    slot = slot_of(layouts, case.n_nodes, slot.frame - lanes.began_frame[0], slot.owner)
+    number_items(case, lanes, statements, slot.number)
+    trials.acknowledge(header, layouts, case, fleet, slot)
+    n_sent, n_symbols = compose_packet(case, fleet, statements, plan, slot, layouts.n_bits[slot.at])
+    trials.note_load(fleet, slot.place)
+    note_answers(layouts, fleet, statements, slot)
+    for node in range(case.n_nodes):
+        if heard[node] & 1:
+            hear(layouts, case, fleet, statements, slot, node, n_symbols)
+    for _ in range(n_sent + n_symbols):
+        count(lanes.digits, noted)
+
+
+def new_state(case: Case) -> tuple[Statements, PacketPlan]:
+    """Allocate the state of the slot rule."""
+    return new_statements(case.n_nodes, n_columns_of(case)), new_plan(case.n_nodes, n_columns_of(case))
 
 
 def run_stating_trials(
-    header: Header, layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int,
-    received: Ints, outcomes: Ints,
-) -> None:  # fmt: skip
-    """Run trials of one policy one by one; arguments as `trials.run_trials`."""
-    n_nodes, word_slots = rules.n_nodes, trials.slots_of_word(rules.n_nodes)
-    fleet, lanes = (
-        trials.new_fleet(n_nodes, n_columns_of(load), layouts.node.shape[1]),
-        trials.new_lanes(n_columns_of(load)),
-    )
-    statements, plan = new_statements(n_nodes, n_columns_of(load)), new_plan(n_nodes, n_columns_of(load))
-    thresholds = trials.thresholds_of(p_loss)
-    outcomes[:] = 0
-    for index in range(len(outcomes)):
-        trials.begin(load, fleet, lanes, 0, first_trial, index, index + 1, 1)
-        forget_all(statements)
-        for column in range(n_columns_of(load) if load.rate == 0.0 else 0):
-            number_item(statements, column // load.columns_per_source, column)
-        slot, playing = 0, 1
-        while playing != 0:
-            frame, owner = slot // n_nodes, slot % n_nodes
-            if owner % word_slots == 0:
-                n_slots = min(word_slots, n_nodes - owner)
-                trials.draw(n_nodes, lanes, seed, frame, owner, n_slots, thresholds, playing, received)
-            noted = playing
-            if load.rate != 0.0:
-                noted = trials.arrive(rules, load, fleet, lanes, seed, frame, owner, playing, outcomes)
-                for column in range(n_columns_of(load)):
-                    if lanes.free_slot[0, column] <= slot:
-                        statements.alive[column] = 0
-                    elif lanes.born_slot[0, column] == slot:
-                        number_item(statements, column // load.columns_per_source, column)
-            n_sent = play_slot(header, layouts, rules, load, fleet, lanes, statements, plan, slot)
-            for _ in range(n_sent):
-                trials.count(lanes.digits, noted)
-            first = owner % word_slots * n_nodes
-            heard = lanes.drawn[first : first + n_nodes]
-            trials.note_false_beliefs(n_nodes, fleet, lanes, heard, playing, outcomes)
-            trials.note_progress(rules, load, fleet, lanes, frame, owner, playing, outcomes)
-            playing &= ~trials.ended(rules, load, fleet, lanes, frame, owner, playing, outcomes)
-            slot += 1
+    header: Header, layouts: Layouts, case: Case, thresholds: Ints, received: Ints, outcomes: Ints
+) -> None:
+    """Run trials one by one; arguments as of `trials.run_trials`."""
+    trials.run_trials(play_slot, header, layouts, case, new_state(case), 1, thresholds, received, outcomes)

@@ -10,17 +10,12 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
-from exchange.arithmetic import exp
 from exchange.errors import ConfigurationError
-from exchange.policy.planning import names_bits
 from exchange.policy.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits
-from exchange.study import estimates, trial
+from exchange.study import compiler, estimates, lanes
 from exchange.study.estimates import TrialMean
-from exchange.study.parameters import BOUND, ExchangeStudy, LoadKind, StudyLoad, workload_named
-from exchange.study.parts import Tally, TrialPlan, play_all
-from exchange.study.trial import Floats
+from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
+from exchange.study.parts import Tally, p_loss_matrices, play_all
 
 NO_COLUMNS = ("acknowledgement", "repeats")
 """Fields of a row that tables omit."""
@@ -81,9 +76,9 @@ class StudyRow:
 def row_of(study: ExchangeStudy, per: float, policy: AckPolicy, tally: Tally) -> StudyRow:
     """Build the row of one policy at one loss rate."""
     means: list[TrialMean | None] = [estimates.mean(products) for products in tally.moments]
-    means += [None] * (trial.N_QUANTITIES - len(means))
-    relative = [estimates.relative_mean(products) for products in tally.moments[: trial.N_STAGES]]
-    delivered, source, senders = (int(number) for number in tally.censored)
+    means += [None] * (lanes.N_QUANTITIES - len(means))
+    relative = [estimates.relative_mean(products) for products in tally.moments[: lanes.N_STAGES]]
+    totals = tally.totals.tolist()
     return StudyRow(
         nodes=study.nodes,
         per=per,
@@ -96,57 +91,35 @@ def row_of(study: ExchangeStudy, per: float, policy: AckPolicy, tally: Tally) ->
         carrier_evidence=study.carrier_evidence,
         seed=study.seed,
         header_bits=header_bits(policy, study.nodes),
-        source_acked_slots=means[trial.SOURCE_ACKED],
-        senders_acked_slots=means[trial.SENDERS_ACKED],
-        delivered_slots=means[trial.DELIVERED],
-        item_transmissions=means[trial.TRANSMISSIONS],
-        relative_source=relative[trial.SOURCE_ACKED],
-        relative_senders=relative[trial.SENDERS_ACKED],
-        relative_delivered=relative[trial.DELIVERED],
-        items_in_flight=means[trial.IN_FLIGHT],
-        goodput_items_per_slot=means[trial.GOODPUT],
-        offered_items_per_slot=means[trial.OFFERED],
-        refused_fraction=means[trial.REFUSED],
-        censored_delivered=delivered,
-        censored_source=source,
-        censored_senders=senders,
-        false_beliefs=tally.false_beliefs,
-        slots_played=tally.slots,
+        source_acked_slots=means[lanes.SOURCE_ACKED],
+        senders_acked_slots=means[lanes.SENDERS_ACKED],
+        delivered_slots=means[lanes.DELIVERED],
+        item_transmissions=means[lanes.TRANSMISSIONS],
+        relative_source=relative[lanes.SOURCE_ACKED],
+        relative_senders=relative[lanes.SENDERS_ACKED],
+        relative_delivered=relative[lanes.DELIVERED],
+        items_in_flight=means[lanes.IN_FLIGHT],
+        goodput_items_per_slot=means[lanes.GOODPUT],
+        offered_items_per_slot=means[lanes.OFFERED],
+        refused_fraction=means[lanes.REFUSED],
+        censored_delivered=totals[lanes.DELIVERED][lanes.CENSORED],
+        censored_source=totals[lanes.SOURCE_ACKED][lanes.CENSORED],
+        censored_senders=totals[lanes.SENDERS_ACKED][lanes.CENSORED],
+        false_beliefs=totals[lanes.FALSE_BELIEFS][lanes.SUM],
+        slots_played=totals[lanes.SLOTS][lanes.SUM],
         cpu_s=tally.cpu_s,
         acknowledgement=policy.acknowledgement.name,
         repeats=policy.repeat,
     )
 
 
-__all__ = [
-    "BOUND",
-    "KINDS",
-    "LOADED_RATES",
-    "PAPER_PER",
-    "ExchangeStudy",
-    "LoadKind",
-    "StudyLoad",
-    "StudyRow",
-    "TrialMean",
-    "loaded_studies",
-    "paper_studies",
-    "run",
-    "workload_named",
-]
-
 BASELINE = POLICIES["ack"]
 
 KINDS = tuple(kind.name for kind in ACKNOWLEDGEMENTS)
 """Names of the shipped acknowledgements in display order, as in `StudyRow.acknowledgement`."""
 
-PAPER_PER = tuple(step / 20 for step in range(1, 17))
-"""Loss rates of figures 3 to 5: 0.05 to 0.8."""
-
 LOADED_RATES = (0.005, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.26, 0.32)
 """Items per node and slot in the loaded case, from nearly idle to overload of every policy."""
-
-SYMBOL_MORE_BITS = 10
-"""Extra size of an item in a symbol, where its encoding does not depend on the packet."""
 
 LOADED_CAPACITY_BITS = 256
 """Packet size of the loaded case: 32 bytes."""
@@ -170,33 +143,15 @@ def run(
     """
     if jobs < 1:
         raise ConfigurationError(f"jobs is {jobs}: at least 1 is needed")
-    from exchange.study.compiler import slot_loops, why_uncompiled
-
-    plan = TrialPlan(
-        study.nodes,
-        (BASELINE, *(policy for policy in study.chosen if policy != BASELINE)),
-        study.carrier_evidence,
-        p_loss_matrices(study),
-        load_of(study),
-        study.seed,
-        study.trials,
-    )
-    tallies = play_all(
-        plan,
-        slot_loops([policy.acknowledgement for policy in plan.policies], say),
-        1 if why_uncompiled() else jobs,
-        progress,
-    )
+    policies = dict.fromkeys((BASELINE, *study.chosen))
+    of_kind = compiler.slot_loops([policy.acknowledgement for policy in policies], say)
+    loops = {policy: of_kind[policy.acknowledgement] for policy in policies}
+    tallies = play_all(study, loops, 1 if compiler.why_uncompiled() else jobs, progress)
     return [
-        row_of(study, per, policy, tallies_of_per[plan.policies.index(policy)])
-        for per, tallies_of_per in zip(study.per or (_mean_link(plan.matrices[0]),), tallies, strict=True)
+        row_of(study, per, policy, of_policy[policy])
+        for per, of_policy in zip(study.per or (mean_link(study),), tallies, strict=True)
         for policy in study.chosen
     ]
-
-
-def paper_studies(trials: int = 2000, seed: int = 1) -> list[ExchangeStudy]:
-    """Return the studies of figures 3 and 4 (five nodes) and figure 5 (ten nodes)."""
-    return [ExchangeStudy(nodes=nodes, per=PAPER_PER, trials=trials, seed=seed) for nodes in (5, 10)]
 
 
 def loaded_studies(trials: int = 100, seed: int = 1) -> list[ExchangeStudy]:
@@ -214,41 +169,6 @@ def loaded_studies(trials: int = 100, seed: int = 1) -> list[ExchangeStudy]:
     ]
 
 
-def load_of(study: ExchangeStudy) -> trial.Load:
-    """Convert the load for the slot loop."""
-    n_sources = 1 if study.load.kind is LoadKind.SINGLE else study.nodes
-    columns = study.load.items
-    window_start = window_end = 0
-    if study.load.kind is LoadKind.POISSON:
-        columns = study.queue_items
-        window_start = study.warmup_frames * study.nodes
-        window_end = window_start + study.window_frames * study.nodes
-    capacity_bits = trial.NEVER if study.capacity_bits is None else study.capacity_bits
-    return trial.Load(
-        n_sources, columns, study.load.rate, study.item_bits, capacity_bits, window_start, window_end, study.max_slots,
-        exp(-study.load.rate), number_bits_of(study), study.item_bits + SYMBOL_MORE_BITS,
-    )  # fmt: skip
-
-
-def number_bits_of(study: ExchangeStudy) -> int:
-    """Return the bits of a sequence for the expected items per node, as in a vehicle."""
-    n_items: float = study.load.items
-    if study.load.kind is LoadKind.POISSON:
-        n_items = 1 + study.load.rate * (study.warmup_frames + study.window_frames) * study.nodes
-    return names_bits(math.ceil(n_items) + 1)
-
-
-def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:
-    """Return the loss matrix (from row to column) of each setting, with 1 on the diagonal."""
-    if study.links is not None:
-        matrices = [np.array(study.links, np.float64)]
-    else:
-        matrices = [np.full((study.nodes, study.nodes), p_loss) for p_loss in study.per]
-    for matrix in matrices:
-        np.fill_diagonal(matrix, 1.0)
-    return tuple(matrices)
-
-
-def _mean_link(matrix: Floats) -> float:
-    n_nodes = len(matrix)
-    return float((math.fsum(matrix.flat) - n_nodes) / (n_nodes * (n_nodes - 1)))
+def mean_link(study: ExchangeStudy) -> float:
+    """Mean loss probability of the links."""
+    return float((math.fsum(p_loss_matrices(study)[0].flat) - study.nodes) / (study.nodes * (study.nodes - 1)))

@@ -1,55 +1,53 @@
-"""Bit-sliced slot loop of the policy study: 64 trials per word, one per lane.
+"""Bit-sliced slot loop of the policy study: loops over slots, nodes and items, 64 trials per word.
 
-Method of Biham, "A fast new DES implementation in software", 1997. Bit t of a word is the state in the trial of lane t.
-Headers follow the policy's own rule (`exchange.policy.acknowledgement`), which combines words; around it are loops over
-slots, nodes and items. All lanes are in the same slot of a TDMA frame. A trial that ends frees its lane for the next
-one at the end of the frame.
-
-Receptions are drawn trial by trial, in words of a few slots, and cached for the next policy. The words of all lanes are
-transposed before use: from slots and nodes of a trial to trials of a slot and node.
+Headers follow the policy's own rule (`exchange.policy.acknowledgement`), which combines words. Lanes and their results
+are in `exchange.study.lanes`. `run_trials` takes the rule of a slot: here that of the policies of the paper and of the
+bound, in `exchange.study.stating` that of the policies that report received sets.
 
 Plain Python that `exchange.study.compiler` compiles; uncompiled it gives the same results slowly.
 """
 
 from collections.abc import Callable
 from functools import lru_cache
-from math import ceil, frexp
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from exchange.channel.loss import link_draw, slot_key, trial_key
+from exchange.channel.loss import link_uniform, slot_key
 from exchange.policy.acknowledgement import Acknowledgement, layout, members
-from exchange.study.trial import (
+from exchange.study.lanes import (
     DELIVERED,
     FALSE_BELIEFS,
+    LANES,
     N_STAGES,
     NEVER,
+    OFFERED,
+    REFUSED,
     SENDERS_ACKED,
     SOURCE_ACKED,
     SUM,
-    TRANSMISSIONS,
-    Floats,
+    Case,
     Ints,
-    Items,
-    Load,
-    PolicyRules,
-    close,
-    generate,
-    is_over,
+    Lanes,
+    count,
+    draw,
+    ended,
+    first_lane,
+    free_column,
+    key_of,
+    lane_bit,
     n_columns_of,
+    new_lanes,
     note_item,
+    own_slot,
+    poisson_number,
+    slots_of_word,
 )
-
-LANES = 64
-"""Trials that run at once."""
-N_DIGITS = 32
-"""Binary digits of a number of transmissions."""
-WORD_BITS = 63
-"""Bits used of a word of draws; the sign bit stays 0."""
 
 Header = Callable[[int, int, int, int], int]
 """Header rule of an acknowledgement."""
+
+ALL_LANES = -1
 
 
 class Layouts(NamedTuple):
@@ -57,19 +55,30 @@ class Layouts(NamedTuple):
 
     Attributes:
         n_bits: [slot] bits of the header.
-        place, node: [slot, bit] ring place of the acknowledged packet, and the receiver.
-        mine, others: [slot, bit] all bits if the sender is the receiver; if that packet is not its own.
-        relays: nodes store acknowledgements in received headers.
-        infers: the header depends on known holders of a packet's items.
+        place, node: [slot, bit] ring place of the acknowledged packet, and its receiver.
+        ago: [slot, bit] slots since the last packet of that sender; 0 for own packets.
     """
 
     n_bits: Ints
     place: Ints
     node: Ints
-    mine: Ints
-    others: Ints
-    relays: bool
-    infers: bool
+    ago: Ints
+
+
+class Slot(NamedTuple):
+    """Slot of a frame, with its numbers since the first frame, in the ring and in the period of layouts."""
+
+    frame: int
+    owner: int
+    number: int
+    place: int
+    at: int
+
+
+def slot_of(layouts: Layouts, n_nodes: int, frame: int, owner: int) -> Slot:
+    """Return a slot of a frame."""
+    frames = len(layouts.n_bits) // n_nodes
+    return Slot(frame, owner, frame * n_nodes + owner, frame % 2 * n_nodes + owner, frame % frames * n_nodes + owner)
 
 
 class Fleet(NamedTuple):
@@ -78,262 +87,90 @@ class Fleet(NamedTuple):
     known: Ints  # [node, place] lanes in which the node received the packet, or sent it
     loaded: Ints  # [place, column] lanes in which the packet had the item
     some: Ints  # [place] lanes in which the packet had any
-    said: (
-        Ints  # [place, earlier place, receiver] lanes in which the packet acknowledges the earlier one for the receiver
-    )
+    said: Ints  # [place, earlier place, receiver] lanes in which the packet says that the receiver has the earlier one
     holders: Ints  # [node, column, holder] lanes in which the node believes the holder to hold the item
     settled: Ints  # [node, column] lanes in which the node believes all to hold it
     done: Ints  # [node] lanes in which it believes so of all items
     acks: Ints  # [bit] of the header that is sent
     weights: Ints  # [lane, node, column] of the queue of each node
-    reached: Ints  # [stage, column] lanes in which the item has reached the stage
-
-
-class Lanes(NamedTuple):
-    """State of each lane beside its nodes."""
-
-    trials: Ints  # [lane] number of its trial, counted from the first that is played
-    numbers: Ints  # [lane] number of its trial in the study
-    began_frame: Ints  # [lane]
-    n_followed: Ints  # [lane] items followed to their end
-    drawn: Ints  # [slot * n_nodes + node] lanes in which the node receives the packet of the slot, of a few slots
-    digits: Ints  # [digit] lanes whose transmission counter has the digit 1
-    born_slot: Ints  # [lane, column] see `Items`
-    free_slot: Ints  # [lane, column]
-    born: Ints  # [place] columns of new items; scratch
 
 
 @lru_cache(maxsize=16)  # costs as much as a few hundred trials
 def layouts_of(kind: Acknowledgement, n_nodes: int) -> Layouts:
     """Compute the header layouts of an acknowledgement."""
     ring = 2 * n_nodes
-    carried: list[list[tuple[int, int, int, int]]] = []
+    carried: list[list[tuple[int, int, int]]] = []
     for slot in range(ring * kind.period_frames):
-        owner, bits = slot % n_nodes, []
-        for ago, nodes in layout(kind, n_nodes, slot // n_nodes % kind.period_frames, owner):
-            for node in members(nodes):
-                bits.append(((slot - ago) % ring, node, -int(node == owner), -int(ago % n_nodes != 0)))
-        carried.append(bits)
-    most = max(1, *map(len, carried))
-    fields = np.array([[*bits, *[(0, 0, 0, 0)] * (most - len(bits))] for bits in carried], np.int64)
-    n_bits, fields = np.array([*map(len, carried)], np.int64), np.ascontiguousarray(fields.transpose(2, 0, 1))
-    return Layouts(n_bits, fields[0], fields[1], fields[2], fields[3], kind.relays, kind.infers)
+        facts = layout(kind, n_nodes, slot // n_nodes % kind.period_frames, slot % n_nodes)
+        carried.append([((slot - ago) % ring, node, ago % n_nodes) for ago, nodes in facts for node in members(nodes)])
+    n_bits = np.array([*map(len, carried)], np.int64)
+    fields = np.zeros((3, len(carried), max(1, *n_bits)), np.int64)
+    for slot, bits in enumerate(carried):
+        fields[:, slot, : len(bits)] = np.reshape(bits, (-1, 3)).T
+    return Layouts(n_bits, *fields)
 
 
 def new_fleet(n_nodes: int, n_columns: int, n_bits: int) -> Fleet:
     """Allocate the state of all nodes."""
     return Fleet(
-        np.zeros((n_nodes, 2 * n_nodes), np.int64),
-        np.zeros((2 * n_nodes, n_columns), np.int64),
-        np.zeros(2 * n_nodes, np.int64),
-        np.zeros((2 * n_nodes, 2 * n_nodes, n_nodes), np.int64),
-        np.zeros((n_nodes, n_columns, n_nodes), np.int64),
-        np.zeros((n_nodes, n_columns), np.int64),
-        np.zeros(n_nodes, np.int64),
-        np.zeros(n_bits, np.int64),
-        np.zeros((LANES, n_nodes, n_columns), np.int64),
-        np.zeros((N_STAGES, n_columns), np.int64),
+        known=np.zeros((n_nodes, 2 * n_nodes), np.int64),
+        loaded=np.zeros((2 * n_nodes, n_columns), np.int64),
+        some=np.zeros(2 * n_nodes, np.int64),
+        said=np.zeros((2 * n_nodes, 2 * n_nodes, n_nodes), np.int64),
+        holders=np.zeros((n_nodes, n_columns, n_nodes), np.int64),
+        settled=np.zeros((n_nodes, n_columns), np.int64),
+        done=np.zeros(n_nodes, np.int64),
+        acks=np.zeros(n_bits, np.int64),
+        weights=np.zeros((LANES, n_nodes, n_columns), np.int64),
     )
-
-
-def new_lanes(n_columns: int) -> Lanes:
-    """Allocate the state of all lanes."""
-    return Lanes(
-        np.zeros(LANES, np.int64),
-        np.zeros(LANES, np.int64),
-        np.zeros(LANES, np.int64),
-        np.zeros(LANES, np.int64),
-        np.zeros(LANES, np.int64),
-        np.zeros(N_DIGITS, np.int64),
-        np.zeros((LANES, n_columns), np.int64),
-        np.zeros((LANES, n_columns), np.int64),
-        np.zeros(n_columns, np.int64),
-    )
-
-
-# Lanes --------------------------------------------------------------------------------------------
-
-
-def lane_bit(lane: int) -> int:
-    """Bit of the lane in a signed word."""
-    return 1 << lane if lane < LANES - 1 else -1 << lane
-
-
-def first_lane(lanes: int) -> int:
-    """Return the lowest lane of a set; a power of two is an exact float.
-
-    >>> [first_lane(lanes) for lanes in (1, 0b11000, lane_bit(63))]
-    [0, 3, 63]
-    """
-    lanes = int(lanes)
-    return frexp(float(lanes & -lanes))[1] - 1
-
-
-def count(digits: Ints, lanes: int) -> None:
-    """Add 1 to the bit-sliced counters of these lanes."""
-    digit = 0
-    while lanes != 0:
-        carried = digits[digit] & lanes
-        digits[digit] ^= lanes
-        lanes = carried
-        digit += 1
-
-
-def counted(digits: Ints, lane: int) -> int:
-    """Read the counter of a lane."""
-    number = 0
-    for digit in range(len(digits)):
-        number += (digits[digit] >> lane & 1) << digit
-    return number
-
-
-def own_slot(lanes: Lanes, lane: int, n_nodes: int, frame: int, owner: int) -> int:
-    """Return the slot number within the trial of a lane."""
-    return int((frame - lanes.began_frame[lane]) * n_nodes + owner)
-
-
-def key_of(lanes: Lanes, lane: int, seed: int) -> int:
-    """Return the generator key of a lane's trial; recomputed, since it needs all 64 bits."""
-    return trial_key(seed, int(lanes.numbers[lane]))
-
-
-def items_of(lanes: Lanes, lane: int) -> Items:
-    """Return the items of a lane's trial."""
-    return Items(lanes.born_slot[lane], lanes.free_slot[lane])
-
-
-# Receptions ---------------------------------------------------------------------------------------
-
-
-def slots_of_word(n_nodes: int) -> int:
-    """Number of slots with receptions in one word: as many as fit, at most a frame.
-
-    >>> [slots_of_word(n_nodes) for n_nodes in (2, 5, 10, 64)]
-    [2, 5, 6, 1]
-    """
-    return max(1, min(n_nodes, WORD_BITS // n_nodes))
-
-
-def threshold(p_loss: float) -> int:
-    """Return the least `link_draw` of a packet that is not lost, for integer comparison.
-
-    >>> threshold(0.0), threshold(1.0) == 2**53
-    (0, True)
-    """
-    return ceil(p_loss * 2.0**53)
-
-
-def thresholds_of(p_loss: Floats) -> Ints:
-    """Return the thresholds of all links, same shape."""
-    thresholds = np.zeros(p_loss.shape, np.int64)
-    for sender in range(len(p_loss)):
-        for receiver in range(len(p_loss)):
-            thresholds[sender, receiver] = threshold(p_loss[sender, receiver])
-    return thresholds
-
-
-def draw_word(key: int, frame_slot: int, first: int, n_slots: int, n_nodes: int, thresholds: Ints) -> int:
-    """Draw the receptions of some slots: bit n * n_nodes + node for the n-th slot."""
-    word = 0
-    for n in range(n_slots):
-        owner = first + n
-        key_of_slot = slot_key(key, frame_slot + owner)
-        for node in range(n_nodes):
-            if node != owner:
-                heard = int(link_draw(key_of_slot, owner, node) >= thresholds[owner, node])
-                word |= heard * lane_bit(n * n_nodes + node)
-    return word
-
-
-def transpose(words: Ints, n_rows: int) -> None:
-    """Transpose a bit matrix, first `n_rows` words only (Warren, Hacker's Delight, 7-3)."""
-    width, mask = LANES // 2, (1 << LANES // 2) - 1
-    while width != 0:
-        for first in range(0, n_rows, 2 * width):
-            for k in range(first, first + width):
-                changed = (words[k] >> width ^ words[k + width]) & mask
-                words[k] ^= changed << width
-                words[k + width] ^= changed
-        width >>= 1
-        mask ^= mask << width
-
-
-def draw(
-    n_nodes: int,
-    lanes: Lanes,
-    seed: int,
-    frame: int,
-    first: int,
-    n_slots: int,
-    thresholds: Ints,
-    playing: int,
-    received: Ints,
-) -> None:
-    """Set `lanes.drawn` to the receptions of some slots of the frame, cached or drawn."""
-    word_slots = slots_of_word(n_nodes)
-    words_of_frame = -(-n_nodes // word_slots)
-    for lane in range(LANES):
-        word = 0
-        if playing >> lane & 1:
-            own_frame = int(frame - lanes.began_frame[lane])
-            at = own_frame * words_of_frame + first // word_slots
-            is_remembered = at < len(received)
-            if is_remembered:
-                word = received[at, lanes.trials[lane]]
-            if word == 0:
-                word = draw_word(key_of(lanes, lane, seed), own_frame * n_nodes, first, n_slots, n_nodes, thresholds)
-                if is_remembered:
-                    received[at, lanes.trials[lane]] = word
-        lanes.drawn[lane] = word
-    transpose(lanes.drawn, n_slots * n_nodes)
 
 
 # One slot -----------------------------------------------------------------------------------------
 
 
-def acknowledge(header: Header, layouts: Layouts, fleet: Fleet, at: int, owner: int, place: int) -> None:
+def acknowledge(header: Header, layouts: Layouts, case: Case, fleet: Fleet, slot: Slot) -> None:
     """Open a slot at all nodes and compose its owner's header.
 
     Acknowledgements of a packet are shared: they count for each node that received it, until the next slot of the
-    sender that they refer to (`PacketLog` of a vehicle). ``at`` is the slot modulo the period of layouts, ``place`` its
-    ring place.
+    sender that they refer to (`PacketLog` of a vehicle).
     """
-    n_nodes = len(fleet.known)
+    n_nodes, owner, place, at = case.n_nodes, slot.owner, slot.place, slot.at
     known, holders = fleet.known[owner], fleet.holders[owner]
     for node in range(n_nodes):
         fleet.known[node, place] = 0
-    if layouts.relays:
+    if case.relays:
         fleet.said[place] = 0
     for bit in range(layouts.n_bits[at]):
-        earlier, node = layouts.place[at, bit], layouts.node[at, bit]
-        received, held = known[earlier] & layouts.others[at, bit], 0
-        if layouts.infers:
+        earlier, node, ago = layouts.place[at, bit], layouts.node[at, bit], layouts.ago[at, bit]
+        received, held = known[earlier] if ago != 0 else 0, 0
+        if case.infers:
             held = fleet.some[earlier] & received
             if held != 0:
                 for column in range(len(holders)):
                     held &= holders[column, node] | ~fleet.loaded[earlier, column]
         said = 0
         at_peer = place
-        for _ in range((owner - earlier) % n_nodes if layouts.relays else 0):
+        for _ in range(ago if case.relays else 0):
             at_peer = at_peer - 1 if at_peer > 0 else 2 * n_nodes - 1
             said |= fleet.said[at_peer, earlier, node] & known[at_peer]
-        fleet.acks[bit] = header(said, layouts.mine[at, bit], received, held)
-        if layouts.relays:
+        fleet.acks[bit] = header(said, -int(node == owner), received, held)
+        if case.relays:
             fleet.said[place, earlier, node] = fleet.acks[bit]
-    known[place] = -1
+    known[place] = ALL_LANES
 
 
-def fill(rules: PolicyRules, load: Load, fleet: Fleet, owner: int, place: int, room_bits: int, playing: int) -> None:
+def fill(case: Case, fleet: Fleet, slot: Slot, room_bits: int, playing: int) -> None:
     """Fill the owner's packet behind its header with items that it believes a node to lack."""
-    for column in range(n_columns_of(load)):
-        is_sender = rules.repeat or column // load.columns_per_source == owner
+    owner, loaded = slot.owner, fleet.loaded[slot.place]
+    for column in range(n_columns_of(case)):
+        is_sender = case.repeat or column // case.columns_per_source == owner
         open_lanes = fleet.holders[owner, column, owner] & ~fleet.settled[owner, column]
-        fleet.loaded[place, column] = open_lanes if is_sender else 0
-    if room_bits // load.item_bits < n_columns_of(load):
+        loaded[column] = open_lanes if is_sender else 0
+    if room_bits // case.item_bits < n_columns_of(case):
         for lane in range(LANES):
             if playing >> lane & 1:
-                choose(fleet.weights[lane, owner], fleet.loaded[place], lane, room_bits // load.item_bits)
-    note_load(fleet, place)
+                choose(fleet.weights[lane, owner], loaded, lane, room_bits // case.item_bits)
+    note_load(fleet, slot.place)
 
 
 def note_load(fleet: Fleet, place: int) -> None:
@@ -374,19 +211,17 @@ def choose(weights: Ints, loaded: Ints, lane: int, room: int) -> None:
             loaded[column] &= ~bit
 
 
-def hear(
-    layouts: Layouts, rules: PolicyRules, load: Load, fleet: Fleet, at: int, owner: int, place: int, node: int,
-    heard: int,
-) -> None:  # fmt: skip
-    """Process the packet of a slot at a node in the lanes `heard`; others as in `acknowledge`."""
+def hear(layouts: Layouts, case: Case, fleet: Fleet, slot: Slot, node: int, heard: int) -> None:
+    """Process the packet of a slot at a node in the lanes `heard`."""
+    at, place = slot.at, slot.place
     known, holders = fleet.known[node], fleet.holders[node]
     known[place] = heard
-    for column in range(n_columns_of(load) if fleet.some[place] & heard != 0 else 0):
+    for column in range(n_columns_of(case) if fleet.some[place] & heard != 0 else 0):
         taken = heard & fleet.loaded[place, column]
         holders[column, node] |= taken
-        holders[column, column // load.columns_per_source] |= taken
-        if rules.carrier_evidence:
-            holders[column, owner] |= taken
+        holders[column, column // case.columns_per_source] |= taken
+        if case.carrier_evidence:
+            holders[column, slot.owner] |= taken
     learns, places, receivers = heard & ~fleet.done[node], layouts.place[at], layouts.node[at]
     for bit in range(layouts.n_bits[at] if learns != 0 else 0):
         earlier = places[bit]
@@ -410,9 +245,30 @@ def settle(fleet: Fleet, node: int) -> None:
     fleet.done[node] = done
 
 
-def pass_freely(
-    rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes, owner: int, heard: Ints, playing: int, noted: int
-) -> None:
+def play_slot(
+    header: Header, layouts: Layouts, case: Case, state: Any, fleet: Fleet, lanes: Lanes, slot: Slot, heard: Ints,
+    playing: int, noted: int,
+) -> None:  # fmt: skip
+    """Run one slot of a policy of the paper, or of the bound.
+
+    Args:
+        state: of another rule, beside the fleet; here unused.
+        heard: [node] lanes in which it receives the packet.
+        noted: lanes in which transmissions count.
+    """
+    if case.knows_all:
+        pass_freely(case, fleet, lanes, slot.owner, heard, playing, noted)
+        return
+    acknowledge(header, layouts, case, fleet, slot)
+    fill(case, fleet, slot, case.capacity_bits - layouts.n_bits[slot.at], playing)
+    for column in range(n_columns_of(case)):
+        count(lanes.digits, fleet.loaded[slot.place, column] & noted)
+    for node in range(case.n_nodes):
+        if heard[node] != 0:
+            hear(layouts, case, fleet, slot, node, heard[node])
+
+
+def pass_freely(case: Case, fleet: Fleet, lanes: Lanes, owner: int, heard: Ints, playing: int, noted: int) -> None:
     """Run one slot of the bound: each receiver takes lacked items that fit, rarest first.
 
     A packet carries all knowledge of its sender about holders, without a header. No policy receives more. For a single
@@ -423,32 +279,32 @@ def pass_freely(
     for lane in range(LANES):
         if playing >> lane & 1:
             n_holders, most = fleet.weights[lane, owner], 0
-            for column in range(n_columns_of(load)):
+            for column in range(n_columns_of(case)):
                 n_holders[column] = 0
-                for node in range(rules.n_nodes):
+                for node in range(case.n_nodes):
                     n_holders[column] += fleet.holders[node, column, node] >> lane & 1
-            for node in range(rules.n_nodes):
+            for node in range(case.n_nodes):
                 if heard[node] >> lane & 1:
-                    most = max(most, take(load, fleet, n_holders, lane, owner, node))
+                    most = max(most, take(case, fleet, n_holders, lane, owner, node))
             for _ in range(most):
                 count(lanes.digits, lane_bit(lane) & noted)
-    for node in range(rules.n_nodes):
-        for column in range(n_columns_of(load) if heard[node] != 0 else 0):
+    for node in range(case.n_nodes):
+        for column in range(n_columns_of(case) if heard[node] != 0 else 0):
             all_hold = -1
-            for holder in range(rules.n_nodes):
+            for holder in range(case.n_nodes):
                 if holder != node:
                     fleet.holders[node, column, holder] |= heard[node] & fleet.holders[owner, column, holder]
                 all_hold &= fleet.holders[node, column, holder]
             fleet.settled[node, column] |= heard[node] & all_hold
 
 
-def take(load: Load, fleet: Fleet, n_holders: Ints, lane: int, owner: int, node: int) -> int:
+def take(case: Case, fleet: Fleet, n_holders: Ints, lane: int, owner: int, node: int) -> int:
     """Transfer lacked items of the owner to a node, rarest first; return how many."""
-    room = n_columns_of(load) if load.capacity_bits == NEVER else load.capacity_bits // load.item_bits
+    room = n_columns_of(case) if case.capacity_bits == NEVER else case.capacity_bits // case.item_bits
     n_taken = 0
     while n_taken < room:
         rarest = -1
-        for column in range(n_columns_of(load)):
+        for column in range(n_columns_of(case)):
             lacks = fleet.holders[owner, column, owner] & ~fleet.holders[node, column, node]
             if lacks >> lane & 1 and (rarest < 0 or n_holders[column] < n_holders[rarest]):
                 rarest = column
@@ -459,204 +315,166 @@ def take(load: Load, fleet: Fleet, n_holders: Ints, lane: int, owner: int, node:
     return n_taken
 
 
-def note_false_beliefs(n_nodes: int, fleet: Fleet, lanes: Lanes, heard: Ints, playing: int, outcomes: Ints) -> None:
-    """Count receivers with a false belief that a peer holds an item."""
-    n_columns = fleet.holders.shape[1]
-    anywhere = 0
-    for column in range(n_columns):
-        for holder in range(n_nodes):
-            lacked = ~fleet.holders[holder, column, holder]
-            for node in range(n_nodes):
-                anywhere |= fleet.holders[node, column, holder] & lacked
-    if anywhere & playing == 0:
-        return
-    for node in range(n_nodes):
-        wrong = 0
-        for column in range(n_columns):
-            for holder in range(n_nodes):
-                wrong |= fleet.holders[node, column, holder] & ~fleet.holders[holder, column, holder]
-        wrong &= heard[node] & playing
-        for lane in range(LANES):
-            outcomes[lanes.trials[lane], FALSE_BELIEFS, SUM] += wrong >> lane & 1
+def note_false_beliefs(case: Case, fleet: Fleet, lanes: Lanes, playing: int) -> None:
+    """Count the lanes in which a node has a false belief that a peer holds an item."""
+    wrong = 0
+    for column in range(n_columns_of(case)):
+        for holder in range(case.n_nodes):
+            lacked = ~fleet.holders[holder, column, holder] & playing
+            for node in range(case.n_nodes):
+                wrong |= fleet.holders[node, column, holder] & lacked
+    while wrong != 0:
+        lane = first_lane(wrong)
+        wrong &= ~lane_bit(lane)
+        lanes.outcomes[lanes.trials[lane], FALSE_BELIEFS, SUM] += 1
 
 
-def note_progress(
-    rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes, frame: int, owner: int, playing: int, outcomes: Ints
-) -> int:
+def note_progress(case: Case, fleet: Fleet, lanes: Lanes, slot: int, playing: int) -> int:
     """Record items that reach a stage in this slot; return lanes with one at the last stage."""
     last = 0
-    for column in range(n_columns_of(load)):
-        origin = column // load.columns_per_source
-        delivered = senders = -1
-        for node in range(rules.n_nodes):
+    for column in range(n_columns_of(case)):
+        delivered = senders = ALL_LANES
+        for node in range(case.n_nodes):
             delivered &= fleet.holders[node, column, node]
-            if rules.repeat:
+            if case.repeat:
                 senders &= fleet.settled[node, column]
-        source = fleet.settled[origin, column]
+        source = fleet.settled[column // case.columns_per_source, column]
         for stage in range(N_STAGES):
             now = delivered if stage == DELIVERED else source if stage == SOURCE_ACKED else senders & source
-            new = now & playing & ~fleet.reached[stage, column]
-            fleet.reached[stage, column] |= new
+            new = now & playing & ~lanes.reached[stage, column]
+            lanes.reached[stage, column] |= new
             if stage == SENDERS_ACKED:
                 last |= new
             while new != 0:
                 lane = first_lane(new)
                 new &= ~lane_bit(lane)
-                slot, items = own_slot(lanes, lane, rules.n_nodes, frame, owner), items_of(lanes, lane)
-                note_item(rules, load, items, stage, column, slot, outcomes[lanes.trials[lane]])
+                note_item(case, lanes, lane, stage, column, own_slot(case, lanes, lane, slot))
     return last
 
 
 # Trials -------------------------------------------------------------------------------------------
 
 
-def add_item(load: Load, fleet: Fleet, column: int, begun: int) -> None:
+def add_item(case: Case, fleet: Fleet, lanes: Lanes, column: int, begun: int) -> None:
     """Start a new item in a column, in some lanes; clear the state of the old one."""
-    for node in range(len(fleet.known)):
-        for holder in range(len(fleet.known)):
+    for node in range(case.n_nodes):
+        for holder in range(case.n_nodes):
             fleet.holders[node, column, holder] &= ~begun
         fleet.settled[node, column] &= ~begun
         fleet.done[node] &= ~begun
     for stage in range(N_STAGES):
-        fleet.reached[stage, column] &= ~begun
-    origin = column // load.columns_per_source
+        lanes.reached[stage, column] &= ~begun
+    origin = column // case.columns_per_source
     fleet.holders[origin, column, origin] |= begun
 
 
-def begin(
-    load: Load, fleet: Fleet, lanes: Lanes, frame: int, first_trial: int, n_begun: int, n_trials: int,
-    idle: int,
-) -> int:  # fmt: skip
-    """Start trials in idle lanes; return these lanes."""
-    begun = 0
-    while idle != 0 and n_begun < n_trials:
+def begin(case: Case, fleet: Fleet, lanes: Lanes, frame: int, n_begun: int, idle: int) -> tuple[int, int]:
+    """Start trials in idle lanes; return these lanes and the number of trials begun so far."""
+    begun, is_batch = 0, case.rate == 0.0
+    while idle != 0 and n_begun < len(lanes.outcomes):
         lane = first_lane(idle)
         idle &= ~lane_bit(lane)
+        begun |= lane_bit(lane)
         lanes.trials[lane] = n_begun
-        lanes.numbers[lane] = first_trial + n_begun
         lanes.began_frame[lane] = frame
-        lanes.n_followed[lane] = n_columns_of(load) if load.rate == 0.0 else 0
-        lanes.free_slot[lane] = 0
+        lanes.n_followed[lane] = n_columns_of(case) if is_batch else 0
+        lanes.free_slot[lane] = NEVER if is_batch else 0
         fleet.weights[lane] = 0
         n_begun += 1
-        begun |= lane_bit(lane)
     forget_lanes(fleet, lanes, ~begun)
-    for column in range(n_columns_of(load)):
-        add_item(load, fleet, column, begun if load.rate == 0.0 else 0)
-    return begun
+    for column in range(n_columns_of(case) if is_batch else 0):
+        add_item(case, fleet, lanes, column, begun)
+    return begun, n_begun
 
 
 def forget_lanes(fleet: Fleet, lanes: Lanes, kept: int) -> None:
     """Clear the state of all lanes but `kept`."""
-    for node in range(fleet.known.shape[0]):
-        for place in range(fleet.known.shape[1]):
-            fleet.known[node, place] &= kept
-    for column in range(fleet.loaded.shape[1]):
-        for place in range(fleet.loaded.shape[0]):
-            fleet.loaded[place, column] &= kept
-        for node in range(fleet.holders.shape[0]):
-            fleet.settled[node, column] &= kept
-            fleet.done[node] &= kept
-            for holder in range(fleet.holders.shape[2]):
-                fleet.holders[node, column, holder] &= kept
-        for stage in range(N_STAGES):
-            fleet.reached[stage, column] &= kept
-    for digit in range(N_DIGITS):
+    keep(fleet.known, kept)
+    keep(fleet.loaded, kept)
+    keep(fleet.settled, kept)
+    keep(lanes.reached, kept)
+    for node in range(len(fleet.holders)):
+        keep(fleet.holders[node], kept)
+        fleet.done[node] &= kept
+    for digit in range(len(lanes.digits)):
         lanes.digits[digit] &= kept
 
 
-def arrive(
-    rules: PolicyRules,
-    load: Load,
-    fleet: Fleet,
-    lanes: Lanes,
-    seed: int,
-    frame: int,
-    owner: int,
-    playing: int,
-    outcomes: Ints,
-) -> int:
-    """Generate the Poisson arrivals of a slot; return lanes whose slot is in the window."""
+def keep(words: Ints, kept: int) -> None:
+    """Clear all lanes but `kept` of a matrix."""
+    for row in range(len(words)):
+        for at in range(words.shape[1]):
+            words[row, at] &= kept
+
+
+def arrive(case: Case, fleet: Fleet, lanes: Lanes, slot: int, playing: int) -> int:
+    """Generate the Poisson arrivals of a slot; return lanes whose slot is in the window.
+
+    Draws use the link of each node to itself.
+    """
     in_window = 0
     for lane in range(LANES):
         if playing >> lane & 1:
-            slot, bit = own_slot(lanes, lane, rules.n_nodes, frame, owner), lane_bit(lane)
-            if load.window_start <= slot < load.window_end:
-                in_window |= bit
-            items, outcome = items_of(lanes, lane), outcomes[lanes.trials[lane]]
-            lanes.n_followed[lane] += generate(load, items, key_of(lanes, lane, seed), slot, lanes.born, outcome)
-            for column in lanes.born:
-                if column < 0:
-                    break
-                add_item(load, fleet, column, bit)
-                for node in range(rules.n_nodes):
-                    fleet.weights[lane, node, column] = 0
+            own, outcome = own_slot(case, lanes, lane, slot), lanes.outcomes[lanes.trials[lane]]
+            is_noted, key = case.window_start <= own < case.window_end, slot_key(key_of(case, lanes, lane), own)
+            in_window |= lane_bit(lane) if is_noted else 0
+            for origin in range(case.n_sources):
+                for _ in range(poisson_number(link_uniform(key, origin, origin), case.rate, case.p_none)):
+                    column = free_column(case, lanes, lane, origin, own)
+                    if is_noted:
+                        outcome[OFFERED, SUM] += 1
+                        outcome[REFUSED, SUM] += int(column < 0)
+                        lanes.n_followed[lane] += int(column >= 0)
+                    if column >= 0:
+                        lanes.born_slot[lane, column], lanes.free_slot[lane, column] = own, NEVER
+                        add_item(case, fleet, lanes, column, lane_bit(lane))
+                        for node in range(case.n_nodes):
+                            fleet.weights[lane, node, column] = 0
     return in_window
 
 
-def ended(
-    rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes, frame: int, owner: int, asked: int, outcomes: Ints
-) -> int:
-    """Close the trials of `asked` that end with a slot; return their lanes."""
-    over = 0
-    while asked != 0:
-        lane = first_lane(asked)
-        asked &= ~lane_bit(lane)
-        slot, outcome = own_slot(lanes, lane, rules.n_nodes, frame, owner) + 1, outcomes[lanes.trials[lane]]
-        if is_over(load, slot, lanes.n_followed[lane], outcome):
-            over |= lane_bit(lane)
-            outcome[TRANSMISSIONS, SUM] = counted(lanes.digits, lane)
-            acknowledged = fleet.reached[SOURCE_ACKED]
-            close(load, items_of(lanes, lane), acknowledged, lane, slot, lanes.n_followed[lane], outcome)
-    return over
-
-
 def run_trials(
-    header: Header, layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int,
-    received: Ints, outcomes: Ints,
+    slot_rule: Callable[..., None], header: Header, layouts: Layouts, case: Case, state: Any, usable: int,
+    thresholds: Ints, received: Ints, outcomes: Ints,
 ) -> None:  # fmt: skip
-    """Run the trials `first_trial`, `first_trial` + 1, ... of one policy.
+    """Run the trials `case.first_trial` and following of one policy.
 
     Args:
+        slot_rule: see `play_slot`; ``state`` is its own.
         header: rule of the acknowledgement, or its compiled form.
-        p_loss: loss probability from row to column, shape (n_nodes, n_nodes); 1 on the diagonal.
+        usable: lanes that the slot rule plays.
+        thresholds: of the losses from row to column, see `lanes.thresholds_of`.
         received: cache of receptions, shape (any, n_trials), initially zero; shared by policies with the same seed,
             trials and loss probabilities.
         outcomes: filled with sum, count and censored number of every quantity, shape (n_trials, N_QUANTITIES, 3).
     """
-    n_nodes, n_trials, period = rules.n_nodes, len(outcomes), len(layouts.n_bits)
-    fleet, lanes = new_fleet(n_nodes, n_columns_of(load), layouts.node.shape[1]), new_lanes(n_columns_of(load))
-    thresholds, word_slots = thresholds_of(p_loss), slots_of_word(n_nodes)
+    n_nodes, n_trials, word_slots = case.n_nodes, len(outcomes), slots_of_word(case.n_nodes)
+    fleet = new_fleet(n_nodes, n_columns_of(case), layouts.node.shape[1])
+    lanes = new_lanes(n_columns_of(case), thresholds, received, outcomes)
     outcomes[:] = 0
     n_begun = playing = frame = 0
     while n_begun < n_trials or playing != 0:
-        if n_begun < n_trials and playing != -1 and frame % (period // (2 * n_nodes)) == 0:
-            begun = begin(load, fleet, lanes, frame, first_trial, n_begun, n_trials, ~playing)
+        if n_begun < n_trials and playing != usable and frame * 2 * n_nodes % len(layouts.n_bits) == 0:
+            begun, n_begun = begin(case, fleet, lanes, frame, n_begun, usable & ~playing)
             playing |= begun
-            for lane in range(LANES):
-                n_begun += begun >> lane & 1
         for first in range(0, n_nodes, word_slots):
-            n_slots = min(word_slots, n_nodes - first)
-            draw(n_nodes, lanes, seed, frame, first, n_slots, thresholds, playing, received)
-            for owner in range(first, first + n_slots):
+            draw(case, lanes, frame, first, playing)
+            for owner in range(first, min(first + word_slots, n_nodes)):
+                slot = slot_of(layouts, n_nodes, frame, owner)
                 heard = lanes.drawn[(owner - first) * n_nodes : (owner - first + 1) * n_nodes]
-                at, place = (frame * n_nodes + owner) % period, (frame * n_nodes + owner) % (2 * n_nodes)
-                noted = playing
-                if load.rate != 0.0:
-                    noted = arrive(rules, load, fleet, lanes, seed, frame, owner, playing, outcomes)
-                if rules.knows_all:
-                    pass_freely(rules, load, fleet, lanes, owner, heard, playing, noted)
-                else:
-                    acknowledge(header, layouts, fleet, at, owner, place)
-                    fill(rules, load, fleet, owner, place, load.capacity_bits - layouts.n_bits[at], playing)
-                    for column in range(n_columns_of(load)):
-                        count(lanes.digits, fleet.loaded[place, column] & noted)
-                    for node in range(n_nodes):
-                        if heard[node] != 0:
-                            hear(layouts, rules, load, fleet, at, owner, place, node, heard[node])
-                note_false_beliefs(n_nodes, fleet, lanes, heard, playing, outcomes)
-                last = note_progress(rules, load, fleet, lanes, frame, owner, playing, outcomes)
-                if load.rate != 0.0 or (frame + 1) * n_nodes >= load.max_slots:
+                noted = arrive(case, fleet, lanes, slot.number, playing) if case.rate != 0.0 else playing
+                slot_rule(header, layouts, case, state, fleet, lanes, slot, heard, playing, noted)
+                note_false_beliefs(case, fleet, lanes, playing)
+                last = note_progress(case, fleet, lanes, slot.number, playing)
+                if case.rate != 0.0 or slot.number + 1 >= case.max_slots:
                     last = playing
-                playing &= ~ended(rules, load, fleet, lanes, frame, owner, last, outcomes)
+                if last != 0:
+                    playing &= ~ended(case, lanes, slot.number, last)
         frame += 1
+
+
+def run_plain_trials(
+    header: Header, layouts: Layouts, case: Case, thresholds: Ints, received: Ints, outcomes: Ints
+) -> None:
+    """Run trials of a policy of the paper or of the bound; arguments as of `run_trials`."""
+    run_trials(play_slot, header, layouts, case, 0, ALL_LANES, thresholds, received, outcomes)

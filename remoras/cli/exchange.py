@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     from exchange.channel.acoustic import AcousticChannel
     from exchange.channel.network import Network
     from exchange.policy.policies import AckPolicy
-    from exchange.study.study import ExchangeStudy, StudyRow, TrialMean
+    from exchange.study.estimates import TrialMean
+    from exchange.study.parameters import ExchangeStudy
+    from exchange.study.study import StudyRow
     from missions.scenarios.scenario import Scenario
     from visualisation.reach import DrawnPackets, ModemReach
 
@@ -111,7 +113,7 @@ def exchange_study(
     as_json: Json = False,
 ) -> None:
     """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
-    from exchange.study.study import ExchangeStudy, workload_named
+    from exchange.study.parameters import ExchangeStudy, workload_named
     from missions.disk import check_output
 
     form = figure_format(file_format, out)
@@ -158,7 +160,8 @@ def _files(
     study: ExchangeStudy, rows: Sequence[StudyRow], file_format: str, jobs: int, of_the_paper: bool
 ) -> list[tuple[str, bytes]]:
     """Figures 3 to 5 of the paper and the loaded case; or three figures of a custom study."""
-    from exchange.study.study import LoadKind, loaded_studies
+    from exchange.study.parameters import LoadKind
+    from exchange.study.study import loaded_studies
     from visualisation.policies import as_csv, contents
 
     if study.load.kind is LoadKind.POISSON and len(study.per) == 1:

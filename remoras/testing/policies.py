@@ -17,8 +17,8 @@ from exchange.policy.acknowledgement import PacketLog, acknowledged, fields, mem
 from exchange.policy.policies import AckPolicy, header_bits, policy_fault, policy_named
 from exchange.policy.values import Moment, QueuePlace, ValueRule, Waiting
 from exchange.study.compiler import as_python, slot_loops
-from exchange.study.parts import REMEMBERED_WORDS, TrialPlan, play
-from exchange.study.trial import Load
+from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
+from exchange.study.parts import REMEMBERED_WORDS, case_of, p_loss_matrices, play
 from exchange.wire.codec import Codec
 from remoras.plugins import named_object
 from remoras.testing.behaviours import passed
@@ -193,16 +193,16 @@ def check_deterministic(policy: AckPolicy) -> None:
 
 def check_compiles(policy: AckPolicy) -> None:
     """Check that compiled functions equal interpreted ones; takes seconds the first time."""
-    for n_sources, items in ((4, 3), (4, 20), (1, 1)):
-        load = Load(n_sources, items, 0.0, 57, 57 * 2 + header_bits(policy, 4), 0, 0, 300)
-        p_loss = np.full((4, 4), 0.5)
-        np.fill_diagonal(p_loss, 1.0)
-        plan = TrialPlan(4, (policy,), False, (p_loss,), load, 7, 2 if items > 1 else 70)
-        kind = policy.acknowledgement
-        loops = as_python(kind), slot_loops([kind], print)[kind]
-        part = next(plan.parts)
+    kind, capacity_bits = policy.acknowledgement, 57 * 2 + header_bits(policy, 4)
+    for load in (StudyLoad(LoadKind.BATCH, 3), StudyLoad(LoadKind.BATCH, 20), StudyLoad()):
+        study = ExchangeStudy(
+            4, (0.5,), policies=(policy,), trials=2 if load.items > 1 else 70, load=load, item_bits=57,
+            capacity_bits=capacity_bits, seed=7, max_slots=300,
+        )  # fmt: skip
+        case, (p_loss,) = case_of(study, policy), p_loss_matrices(study)
         interpreted, compiled = (
-            play(plan, policy, loop, part, np.zeros((REMEMBERED_WORDS, part.n_trials), np.int64)) for loop in loops
+            play(loop, kind, case, p_loss, np.zeros((REMEMBERED_WORDS, study.trials), np.int64))
+            for loop in (as_python(kind), slot_loops([kind], print)[kind])
         )
         assert (interpreted == compiled).all(), "the compiled form comes to other results than the functions as Python"
 

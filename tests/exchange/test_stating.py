@@ -7,7 +7,8 @@ import pytest
 
 from exchange.policy import planning
 from exchange.policy.policies import PAPER_POLICIES, STATING, AckPolicy
-from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, StudyRow, run
+from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
+from exchange.study.study import StudyRow, run
 
 
 def rows_of(n_nodes: int, per: float, policies: tuple[str | AckPolicy, ...], **settings: Any) -> dict[str, StudyRow]:

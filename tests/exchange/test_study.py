@@ -11,7 +11,9 @@ import pytest
 
 from exchange.errors import ConfigurationError
 from exchange.study import estimates
-from exchange.study.study import ExchangeStudy, StudyRow, TrialMean, run, workload_named
+from exchange.study.estimates import TrialMean
+from exchange.study.parameters import ExchangeStudy, workload_named
+from exchange.study.study import StudyRow, run
 
 
 def rows_by_policy(study: ExchangeStudy) -> dict[str, StudyRow]:

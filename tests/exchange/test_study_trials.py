@@ -1,9 +1,8 @@
 """The slot loop of the study: compiled and not, alone and among others, against formulas, and against the bound."""
 
 import math
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,32 +13,24 @@ from exchange.channel.loss import link_draw, link_uniform, slot_key, trial_key, 
 from exchange.errors import ConfigurationError
 from exchange.policy.acknowledgement import Acknowledgement
 from exchange.policy.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, POLICIES, STATING, AckPolicy, policy_fault
-from exchange.study import compiler, trial, trials
-from exchange.study.parameters import BOUND
-from exchange.study.parts import REMEMBERED_WORDS, TrialBatch, TrialPlan, play
-from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, load_of, p_loss_matrices
-from exchange.study.trial import COUNT, NEVER, SUM, Floats, Ints, Load
+from exchange.study import compiler, lanes, trials
+from exchange.study.lanes import COUNT, SUM, Case, Ints
+from exchange.study.parameters import BOUND, ExchangeStudy, LoadKind, StudyLoad
+from exchange.study.parts import REMEMBERED_WORDS, case_of, p_loss_matrices, play
 
 SEEDS = st.integers(0, (1 << 62) - 1)
-SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000)
-BATCH = Load(4, 3, 0.0, 60, 300, 0, 0, 5000, 1.0, 3, 70)
-POISSON = Load(4, 8, 0.08, 60, 200, 25, 125, 5000, math.exp(-0.08), 6, 70)
+SINGLE = ExchangeStudy(nodes=4, per=(0.5,), policies=("ack",), seed=5, max_slots=100_000)
+BATCH = replace(SINGLE, load=StudyLoad(LoadKind.BATCH, 3), capacity_bits=300, max_slots=5000)
+POISSON = replace(
+    SINGLE, load=StudyLoad(LoadKind.POISSON, rate=0.08), capacity_bits=200, queue_items=8, warmup_frames=6,
+    window_frames=25, max_slots=5000,
+)  # fmt: skip
 
 
-def p_loss(n_nodes: int, per: float) -> Floats:
-    matrix = np.full((n_nodes, n_nodes), per)
-    np.fill_diagonal(matrix, 1.0)
-    return matrix
-
-
-def outcomes(
-    policy: AckPolicy, load: Load, per: float, n_trials: int, n_nodes: int = 4, evidence: bool = False, first: int = 0,
-    is_compiled: bool = True,
-) -> Ints:  # fmt: skip
-    plan = TrialPlan(n_nodes, (policy,), evidence, (p_loss(n_nodes, per),), load, 5, n_trials)
-    kind, part = policy.acknowledgement, TrialBatch(0, first, n_trials)
+def outcomes(policy: AckPolicy, study: ExchangeStudy, first: int = 0, is_compiled: bool = True) -> Ints:
+    kind, memory = policy.acknowledgement, np.zeros((REMEMBERED_WORDS, study.trials), np.int64)
     loop = compiler.compiled(kind, print) if is_compiled else compiler.as_python(kind)
-    return play(plan, policy, loop, part, np.zeros((REMEMBERED_WORDS, n_trials), np.int64))
+    return play(loop, kind, case_of(study, policy)._replace(first_trial=first), p_loss_matrices(study)[0], memory)
 
 
 @pytest.mark.slow
@@ -47,17 +38,17 @@ def outcomes(
 def test_compiled_is_interpreted(name: str) -> None:
     policy = POLICIES[name]
     for load in (*([] if name in STATING else [SINGLE]), BATCH, POISSON):
-        expected = outcomes(policy, load, 0.5, 2, evidence=name in STATING, is_compiled=False)
-        assert np.array_equal(outcomes(policy, load, 0.5, 2, evidence=name in STATING), expected)
+        study = replace(load, trials=2, carrier_evidence=name in STATING)
+        assert np.array_equal(outcomes(policy, study), outcomes(policy, study, is_compiled=False))
 
 
 @pytest.mark.parametrize("load", [SINGLE, BATCH, POISSON], ids=["single", "batch", "poisson"])
-def test_a_trial_alone_is_the_trial_among_others(load: Load) -> None:
+def test_a_trial_alone_is_the_trial_among_others(load: ExchangeStudy) -> None:
     """Lanes do not mix, and a lane that is given to another trial forgets the one before."""
     for policy in (PAPER_POLICIES["ack"], PAPER_POLICIES["mps-ack-repeat"], BOUND):
-        together = outcomes(policy, load, 0.5, 150)
+        together = outcomes(policy, replace(load, trials=150))
         for number in (0, 63, 64, 70, 149):
-            assert np.array_equal(outcomes(policy, load, 0.5, 1, first=number)[0], together[number])
+            assert np.array_equal(outcomes(policy, replace(load, trials=1), first=number)[0], together[number])
 
 
 @given(
@@ -71,36 +62,37 @@ def test_a_trial_alone_is_the_trial_among_others(load: Load) -> None:
 @settings(max_examples=25, deadline=None)
 def test_stages_come_in_order_and_no_belief_is_false(n_nodes, per, n_trials, max_slots, name):
     """Also in trials that come to their bound, in the middle of a frame or at its end."""
-    found = outcomes(PAPER_POLICIES[name], SINGLE._replace(max_slots=max_slots), per, n_trials, n_nodes)
-    assert not found[:, trial.FALSE_BELIEFS].any()
-    assert found[:, trial.SLOTS, SUM].max() <= max_slots
-    ended = found[:, trial.SENDERS_ACKED, COUNT] == 1
-    slots = found[ended, : trial.N_STAGES, SUM]
-    assert (slots[:, trial.DELIVERED] <= slots[:, trial.SOURCE_ACKED]).all()
-    assert (slots[:, trial.SOURCE_ACKED] <= slots[:, trial.SENDERS_ACKED]).all()
-    assert np.array_equal(found[ended, trial.SLOTS, SUM], slots[:, trial.SENDERS_ACKED])
+    study = replace(SINGLE, nodes=n_nodes, per=(per,), trials=n_trials, max_slots=max_slots)
+    found = outcomes(PAPER_POLICIES[name], study)
+    assert not found[:, lanes.FALSE_BELIEFS].any()
+    assert found[:, lanes.SLOTS, SUM].max() <= max_slots
+    ended = found[:, lanes.SENDERS_ACKED, COUNT] == 1
+    slots = found[ended, : lanes.N_STAGES, SUM]
+    assert (slots[:, lanes.DELIVERED] <= slots[:, lanes.SOURCE_ACKED]).all()
+    assert (slots[:, lanes.SOURCE_ACKED] <= slots[:, lanes.SENDERS_ACKED]).all()
+    assert np.array_equal(found[ended, lanes.SLOTS, SUM], slots[:, lanes.SENDERS_ACKED])
 
 
 def test_fleets_that_fill_the_words_of_draws() -> None:
     """31 nodes: receivers of two slots go into a word; 32, 63 and 64: of one, and of 64 its sign counts."""
     for n_nodes in (31, 32, 63, 64):
-        found = outcomes(PAPER_POLICIES["ack-repeat"], SINGLE, 0.1, 3, n_nodes)
-        assert (found[:, : trial.N_STAGES, COUNT] == 1).all()
+        found = outcomes(PAPER_POLICIES["ack-repeat"], replace(SINGLE, nodes=n_nodes, per=(0.1,), trials=3))
+        assert (found[:, : lanes.N_STAGES, COUNT] == 1).all()
         for number in range(3):
             heard = {0}
-            for slot in range(int(found[number, trial.DELIVERED, SUM])):
+            for slot in range(int(found[number, lanes.DELIVERED, SUM])):
                 sender, key = slot % n_nodes, slot_key(trial_key(5, number), slot)
                 if sender in heard:
                     heard |= {node for node in range(n_nodes) if link_uniform(key, sender, node) >= 0.1} - {sender}
-                assert (len(heard) == n_nodes) == (slot + 1 == found[number, trial.DELIVERED, SUM])
+                assert (len(heard) == n_nodes) == (slot + 1 == found[number, lanes.DELIVERED, SUM])
 
 
 def test_packets_keep_to_their_capacity() -> None:
     """Header 3 bits, items of 60: a packet of 183 bits carries three of them, one of 182 bits two."""
     for capacity_bits, most in ((183, 3), (182, 2), (63, 1)):
-        load = BATCH._replace(capacity_bits=capacity_bits, max_slots=4)
-        found = outcomes(PAPER_POLICIES["ack"], load, 0.0, 1)
-        assert found[0, trial.DELIVERED, COUNT] == (most == 3)
+        study = replace(BATCH, per=(0.0,), trials=1, capacity_bits=capacity_bits, max_slots=4)
+        found = outcomes(PAPER_POLICIES["ack"], study)
+        assert found[0, lanes.DELIVERED, COUNT] == (most == 3)
 
 
 @given(st.lists(st.tuples(st.integers(0, 20), st.booleans()), min_size=1, max_size=30), st.integers(0, 12))
@@ -116,24 +108,28 @@ def test_the_choice_is_the_greedy_one(items: list[tuple[int, bool]], room: int) 
 
 def test_poisson_load_is_conserved() -> None:
     """Little's law over the window: items in flight = rate x time to acknowledgement; what goes in comes out."""
-    load = POISSON._replace(n_sources=5, columns_per_source=40, window_start=500, window_end=4500, max_slots=100_000)
-    found = outcomes(PAPER_POLICIES["mps-ack"], load, 0.3, 20, 5)
+    study = replace(
+        POISSON, nodes=5, per=(0.3,), trials=20, queue_items=40, warmup_frames=100, window_frames=800, max_slots=100_000
+    )
+    found = outcomes(PAPER_POLICIES["mps-ack"], study)
     sums, counts = found[:, :, SUM].sum(axis=0), found[:, :, COUNT].sum(axis=0)
-    offered = sums[trial.OFFERED] / counts[trial.OFFERED]
-    assert offered == pytest.approx(5 * 0.08, rel=4 / math.sqrt(sums[trial.OFFERED]))
-    assert sums[trial.REFUSED] == 0
-    assert sums[trial.GOODPUT] / counts[trial.GOODPUT] == pytest.approx(offered, rel=0.01)
-    latency = sums[trial.SOURCE_ACKED] / counts[trial.SOURCE_ACKED]
-    assert sums[trial.IN_FLIGHT] / counts[trial.IN_FLIGHT] == pytest.approx(offered * latency, rel=0.01)
+    offered = sums[lanes.OFFERED] / counts[lanes.OFFERED]
+    assert offered == pytest.approx(5 * 0.08, rel=4 / math.sqrt(sums[lanes.OFFERED]))
+    assert sums[lanes.REFUSED] == 0
+    assert sums[lanes.GOODPUT] / counts[lanes.GOODPUT] == pytest.approx(offered, rel=0.01)
+    latency = sums[lanes.SOURCE_ACKED] / counts[lanes.SOURCE_ACKED]
+    assert sums[lanes.IN_FLIGHT] / counts[lanes.IN_FLIGHT] == pytest.approx(offered * latency, rel=0.01)
 
 
 # Draws ----------------------------------------------------------------------------------------------------------------
 
 
 def test_who_hears_is_drawn_for_sender_and_receiver() -> None:
-    thresholds = trials.thresholds_of(p_loss(5, 0.4))
+    case, words = Case(5, seed=5), np.zeros((0, 1), np.int64)
+    drawn = lanes.new_lanes(1, lanes.thresholds_of(np.full((5, 5), 0.4)), words, words)
+    drawn.trials[0] = 3
     for slot in range(100):
-        heard = trials.draw_word(trial_key(5, 3), slot - slot % 5, slot % 5, 1, 5, thresholds)
+        heard = lanes.draw_word(case, drawn, 0, slot - slot % 5, slot % 5, 1)
         drawn = [j for j in range(5) if j != slot % 5 and uniform(5, 3, slot, slot % 5, j) >= 0.4]
         assert heard == sum(1 << j for j in drawn)
 
@@ -144,7 +140,7 @@ def test_a_threshold_divides_draws_where_the_probability_does(seed, slot, sender
     draw, number = link_draw(key, sender, receiver), link_uniform(key, sender, receiver)
     assert draw * 2.0**-53 == number
     for p in (p_loss, number, np.nextafter(number, 0.0), np.nextafter(number, 1.0)):
-        assert (draw >= trials.threshold(float(p))) == (number >= p)
+        assert (draw >= lanes.thresholds_of(np.float64(p))) == (number >= p)
 
 
 # Machine code ---------------------------------------------------------------------------------------------------------
@@ -166,36 +162,30 @@ def test_the_machine_code_is_kept_by_sources_and_versions(tmp_path: Path, monkey
 # The bound ------------------------------------------------------------------------------------------------------------
 
 
-def of_study(policy: AckPolicy, study: ExchangeStudy) -> Ints:
-    matrix = p_loss_matrices(study)[0]
-    plan = TrialPlan(study.nodes, (policy,), True, (matrix,), load_of(study), study.seed, study.trials)
-    loop: Callable[..., Any] = compiler.as_python(policy.acknowledgement)
-    memory = np.zeros((REMEMBERED_WORDS, study.trials), np.int64)
-    return play(plan, policy, loop, TrialBatch(0, 0, study.trials), memory)
-
-
 def times(found: Ints) -> Ints:
-    return found[:, : trial.N_STAGES, SUM]
+    return found[:, : lanes.N_STAGES, SUM]
 
 
 @pytest.mark.parametrize("per", [0.2, 0.8])
 def test_no_policy_is_sooner_than_the_bound_with_one_item_in_any_trial(per: float):
     study = ExchangeStudy(nodes=4, per=(per,), trials=20, carrier_evidence=True, seed=4)
-    least = times(of_study(BOUND, study))
+    least = times(outcomes(BOUND, study, is_compiled=False))
     for policy in POLICIES.values():
-        later = times(of_study(policy, study))
-        n_stages = trial.SENDERS_ACKED + 1 if policy.repeat else trial.SENDERS_ACKED  # of fewer senders it asks less
+        later = times(outcomes(policy, study, is_compiled=False))
+        n_stages = lanes.SENDERS_ACKED + 1 if policy.repeat else lanes.SENDERS_ACKED  # of fewer senders it asks less
         assert (least <= later)[:, :n_stages].all()
-    assert (times(of_study(POLICIES["ack-repeat"], study)) > least).any()
+    assert (times(outcomes(POLICIES["ack-repeat"], study, is_compiled=False)) > least).any()
 
 
 def test_without_loss_the_bound_takes_as_many_packets_as_the_items_fill():
     """Five items of 60 bits at each of three nodes, four to a packet: each node needs two packets of each other."""
     load = StudyLoad(LoadKind.BATCH, 5)
-    found = of_study(BOUND, ExchangeStudy(nodes=3, per=(0.0,), trials=1, load=load, capacity_bits=250))[0]
-    assert found[trial.DELIVERED, SUM] == 6
-    assert found[trial.SOURCE_ACKED, SUM] == 8  # the last to speak has to hear both others once more
-    assert found[trial.SENDERS_ACKED, SUM] == 8
+    found = outcomes(
+        BOUND, ExchangeStudy(nodes=3, per=(0.0,), trials=1, load=load, capacity_bits=250), is_compiled=False
+    )[0]
+    assert found[lanes.DELIVERED, SUM] == 6
+    assert found[lanes.SOURCE_ACKED, SUM] == 8  # the last to speak has to hear both others once more
+    assert found[lanes.SENDERS_ACKED, SUM] == 8
 
 
 def test_the_name_of_the_bound_is_taken():

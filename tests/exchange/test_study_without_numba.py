@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 from exchange.study import compiler
-from exchange.study.study import ExchangeStudy, run
+from exchange.study.parameters import ExchangeStudy
+from exchange.study.study import run
 
 
 def test_uncompiled_trials_run_in_the_thread_that_can_be_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,7 @@
 import pytest
 from conformance import nonconforming_policies as outside
 
-from exchange.study.study import ExchangeStudy
+from exchange.study.parameters import ExchangeStudy
 from missions.scenarios.loading import load
 
 SPARSE = "conformance.nonconforming_policies:SPARSE"

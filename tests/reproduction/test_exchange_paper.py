@@ -5,7 +5,9 @@ from itertools import pairwise
 
 import pytest
 
-from exchange.study.study import ExchangeStudy, StudyRow, TrialMean, run
+from exchange.study.estimates import TrialMean
+from exchange.study.parameters import ExchangeStudy
+from exchange.study.study import StudyRow, run
 
 PER = tuple(step / 20 for step in range(1, 17))
 LOW = tuple(p for p in PER if p <= 0.15)

@@ -14,7 +14,8 @@ import pytest
 from legibility import check_texts
 from numpy.typing import NDArray
 
-from exchange.study.study import ExchangeStudy, StudyLoad, StudyRow, loaded_studies, run
+from exchange.study.parameters import ExchangeStudy, StudyLoad
+from exchange.study.study import StudyRow, loaded_studies, run
 from visualisation import policies, style
 from visualisation.output import DrawingError, write_folder
 from visualisation.policies import contents, unloaded_figure

@@ -1,0 +1,325 @@
+"""Lanes of the policy study: 64 trials per word, their parameters, draws, items and results.
+
+Method of Biham, "A fast new DES implementation in software", 1997. Bit t of a word is the state in the trial of lane t.
+All lanes are in the same slot of a TDMA frame. A trial that ends frees its lane for the next one at the start of a
+frame.
+
+Receptions are drawn trial by trial, in words of a few slots, and cached for the next policy. The words of all lanes are
+transposed before use: from slots and nodes of a trial to trials of a slot and node.
+
+An item is a column. Under Poisson load a node's queue has a fixed number of columns; an item that finds it full is
+refused. A column is reused once every sender has dropped the old item and no node remembers a packet with it: items
+never mix.
+
+Plain Python that `exchange.study.compiler` compiles, as all that the slot loops call.
+"""
+
+from math import frexp
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exchange.channel.loss import link_draw, slot_key, trial_key
+
+Ints: TypeAlias = NDArray[np.int64]
+Floats: TypeAlias = NDArray[np.float64]
+
+LANES = 64
+"""Trials that run at once."""
+N_DIGITS = 32
+"""Binary digits of a number of transmissions."""
+WORD_BITS = 63
+"""Bits used of a word of draws; the sign bit stays 0."""
+
+# Quantities of a trial, each a sum and a count to divide it by: `outcomes[trial, quantity]`.
+DELIVERED = 0  # slots until all nodes hold the item(s)
+SOURCE_ACKED = 1  # slots until every origin believes that all hold its item(s)
+SENDERS_ACKED = 2  # slots until every node that may send an item believes that all hold it
+TRANSMISSIONS = 3  # times an item was sent; under Poisson load per item delivered
+IN_FLIGHT = 4  # items not source-acknowledged, per slot of the window
+GOODPUT = 5  # items delivered, per slot of the window
+OFFERED = 6  # items generated, per slot of the window
+REFUSED = 7  # items refused by a full queue, per item generated in the window
+FALSE_BELIEFS = 8  # slots with a belief that a peer holds an item it lacks: always 0
+SLOTS = 9  # slots played
+N_QUANTITIES = 10
+
+N_STAGES = 3  # an item is delivered, then source-acknowledged, then senders-acknowledged
+SUM, COUNT, CENSORED = 0, 1, 2  # censored: trials, or under Poisson load items, that did not end
+
+NEVER = 1 << 62
+
+
+class Case(NamedTuple):
+    """Policy beside its header rule, load and seed of trials that run together.
+
+    Nodes 0 to `n_sources` - 1 have as many columns each. `rate` is 0 for a batch: every column is an item of slot 0.
+    Under Poisson load it is the mean number of new items per node and slot; items generated in the window are followed
+    to their end, while generation continues. `p_none` is exp(-rate). `number_bits` is the size of a sequence, for
+    policies that report received sets. `knows_all` marks the bound.
+    """
+
+    n_nodes: int
+    repeat: bool = False
+    carrier_evidence: bool = False
+    relays: bool = False
+    infers: bool = False
+    codes: bool = False
+    knows_all: bool = False
+    n_sources: int = 1
+    columns_per_source: int = 1
+    rate: float = 0.0
+    p_none: float = 1.0
+    item_bits: int = 1
+    symbol_bits: int = 0
+    number_bits: int = 0
+    capacity_bits: int = NEVER
+    window_start: int = 0
+    window_end: int = 0
+    max_slots: int = 0
+    seed: int = 0
+    first_trial: int = 0
+
+
+def n_columns_of(case: Case) -> int:
+    """Columns of all sources."""
+    return case.n_sources * case.columns_per_source
+
+
+class Lanes(NamedTuple):
+    """State of each lane beside its nodes."""
+
+    thresholds: Ints  # [sender, receiver] see `thresholds_of`
+    received: Ints  # [word, trial] cache of receptions
+    outcomes: Ints  # [trial, quantity, sum or count or censored]
+    trials: Ints  # [lane] number of its trial, counted from the first that is played
+    began_frame: Ints  # [lane]
+    n_followed: Ints  # [lane] items followed to their end
+    drawn: Ints  # [slot * n_nodes + node] lanes in which the node receives the packet of the slot, of a few slots
+    digits: Ints  # [digit] lanes whose transmission counter has the digit 1
+    reached: Ints  # [stage, column] lanes in which the item has reached the stage
+    born_slot: Ints  # [lane, column] of the item
+    free_slot: Ints  # [lane, column] from this slot on the column may be given to a new item
+
+
+def new_lanes(n_columns: int, thresholds: Ints, received: Ints, outcomes: Ints) -> Lanes:
+    """Allocate the state of all lanes."""
+    return Lanes(
+        thresholds,
+        received,
+        outcomes,
+        trials=np.zeros(LANES, np.int64),
+        began_frame=np.zeros(LANES, np.int64),
+        n_followed=np.zeros(LANES, np.int64),
+        drawn=np.zeros(LANES, np.int64),
+        digits=np.zeros(N_DIGITS, np.int64),
+        reached=np.zeros((N_STAGES, n_columns), np.int64),
+        born_slot=np.zeros((LANES, n_columns), np.int64),
+        free_slot=np.zeros((LANES, n_columns), np.int64),
+    )
+
+
+def lane_bit(lane: int) -> int:
+    """Bit of the lane in a signed word."""
+    return 1 << lane if lane < LANES - 1 else -1 << lane
+
+
+def first_lane(lanes: int) -> int:
+    """Return the lowest lane of a set; a power of two is an exact float.
+
+    >>> [first_lane(lanes) for lanes in (1, 0b11000, lane_bit(63))]
+    [0, 3, 63]
+    """
+    lanes = int(lanes)
+    return frexp(float(lanes & -lanes))[1] - 1
+
+
+def count(digits: Ints, lanes: int) -> None:
+    """Add 1 to the bit-sliced counters of these lanes."""
+    digit = 0
+    while lanes != 0:
+        carried = digits[digit] & lanes
+        digits[digit] ^= lanes
+        lanes = carried
+        digit += 1
+
+
+def counted(digits: Ints, lane: int) -> int:
+    """Read the counter of a lane."""
+    number = 0
+    for digit in range(len(digits)):
+        number += (digits[digit] >> lane & 1) << digit
+    return number
+
+
+def own_slot(case: Case, lanes: Lanes, lane: int, slot: int) -> int:
+    """Return the slot number within the trial of a lane."""
+    return int(slot - lanes.began_frame[lane] * case.n_nodes)
+
+
+def key_of(case: Case, lanes: Lanes, lane: int) -> int:
+    """Return the generator key of a lane's trial; recomputed, since it needs all 64 bits."""
+    return trial_key(case.seed, int(case.first_trial + lanes.trials[lane]))
+
+
+# Receptions ---------------------------------------------------------------------------------------
+
+
+def slots_of_word(n_nodes: int) -> int:
+    """Number of slots with receptions in one word: as many as fit, at most a frame.
+
+    >>> [slots_of_word(n_nodes) for n_nodes in (2, 5, 10, 64)]
+    [2, 5, 6, 1]
+    """
+    return max(1, min(n_nodes, WORD_BITS // n_nodes))
+
+
+def thresholds_of(p_loss: Floats) -> Ints:
+    """Return the least `link_draw` of a packet that is not lost, for integer comparison.
+
+    >>> thresholds_of(np.array([0.0, 1.0])) == [0, 2**53]
+    array([ True,  True])
+    """
+    return np.ceil(p_loss * 2.0**53).astype(np.int64)
+
+
+def draw_word(case: Case, lanes: Lanes, lane: int, frame_slot: int, first: int, n_slots: int) -> int:
+    """Draw the receptions of some slots: bit n * n_nodes + node for the n-th slot."""
+    word, key = 0, key_of(case, lanes, lane)
+    for n in range(n_slots):
+        owner = first + n
+        key_of_slot = slot_key(key, frame_slot + owner)
+        for node in range(case.n_nodes):
+            if node != owner:
+                heard = int(link_draw(key_of_slot, owner, node) >= lanes.thresholds[owner, node])
+                word |= heard * lane_bit(n * case.n_nodes + node)
+    return word
+
+
+def transpose(words: Ints, n_rows: int) -> None:
+    """Transpose a bit matrix, first `n_rows` words only (Warren, Hacker's Delight, 7-3)."""
+    width, mask = LANES // 2, (1 << LANES // 2) - 1
+    while width != 0:
+        for first in range(0, n_rows, 2 * width):
+            for k in range(first, first + width):
+                changed = (words[k] >> width ^ words[k + width]) & mask
+                words[k] ^= changed << width
+                words[k + width] ^= changed
+        width >>= 1
+        mask ^= mask << width
+
+
+def draw(case: Case, lanes: Lanes, frame: int, first: int, playing: int) -> None:
+    """Set `lanes.drawn` to the receptions of the slots of a word from the frame's slot `first` on, cached or drawn."""
+    word_slots = slots_of_word(case.n_nodes)
+    words_of_frame, n_slots = -(-case.n_nodes // word_slots), min(word_slots, case.n_nodes - first)
+    for lane in range(LANES):
+        word = 0
+        if playing >> lane & 1:
+            own_frame = int(frame - lanes.began_frame[lane])
+            at = own_frame * words_of_frame + first // word_slots
+            is_cached = at < len(lanes.received)
+            if is_cached:
+                word = lanes.received[at, lanes.trials[lane]]
+            if word == 0:
+                word = draw_word(case, lanes, lane, own_frame * case.n_nodes, first, n_slots)
+                if is_cached:
+                    lanes.received[at, lanes.trials[lane]] = word
+        lanes.drawn[lane] = word
+    transpose(lanes.drawn, n_slots * case.n_nodes)
+
+
+# Items --------------------------------------------------------------------------------------------
+
+
+def poisson_number(uniform: float, mean: float, p_none: float) -> int:
+    """Return the Poisson quantile for small means; ``p_none`` is exp(-mean).
+
+    >>> [poisson_number(u, 0.5, 0.6065306597126334) for u in (0.0, 0.60, 0.61, 0.95)]
+    [0, 0, 1, 2]
+    """
+    number = 0
+    probability = p_none
+    cumulated = probability
+    while uniform >= cumulated and probability > 0.0:
+        number += 1
+        probability *= mean / number
+        cumulated += probability
+    return number
+
+
+def free_column(case: Case, lanes: Lanes, lane: int, origin: int, slot: int) -> int:
+    """Return the first column of an origin that is free in a lane; -1 without one."""
+    first = origin * case.columns_per_source
+    for column in range(first, first + case.columns_per_source):
+        if lanes.free_slot[lane, column] <= slot:
+            return column
+    return -1
+
+
+def slots_in_window(case: Case, start: int, stop: int) -> int:
+    """Number of slots from `start` to before `stop` inside the window."""
+    return max(0, min(stop, case.window_end) - max(start, case.window_start))
+
+
+def note_item(case: Case, lanes: Lanes, lane: int, stage: int, column: int, slot: int) -> None:
+    """Record that an item reaches a stage in this slot of a lane's trial."""
+    outcome = lanes.outcomes[lanes.trials[lane]]
+    if case.rate == 0.0:
+        outcome[stage, SUM] = slot + 1
+        outcome[stage, COUNT] += 1
+        return
+    born = lanes.born_slot[lane, column]
+    if case.window_start <= born < case.window_end:
+        outcome[stage, SUM] += slot + 1 - born
+        outcome[stage, COUNT] += 1
+    if stage == DELIVERED and case.window_start <= slot < case.window_end:
+        outcome[GOODPUT, SUM] += 1
+    if stage == SOURCE_ACKED:
+        outcome[IN_FLIGHT, SUM] += slots_in_window(case, born, slot + 1)
+    if stage == SENDERS_ACKED:
+        # Two frames later no node remembers a packet that carried the item.
+        lanes.free_slot[lane, column] = slot + 1 + 2 * case.n_nodes
+
+
+def ended(case: Case, lanes: Lanes, slot: int, asked: int) -> int:
+    """Close the trials of `asked` that end with a slot; return their lanes."""
+    over = 0
+    while asked != 0:
+        lane = first_lane(asked)
+        asked &= ~lane_bit(lane)
+        n_slots, outcome = own_slot(case, lanes, lane, slot) + 1, lanes.outcomes[lanes.trials[lane]]
+        is_settled = n_slots >= case.window_end and outcome[SENDERS_ACKED, COUNT] >= lanes.n_followed[lane]
+        if is_settled or n_slots >= case.max_slots:
+            over |= lane_bit(lane)
+            outcome[SLOTS, SUM] = n_slots
+            outcome[TRANSMISSIONS, SUM] = counted(lanes.digits, lane)
+            close(case, lanes, lane, outcome)
+    return over
+
+
+def close(case: Case, lanes: Lanes, lane: int, outcome: Ints) -> None:
+    """Complete the sums and counts of a trial.
+
+    A batch counts once, or as censored; under Poisson load each followed item does.
+    """
+    n_followed = lanes.n_followed[lane]
+    if case.rate == 0.0:
+        for stage in range(N_STAGES):
+            is_ended = int(outcome[stage, COUNT] == n_followed)
+            outcome[stage, SUM] *= is_ended
+            outcome[stage, COUNT] = is_ended
+            outcome[stage, CENSORED] = 1 - is_ended
+        outcome[TRANSMISSIONS, COUNT] = outcome[SENDERS_ACKED, COUNT]
+        outcome[TRANSMISSIONS, SUM] *= outcome[SENDERS_ACKED, COUNT]
+        return
+    for stage in range(N_STAGES):
+        outcome[stage, CENSORED] = n_followed - outcome[stage, COUNT]
+    for column in range(n_columns_of(case)):
+        if lanes.free_slot[lane, column] == NEVER and not lanes.reached[SOURCE_ACKED, column] >> lane & 1:
+            outcome[IN_FLIGHT, SUM] += slots_in_window(case, lanes.born_slot[lane, column], case.window_end)
+    outcome[TRANSMISSIONS, COUNT] = outcome[GOODPUT, SUM]
+    outcome[REFUSED, COUNT] = outcome[OFFERED, SUM]
+    for quantity in (IN_FLIGHT, GOODPUT, OFFERED):
+        outcome[quantity, COUNT] = case.window_end - case.window_start
