@@ -4,7 +4,6 @@ import inspect
 import math
 import textwrap
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar
 
 from pydantic import Field
@@ -17,7 +16,6 @@ import remoras.behaviours
 import remoras.sensor
 import remoras.strategy
 import remoras.work
-from missions.meeting import JobMission, JobScenario
 from missions.runs.run import run
 from missions.scenarios import load
 from remoras.organisation import Organisation
@@ -92,10 +90,3 @@ def test_the_strategy_of_the_example_founds_groups() -> None:
 def test_the_figure_of_the_example_is_one() -> None:
     """It is drawn by the how-to of figures, which has the same text."""
     assert run_example(missions.figure)["SPEED"].needs == ("trajectories",)
-
-
-def test_the_mission_of_the_example_lacks_nothing() -> None:
-    names = {"BuoyScenario": JobScenario, "Path": Path, "__file__": __file__, "Service": object, "Servicing": object}
-    buoys = run_example(missions.meeting.job_mission, JobMission=JobMission, **names)["Buoys"]
-    assert not buoys.__abstractmethods__
-    assert buoys.objective == "Servicing"

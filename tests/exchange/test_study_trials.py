@@ -126,10 +126,10 @@ def test_poisson_load_is_conserved() -> None:
 
 def test_who_hears_is_drawn_for_sender_and_receiver() -> None:
     case, words = Case(5, seed=5), np.zeros((0, 1), np.int64)
-    drawn = lanes.new_lanes(1, lanes.thresholds_of(np.full((5, 5), 0.4)), words, words)
-    drawn.trials[0] = 3
+    lane = lanes.new_lanes(1, lanes.thresholds_of(np.full((5, 5), 0.4)), words, words)
+    lane.trials[0] = 3
     for slot in range(100):
-        heard = lanes.draw_word(case, drawn, 0, slot - slot % 5, slot % 5, 1)
+        heard = lanes.draw_word(case, lane, 0, slot - slot % 5, slot % 5, 1)
         drawn = [j for j in range(5) if j != slot % 5 and uniform(5, 3, slot, slot % 5, j) >= 0.4]
         assert heard == sum(1 << j for j in drawn)
 
