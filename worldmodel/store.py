@@ -105,7 +105,8 @@ class Index:
         slot = fact.subject, fact.attribute
         of_attribute = self._slots_of(block)[fact.attribute]
         entries = of_attribute[fact.subject]
-        del entries[bisect_left(entries, sort_key(observation), key=sort_key)]
+        is_newest = entries[-1].block is block and entries[-1].position == observation.position  # as statuses are
+        del entries[-1 if is_newest else bisect_left(entries, sort_key(observation), key=sort_key)]
         if not entries:
             del of_attribute[fact.subject]
         if fact.attribute in self.heeded:

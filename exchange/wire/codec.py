@@ -186,7 +186,8 @@ class SideCodec:
         """Encode a signal; raise ConfigurationError outside -128..127."""
         if not -128 <= signal.value <= 127:
             raise ConfigurationError(f"influence signal {signal.value}: a signed byte holds -128 to 127")
-        return joined(SIGNAL_BITS, (signal.role, self._role_bits), (signal.value & 0xFF, SIGNAL_VALUE_BITS))
+        bits = (SIGNAL_BITS[0] << self._role_bits | signal.role) << SIGNAL_VALUE_BITS | signal.value & 0xFF
+        return bits, self.signal_bits
 
     def _encode_summary(self, summary: Summary) -> Bits:
         refuse_epoch(summary.epoch)
