@@ -263,12 +263,13 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
 
 
 def _limits(ends: Sequence[float], signed: bool) -> tuple[float, float]:
-    """Return limits around all intervals, from 0 if that is near or the values are differences."""
+    """Return limits with a margin around all intervals, from 0 if that is near or the values are differences."""
     low, high = min(ends), max(ends)
-    if signed or 0.0 <= low < 0.5 * high:
-        low, high = min(low, 0.0), max(high, 0.0)
-    margin = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
-    return low - margin, high + margin
+    with_0 = signed or 0.0 <= low < 0.5 * high
+    span = max(high, 0.0) - min(low, 0.0) if with_0 else high - low
+    margin = 0.05 * span or 0.05 * abs(high) or 1.0
+    low, high = low - margin, high + margin
+    return (min(low, 0.0), max(high, 0.0)) if with_0 else (low, high)
 
 
 def _page(

@@ -142,3 +142,8 @@ def test_two_metrics_of_one_label_are_refused() -> None:
         by_kind([ENERGY, replace(ENERGY, name="other_j")])
     with pytest.raises(DrawingError, match="'Trade off' is also that of the figure trade-off; give it another label"):
         by_kind([replace(ENERGY, label="Trade off")])
+
+
+@pytest.mark.parametrize(("least", "bottom"), [(1500.0, 1475.0), (300.0, 0.0), (0.0, -100.0)])
+def test_an_axis_begins_at_0_if_that_is_near_and_shows_a_point_at_0_whole(least: float, bottom: float) -> None:
+    assert charts._limits([least, 2000.0], signed=False)[0] == bottom
