@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -154,28 +153,6 @@ class Domain:
             {name: tuple(alternatives) for name, alternatives in methods.items()},
         )
 
-    @cached_property
-    def recursive(self) -> frozenset[str]:
-        """Names of tasks that may be their own descendants; undeclared subtasks may be any task."""
-        below = {
-            name: self.methods.keys() if any(method.uses is None for method in methods) else {
-                used for method in methods for used in method.uses or () if used in self.methods
-            }
-            for name, methods in self.methods.items()
-        }  # fmt: skip
-        recursive: set[str] = set()
-        for name in below:
-            met: set[str] = set()
-            due = [name]
-            while due and name not in met:
-                for successor in below[due.pop()]:
-                    if successor not in met:
-                        met.add(successor)
-                        due.append(successor)
-            if name in met:
-                recursive.add(name)
-        return frozenset(recursive)
-
     def tasks(self) -> list[str]:
         """Return the names of all tasks, sorted."""
         return sorted(self.operators.keys() | self.methods.keys())
@@ -272,32 +249,19 @@ class NoPlan:
 # Facts -------------------------------------------------------------------------------------------
 
 
-class _Words(dict[Any, int]):
-    """64-bit hash word per requested fact, from its sequence number."""
-
-    def __missing__(self, fact: Any) -> int:
-        digest = hashlib.blake2b(len(self).to_bytes(8), digest_size=8).digest()
-        word = self[fact] = int.from_bytes(digest)
-        return word
-
-
 class Facts:
     """State of the search, passed to methods and operators.
 
     Attributes:
         read: keys read from the given facts.
-        compared: keys of changed facts, compared with the given ones by state hashing.
-        trail: all changes: key, value before, value after.
+        trail: all changes: key, value before.
     """
 
     def __init__(self, given: FactsLike) -> None:
         self.read: set[Any] = set()
-        self.compared: set[Any] = set()
-        self.trail: list[tuple[Key, Any, Any]] = []
+        self.trail: list[tuple[Key, Any]] = []
         self._given = given
         self._values: dict[Any, Any] = {}
-        self._words_at = [0]
-        self._words = _Words()
 
     def get(self, key: Key, default: Any = None) -> Any:
         """Return the value of a fact; record the key as read unless set by an effect."""
@@ -311,44 +275,30 @@ class Facts:
         """Apply ``effects``."""
         values, note = self._values, self.trail.append
         for key, value in effects.items():
-            note((key, values.get(key, MISSING), value))
+            note((key, values.get(key, MISSING)))
             values[key] = value
 
     def undo(self, length: int) -> None:
         """Undo all changes of the trail after ``length``, last first."""
         values, trail = self._values, self.trail
         while len(trail) > length:
-            key, before, _ = trail.pop()
+            key, before = trail.pop()
             if before is MISSING:
                 del values[key]
             else:
                 values[key] = before
-        del self._words_at[length + 1 :]
 
-    def word(self, length: int) -> int:
-        """Return a 64-bit state hash after ``length`` changes: XOR over the changed facts (Zobrist).
-
-        Equal states have equal words; different states collide with probability 2^-64.
-        """
-        words = self._words_at
-        if length >= len(words):
-            word, word_of = words[-1], self._word
-            for key, before, after in self.trail[len(words) - 1 : length]:
-                if before is MISSING:
-                    before = self._given.get(key)  # noqa: PLW2901
-                    self.compared.add(key)
-                if before != after:
-                    word ^= word_of(key, before) ^ word_of(key, after)
-                words.append(word)
-        return words[length]
-
-    def _word(self, key: Key, value: Any) -> int:
-        if value is None:
-            return 0
-        try:
-            return self._words[key, value]
-        except TypeError:  # an unhashable value equals no other
-            return self._words[len(self._words)]
+    def is_as_after(self, length: int) -> bool:
+        """Return whether the state equals that after ``length`` changes."""
+        first: dict[Key, Any] = {}
+        for key, before in self.trail[length:]:
+            first.setdefault(key, before)
+        for key, before in first.items():
+            if before is MISSING:
+                self.read.add(key)
+            if self._values[key] != (self._given.get(key) if before is MISSING else before):
+                return False
+        return True
 
 
 def is_met(facts: FactsLike, wanted: Iterable[tuple[Key, Any]]) -> bool:

@@ -1,32 +1,11 @@
-"""States of the search, and methods that give one decomposition per binding."""
+"""Methods that give one decomposition per binding, and circles among them."""
 
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Task, plan
-from remoras.htn.domain import Facts
-
-atoms = st.tuples(st.sampled_from("pq"), st.sampled_from("ab"), st.sampled_from("ab"))
-values = st.sampled_from([True, False, None])
-changes = st.lists(st.dictionaries(atoms, values, max_size=3), max_size=4)
-
-
-@given(st.dictionaries(atoms, values), changes, changes)
-def test_two_states_have_one_word_if_and_only_if_they_are_equal(given_facts, one, other) -> None:
-    facts = Facts(given_facts)
-    for effects in one:
-        facts.make_true(effects)
-    middle = len(facts.trail)
-    before = {key: facts.get(key) for key in [("p", a, b) for a in "ab" for b in "ab"]}
-    before |= {key: facts.get(key) for key in [("q", a, b) for a in "ab" for b in "ab"]}
-    for effects in other:
-        facts.make_true(effects)
-    after = {key: facts.get(key) for key in before}
-    assert (facts.word(middle) == facts.word(len(facts.trail))) == (before == after)
 
 
 def drive(facts: FactsLike, goal: str) -> Iterator[list[Task]]:
@@ -61,6 +40,6 @@ def test_one_method_gives_one_decomposition_per_binding_and_circles_of_roads_do_
 def test_no_way_says_so_though_roads_go_in_circles() -> None:
     """B and C lie on a circle that A does not reach; the loop check alone cannot tell, so depth is tried as well."""
     roads = {("roads to", "C"): "B", ("roads to", "B"): "C", ("at", "AUV00"): "A"}
-    with pytest.raises(PlanningError, match=r"endless recursion without any change: go\(C\) > go\(B\) > go\(C\)"):
+    with pytest.raises(PlanningError, match=r"recursion: go\(C\) > go\(B\) > go\(C\), "):
         plan(ROUTES, roads, Task("go", ("C",)), max_expansions=2000)
     assert isinstance(plan(ROUTES, {("at", "AUV00"): "A"}, Task("go", ("C",))), NoPlan)

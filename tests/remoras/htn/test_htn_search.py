@@ -59,15 +59,6 @@ def test_a_deep_plan_is_compared_copied_and_shown_without_recursion() -> None:
     ]  # fmt: skip
 
 
-def test_coming_to_one_place_in_one_state_by_other_ways_is_tried_once() -> None:
-    """Twenty choices that make no difference, then a task that fails: 2^20 ways without the memory of failures."""
-    domain = Domain.of(
-        [Operator("p"), Operator("fail", lambda facts: False)],
-        {"any": [Method(name, lambda facts: [Task("p")]) for name in ("one", "two")]},
-    )
-    assert isinstance(plan(domain, {}, [*[Task("any")] * 20, Task("fail")], max_expansions=500), NoPlan)
-
-
 # Cost -------------------------------------------------------------------------------------------
 
 ROUTES = (("A", "B"), ("A", "C"), ("C", "B"), ("C", "D"), ("B", "D"))
