@@ -120,7 +120,7 @@ def basis(picture: Picture, performed: object) -> tuple[object, ...]:
     """Return what a valid perception depends on besides time, its peer and its target, see ``Behaviour.perceive``."""
     body, groups = picture.body, picture.groups
     return (
-        performed, picture.facts.n_told, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due,
+        performed, picture.facts.n_changes, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due,
         frozenset(groups.gathered),
     )  # fmt: skip
 

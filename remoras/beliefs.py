@@ -33,7 +33,7 @@ from worldmodel.facts import Observation as Latest
 class Known:
     """Facts known to a vehicle, by ``(attribute, instance)``: none, before ``Beliefs`` have a world model."""
 
-    n_told = 0
+    n_changes = 0
     """Counter that grows whenever results of ``values`` change; for caches."""
 
     def get(self, key: Key, default: Any = None, /) -> Any:
@@ -118,7 +118,7 @@ class Beliefs(Known):
         self._from_s[slot] = from_s
         if slot in self._collected:
             self._collected[slot].values = self._all(slot, attribute)
-            self.n_told += 1
+            self.n_changes += 1
 
     def n_over(self, key: Key) -> int:
         """Return how many times values of a fact have been invalidated."""
@@ -154,14 +154,14 @@ class Beliefs(Known):
             self.model.take_news()
             for slot, collected in self._collected.items():
                 collected.values = self._all(slot, collected.attribute)
-            self.n_told += 1
+            self.n_changes += 1
             return
         for observation in self.model.take_news() if self.model.news else ():
             slot = observation.fact.subject, observation.fact.attribute
             if observation.time_s >= self._from_s.get(slot, -math.inf):
                 collected = self._collected[slot]
                 collected.values.add(self._plain(collected.attribute, observation.value))
-                self.n_told += 1
+                self.n_changes += 1
 
     def fused(
         self,

@@ -198,7 +198,7 @@ BEYOND_99 = 2.3263478740408408
 """Quantile of the normal distribution at 0.99."""
 
 
-class _Said(NamedTuple):
+class _OriginEstimate(NamedTuple):
     """Estimate of one origin for one property."""
 
     axes: tuple[float, ...]
@@ -207,7 +207,7 @@ class _Said(NamedTuple):
 
 def doubted(slots: Iterable[tuple[Attribute, Sequence[Observation]]]) -> tuple[int, ...]:
     """Return the origin that contradicts the others; none if all agree, both if there are two."""
-    estimates = [_said(observations, attribute) for attribute, observations in slots if attribute.kind in MEASURED]
+    estimates = [_estimates(observations, attribute) for attribute, observations in slots if attribute.kind in MEASURED]
     if not _is_beyond(*_deviation(estimates)):
         return ()
     origins = sorted({origin for slot in estimates for origin in slot})
@@ -218,7 +218,7 @@ def doubted(slots: Iterable[tuple[Attribute, Sequence[Observation]]]) -> tuple[i
     return tuple(origin for origin in origins if rest[origin] == min(rest.values()))
 
 
-def _said(observations: Sequence[Observation], attribute: Attribute) -> dict[int, _Said]:
+def _estimates(observations: Sequence[Observation], attribute: Attribute) -> dict[int, _OriginEstimate]:
     """Return the estimate of each origin at the time of the newest observation."""
     at_s = max((o.time_s for o in observations), default=0.0)
     estimates = {}
@@ -227,11 +227,11 @@ def _said(observations: Sequence[Observation], attribute: Attribute) -> dict[int
         estimate = cast(Estimate, fused(attribute, own, at_s=at_s))
         value = estimate.value if isinstance(estimate.value, tuple) else (cast(float, estimate.value),)
         sigma = cast(float, estimate.uncertainty)
-        estimates[origin] = _Said(value, sigma * sigma)
+        estimates[origin] = _OriginEstimate(value, sigma * sigma)
     return estimates
 
 
-def _deviation(slots: Iterable[dict[int, _Said]]) -> tuple[float, int]:
+def _deviation(slots: Iterable[dict[int, _OriginEstimate]]) -> tuple[float, int]:
     """Return ``Q`` of the module docstring (consistency of origins) and its degrees of freedom."""
     terms, degrees = [], 0
     for estimates in slots:

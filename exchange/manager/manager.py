@@ -148,7 +148,7 @@ class ExchangeManager:
         self.half_blocks = beliefs.half_blocks
         """``half_blocks() -> list``: names of incomplete blocks."""
         self._signals: tuple[InfluenceSignal, ...] = ()
-        self._n_signals_said = 0
+        self._n_signals_sent = 0
         self._left_to_relays = 0  # item set suspended for the packet under construction
         self._due_to_statuses = 0  # accumulated bits that statuses may take before items
         self._is_for_large = False  # the next packet without reserve for statuses starts with large items
@@ -188,9 +188,9 @@ class ExchangeManager:
     def offer_signals(self, signals: Sequence[InfluenceSignal]) -> None:
         """Replace the influence signals for the next own slot; if too many, slots alternate."""
         most = self._signal_room_bits // self._codec.signal_bits
-        first = self._n_signals_said % len(signals) if len(signals) > most else 0
+        first = self._n_signals_sent % len(signals) if len(signals) > most else 0
         self._signals = (*signals[first:], *signals[:first])[:most]
-        self._n_signals_said += len(self._signals)
+        self._n_signals_sent += len(self._signals)
 
     def receive(self, data: bytes, now_s: float) -> Reception:
         """Process a packet that arrives at ``now_s``; count an invalid one, without an exception."""

@@ -222,9 +222,9 @@ class Receiver:
 
     def _is_misquoted(self, packet: Packet) -> bool:
         """True if a packet has items or summaries of this incarnation that this vehicle never sent."""
-        own, n_told = (self._me, self._model.epoch), self._model.next_sequence
+        own, n_own = (self._me, self._model.epoch), self._model.next_sequence
         for summary in packet.summary:
-            if summary[:2] == own and summary.beyond(n_told):
+            if summary[:2] == own and summary.beyond(n_own):
                 return True
         return any(map(self._is_misquote, [fragment for fragment in packet.fragments if fragment.origin == self._me]))
 

@@ -26,13 +26,13 @@ class Acknowledgement(NamedTuple):
         carries: ``carries(n_nodes, frame, sender, row, column)`` is True if the header of `sender` in that TDMA frame
             has the bit A[row][column]. It fixes the layout for sender and receivers. `frame` is below `period_frames`;
             row and column differ, as no node acknowledges itself.
-        header: ``header(said, mine, received, held)`` returns the nodes reported as receivers of a packet, for all
-            slots of the last two frames at once. `said`: receivers reported by peers. `mine`: this node. `received`:
-            all bits where this node received the packet. `held`: nodes believed to hold all items of a packet with any.
-            Only ``&``, ``|`` and ``~`` are allowed: the study compiles it with a trial in each bit. Bits that the
-            header cannot carry are masked afterwards.
-        relays: nodes store what headers report about others; otherwise `said` is empty.
-        infers: `header` uses `held`; otherwise it is empty.
+        header: ``header(reported, own, received, holders)`` returns the nodes that a header reports as receivers of a
+            packet, for all slots of the last two frames at once. `reported`: receivers reported by peers. `own`: this
+            node. `received`: all bits where this node received the packet. `holders`: nodes believed to hold all items
+            of a packet with any. Only ``&``, ``|`` and ``~`` are allowed: the study compiles it with a trial in each
+            bit. Bits that the header cannot carry are masked afterwards.
+        relays: nodes store what headers report about others; otherwise `reported` is empty.
+        infers: `header` uses `holders`; otherwise it is empty.
         period_frames: TDMA frames until the header layout repeats.
         states: packets also report received sets, which determine the repeats; see `exchange.policy.planning`.
         codes: repairs are coded symbols, see `exchange.policy.coding`.
@@ -132,7 +132,7 @@ class PacketLog:
         self._items = [0] * self._ring  # item set of a packet received or sent, by place
         self._loaded = 0  # places of packets with items
         self._received = 0  # places of packets received
-        self._said = 0  # receivers reported by peers
+        self._reported = 0  # receivers reported by peers
 
     def open(self, slot: int) -> None:
         """Advance to a slot; clear its ring place and those of slots passed since.
@@ -148,8 +148,8 @@ class PacketLog:
             self.heard &= ~(1 << sender)
             self._loaded &= ~(1 << place)
             self._received &= ~(1 << place)
-            if self._said:
-                self._said &= ~(self._both << sender * n_nodes)
+            if self._reported:
+                self._reported &= ~(self._both << sender * n_nodes)
             self._items[place] = 0
         self.slot = max(slot, self.slot)
 
@@ -185,7 +185,7 @@ class PacketLog:
         for place in members(self._received):
             received |= self._all << place * n_nodes
         inferred = self._inferred(may & received, held) if kind.infers else 0
-        facts = kind.header(self._said, self._each << me, received, inferred) & may
+        facts = kind.header(self._reported, self._each << me, received, inferred) & may
         for ago, _ in carried:
             place = (slot - ago) % ring
             nodes = facts >> place * n_nodes & self._all
@@ -219,7 +219,7 @@ class PacketLog:
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
             facts &= ~(self._both << later % self.n_nodes * self.n_nodes)
         if self._kind.relays:
-            self._said |= facts & heeded * self._each
+            self._reported |= facts & heeded * self._each
         while places:
             place = places.bit_length() - 1
             places ^= 1 << place
@@ -236,4 +236,4 @@ class PacketLog:
         self._received &= ~(1 << node | 1 << node + self.n_nodes)
         self.heard &= ~(1 << node)
         if node != self.me:
-            self._said &= ~(self._each << node)
+            self._reported &= ~(self._each << node)

@@ -14,7 +14,7 @@ from heapq import heappop, heappush
 from typing import NamedTuple
 
 from exchange.packets import ItemUid, StatusUid
-from exchange.policy.values import LACKED_AFTER, MOST_SAID, Candidate, Moment, QueuePlace, Waiting
+from exchange.policy.values import LACKED_AFTER, MOST_SENT, Candidate, Moment, QueuePlace, Waiting
 from worldmodel import Terms
 
 
@@ -39,7 +39,7 @@ class Expired(Enum):
     OVERFLOW = "overflow"
     SUPERSEDED = "superseded"
     NOT_NEEDED = "not needed"
-    SAID_ONCE = "said once"
+    SENT_ONCE = "said once"
 
 
 class Expiry(NamedTuple):
@@ -117,13 +117,13 @@ class QueueLimits:
         rivals = [column for column, item in self._inside.items() if item.limited == attribute and column != without]
         return limit is None or len(rivals) < limit
 
-    def follower(self, said: Candidate) -> Candidate | None:
+    def follower(self, sent: Candidate) -> Candidate | None:
         """Return the item outside that replaces a sent one; None if none ranks before it."""
         for outside in self._outside.values():
             candidate = next(iter(outside.values()), None)
-            if candidate is None or _rank(candidate) >= _rank(said):
+            if candidate is None or _rank(candidate) >= _rank(sent):
                 continue
-            if self._is_within_limit(candidate, said.column):
+            if self._is_within_limit(candidate, sent.column):
                 return candidate
         return None
 
@@ -141,7 +141,7 @@ class QueueLimits:
         ended = self._ended.get(candidate.column)
         if ended is None:
             return False
-        is_served = terms == ended or (candidate.n_said > 0 and not terms.acknowledged)
+        is_served = terms == ended or (candidate.n_sent > 0 and not terms.acknowledged)
         if (is_served and not is_new_need) or now_s > candidate.observed_s + terms.time_to_live_s:
             return True
         del self._ended[candidate.column]
@@ -166,10 +166,10 @@ class QueueLimits:
 def _rank(candidate: Candidate) -> int:
     """Rank for swaps, lowest first: transmissions minus binary digits of the priority.
 
-    >>> [n_said - priority.bit_length() for priority, n_said in ((20, 0), (20, 4), (1, 0))]
+    >>> [n_sent - priority.bit_length() for priority, n_sent in ((20, 0), (20, 4), (1, 0))]
     [-5, -1, -1]
     """
-    return candidate.n_said - candidate.priority.bit_length()
+    return candidate.n_sent - candidate.priority.bit_length()
 
 
 def _deadline_s(candidate: Candidate) -> float:
@@ -210,7 +210,7 @@ class Deadline:
 
     def place(self, waiting: Waiting) -> QueuePlace:
         """Group by priority, time to live and number of transmissions; earliest deadline first."""
-        alike = waiting.priority, _rated_s(waiting), min(waiting.n_said, MOST_SAID)
+        alike = waiting.priority, _rated_s(waiting), min(waiting.n_sent, MOST_SENT)
         return QueuePlace(alike, -self._deadline_s(waiting))
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
@@ -219,7 +219,7 @@ class Deadline:
         >>> Deadline().value(Waiting(priority=20, observed_s=0.0, terms=Terms(time_to_live_s=60.0)), Moment(50.0, 1))
         2.0
         """
-        lacked = LACKED_AFTER[min(waiting.n_said, MOST_SAID)]
+        lacked = LACKED_AFTER[min(waiting.n_sent, MOST_SENT)]
         least_s = LAST_SHARE * _rated_s(waiting)
         return waiting.priority * lacked / max(least_s, self._deadline_s(waiting) - moment.now_s)
 

@@ -28,30 +28,30 @@ def every_row(n_nodes: int, frame: int, sender: int, row: int, column: int) -> b
     return True
 
 
-def own_receptions(said: int, mine: int, received: int, held: int) -> int:
+def own_receptions(reported: int, own: int, received: int, holders: int) -> int:
     """Acknowledge own receptions.
 
     5.2: "acknowledging any messages received within the last (N-1) TDMA slots".
     """
-    return mine & received
+    return own & received
 
 
-def relayed_receptions(said: int, mine: int, received: int, held: int) -> int:
+def relayed_receptions(reported: int, own: int, received: int, holders: int) -> int:
     """Acknowledge own receptions, and relay those that peers report.
 
     5.3: "performing a boolean OR operation over the (N-1) peer ACK matrices it is holding, then replaces the row i = s
     with its own ACKs for the packets it received directly".
     """
-    return mine & received | said & ~mine
+    return own & received | reported & ~own
 
 
-def inferred_receptions(said: int, mine: int, received: int, held: int) -> int:
+def inferred_receptions(reported: int, own: int, received: int, holders: int) -> int:
     """Add pseudo-acknowledgements for peers known to hold a packet's content.
 
     5.4: "to determine if peer i already has all the information contained in the packet. If this is the case, peer k is
     permitted to set the acknowledgement bit A_ij - a pseudo ACK".
     """
-    return mine & received | said & ~mine | held & received
+    return own & received | reported & ~own | holders & received
 
 
 ACK = Acknowledgement("ack", "packet acknowledgements", own_row, own_receptions)

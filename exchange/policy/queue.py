@@ -72,7 +72,7 @@ class Lines:
     def __init__(self, rule: ValueRule) -> None:
         self._rule = rule
         self._lines: dict[Hashable, Line] = {}
-        self._said_s: dict[tuple[int, int], float] = {}  # last transmission with a blackout by subject and attribute
+        self._sent_s: dict[tuple[int, int], float] = {}  # last transmission with a blackout by subject and attribute
 
     def choose(self, room: Room, moment: Moment) -> tuple[list[Candidate], dict[Unsaid, int]]:
         """Fill a packet; return its entries, most valuable first and removed, and the unsent ones by reason."""
@@ -89,7 +89,7 @@ class Lines:
                 chosen.append(candidate)
                 n_too_large = len(passed)
                 if line.shared is not None:
-                    line.shared.note_said(moment)
+                    line.shared.note_sent(moment)
             else:
                 passed.append((line, entry))
                 if len([None for other, _ in passed if other is line]) > LOOK_PAST:
@@ -100,8 +100,8 @@ class Lines:
             heappush(line.entries, entry)
         for candidate in chosen:
             if candidate.terms.blackout_s:
-                self._said_s[candidate.about] = moment.now_s
-            n_repeated -= candidate.n_said > 0
+                self._sent_s[candidate.about] = moment.now_s
+            n_repeated -= candidate.n_sent > 0
             self.remove(candidate)
         n_unsaid = n_waiting - len(chosen) - n_too_large
         n_repeated = min(n_unsaid, n_repeated)
@@ -119,7 +119,7 @@ class Lines:
                     del self._lines[line.key]
             elif line.key == RESTING:
                 unsaid[Unsaid.RELAYED] = line.n_waiting
-            elif line.blackout and moment.now_s - self._said_s.get(line.blackout[0], -math.inf) < line.blackout[1]:
+            elif line.blackout and moment.now_s - self._sent_s.get(line.blackout[0], -math.inf) < line.blackout[1]:
                 unsaid[Unsaid.BLACKOUT] = unsaid.get(Unsaid.BLACKOUT, 0) + line.n_waiting
             else:
                 n_waiting += line.n_waiting
@@ -142,7 +142,7 @@ class Lines:
         candidate.version += 1
         candidate.line = None
         line.n_waiting -= 1
-        line.n_repeated -= candidate.n_said > 0
+        line.n_repeated -= candidate.n_sent > 0
         if len(line.entries) > 2 * line.n_waiting + SLACK:
             line.entries = [entry for entry in line.entries if entry[2] == entry[3].version]
             heapify(line.entries)
@@ -170,7 +170,7 @@ class Lines:
         candidate.version += 1
         candidate.line = key
         line.n_waiting += 1
-        line.n_repeated += candidate.n_said > 0
+        line.n_repeated += candidate.n_sent > 0
         heappush(line.entries, (-rank, candidate.tie, candidate.version, candidate))
 
 
@@ -196,7 +196,7 @@ class Queue:
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
-        self._said: dict[int, Candidate] = {}  # by column: items of the last own slot that wait again, under limits
+        self._sent: dict[int, Candidate] = {}  # by column: items of the last own slot that wait again, under limits
         self.expired: list[Expiry] = []
         self.open = 0
         self.resting = 0
@@ -248,7 +248,7 @@ class Queue:
             self._leave(candidate)
             self._tell(candidate, Expired.SUPERSEDED, fragment.time_s)
         candidate.uid, candidate.fragment, candidate.size_bits, candidate.terms = uid, fragment, size_bits, terms
-        candidate.priority, candidate.observed_s, candidate.n_said = priority, fragment.time_s, 0
+        candidate.priority, candidate.observed_s, candidate.n_sent = priority, fragment.time_s, 0
         candidate.since_slot = self._n_slots
         self._limits.set_deadline(candidate)
         self._lines.place(candidate, self._n_slots)
@@ -265,7 +265,7 @@ class Queue:
         if self.open >> column & 1:
             self.open ^= 1 << column
             self._withdraw(column)
-            self._said.pop(column, None)
+            self._sent.pop(column, None)
 
     def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
         """Change priority or terms of an item inside or outside."""
@@ -299,7 +299,7 @@ class Queue:
         elif not chosen and not self.unsaid:
             self.unsaid[Unsaid.NOTHING_OPEN] = 1
         for candidate in chosen:
-            candidate.note_said(moment)
+            candidate.note_sent(moment)
             if candidate.column == STATUS_COLUMN:
                 continue
             if candidate.terms.acknowledged:  # queue again with value 0
@@ -307,8 +307,8 @@ class Queue:
             else:
                 self._let_go(candidate)
                 self._end(candidate)
-                self._tell(candidate, Expired.SAID_ONCE, now_s)
-        self._said = {candidate.column: candidate for candidate in chosen if candidate.column in self._items}
+                self._tell(candidate, Expired.SENT_ONCE, now_s)
+        self._sent = {candidate.column: candidate for candidate in chosen if candidate.column in self._items}
         return chosen
 
     def _update(self, now_s: float) -> None:
@@ -317,12 +317,12 @@ class Queue:
         if self.n_outside:
             for candidate in limits.from_outside():
                 self._enter(candidate)
-            for said in self._said.values():
-                if said.line is not None and (follower := limits.follower(said)) is not None:
-                    self._let_go(said)
+            for sent in self._sent.values():
+                if sent.line is not None and (follower := limits.follower(sent)) is not None:
+                    self._let_go(sent)
                     limits.forget_outside(follower.column)
                     self._enter(follower)
-                    limits.put_outside(said)
+                    limits.put_outside(sent)
         for candidate in limits.overdue(now_s):
             self._expire(candidate, now_s)
 

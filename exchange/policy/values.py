@@ -25,9 +25,9 @@ STATUS_COLUMN = -1
 """Column of statuses, which have none since they are not acknowledged."""
 LACKED = 0.5
 """Probability that a sent entry is still lacking, as rules assume."""
-MOST_SAID = 6
+MOST_SENT = 6
 """Transmissions from which rules count no further."""
-LACKED_AFTER = tuple(power(LACKED, n_said) for n_said in range(MOST_SAID + 1))
+LACKED_AFTER = tuple(power(LACKED, n_sent) for n_sent in range(MOST_SENT + 1))
 
 
 class Moment(NamedTuple):
@@ -47,7 +47,7 @@ class Waiting:
         since_s: time of queueing or last transmission.
         since_slot: own slots up to then.
         credit: weight gained before and not used up; for the additive rule.
-        n_said: number of transmissions.
+        n_sent: number of transmissions.
         terms: of the need.
     """
 
@@ -56,7 +56,7 @@ class Waiting:
     since_s: float = 0.0
     since_slot: int = 0
     credit: int = 0
-    n_said: int = 0
+    n_sent: int = 0
     terms: Terms = PLAIN
 
     def halt(self, n_slots: int) -> None:
@@ -64,10 +64,10 @@ class Waiting:
         self.credit += self.priority * (n_slots - self.since_slot)
         self.since_slot = n_slots
 
-    def note_said(self, moment: Moment) -> None:
+    def note_sent(self, moment: Moment) -> None:
         """Record a transmission, which resets the weight."""
         self.credit, self.since_slot, self.since_s = 0, moment.n_slots, moment.now_s
-        self.n_said += 1
+        self.n_sent += 1
 
 
 @dataclass(slots=True, kw_only=True)
@@ -174,15 +174,15 @@ class Age:
 
     def place(self, waiting: Waiting) -> QueuePlace:
         """Group by priority and number of transmissions."""
-        return QueuePlace((waiting.priority, min(waiting.n_said, MOST_SAID)), -waiting.observed_s)
+        return QueuePlace((waiting.priority, min(waiting.n_sent, MOST_SENT)), -waiting.observed_s)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         """Age (s) counts from the observation; each transmission halves the value.
 
-        >>> Age().value(Waiting(priority=2, observed_s=10.0, n_said=1), Moment(40.0, 1))
+        >>> Age().value(Waiting(priority=2, observed_s=10.0, n_sent=1), Moment(40.0, 1))
         30.0
         """
-        lacked = LACKED_AFTER[min(waiting.n_said, MOST_SAID)]
+        lacked = LACKED_AFTER[min(waiting.n_sent, MOST_SENT)]
         return waiting.priority * (moment.now_s - waiting.observed_s) * lacked
 
 

@@ -87,7 +87,7 @@ class Fleet(NamedTuple):
     known: Ints  # [node, place] lanes in which the node received the packet, or sent it
     loaded: Ints  # [place, column] lanes in which the packet had the item
     some: Ints  # [place] lanes in which the packet had any
-    said: Ints  # [place, earlier place, receiver] lanes in which the packet says that the receiver has the earlier one
+    reported: Ints  # [place, earlier place, receiver] lanes: the packet reports that the receiver has the earlier
     holders: Ints  # [node, column, holder] lanes in which the node believes the holder to hold the item
     settled: Ints  # [node, column] lanes in which the node believes all to hold it
     done: Ints  # [node] lanes in which it believes so of all items
@@ -116,7 +116,7 @@ def new_fleet(n_nodes: int, n_columns: int, n_bits: int) -> Fleet:
         known=np.zeros((n_nodes, 2 * n_nodes), np.int64),
         loaded=np.zeros((2 * n_nodes, n_columns), np.int64),
         some=np.zeros(2 * n_nodes, np.int64),
-        said=np.zeros((2 * n_nodes, 2 * n_nodes, n_nodes), np.int64),
+        reported=np.zeros((2 * n_nodes, 2 * n_nodes, n_nodes), np.int64),
         holders=np.zeros((n_nodes, n_columns, n_nodes), np.int64),
         settled=np.zeros((n_nodes, n_columns), np.int64),
         done=np.zeros(n_nodes, np.int64),
@@ -139,23 +139,23 @@ def acknowledge(header: Header, layouts: Layouts, case: Case, fleet: Fleet, slot
     for node in range(n_nodes):
         fleet.known[node, place] = 0
     if case.relays:
-        fleet.said[place] = 0
+        fleet.reported[place] = 0
     for bit in range(layouts.n_bits[at]):
         earlier, node, ago = layouts.place[at, bit], layouts.node[at, bit], layouts.ago[at, bit]
-        received, held = known[earlier] if ago != 0 else 0, 0
+        received, holding = known[earlier] if ago != 0 else 0, 0
         if case.infers:
-            held = fleet.some[earlier] & received
-            if held != 0:
+            holding = fleet.some[earlier] & received
+            if holding != 0:
                 for column in range(len(holders)):
-                    held &= holders[column, node] | ~fleet.loaded[earlier, column]
-        said = 0
+                    holding &= holders[column, node] | ~fleet.loaded[earlier, column]
+        reported = 0
         at_peer = place
         for _ in range(ago if case.relays else 0):
             at_peer = at_peer - 1 if at_peer > 0 else 2 * n_nodes - 1
-            said |= fleet.said[at_peer, earlier, node] & known[at_peer]
-        fleet.acks[bit] = header(said, -int(node == owner), received, held)
+            reported |= fleet.reported[at_peer, earlier, node] & known[at_peer]
+        fleet.acks[bit] = header(reported, -int(node == owner), received, holding)
         if case.relays:
-            fleet.said[place, earlier, node] = fleet.acks[bit]
+            fleet.reported[place, earlier, node] = fleet.acks[bit]
     known[place] = ALL_LANES
 
 

@@ -361,7 +361,7 @@ class Chart:
     def __init__(self, grid: CellGrid, prior: Array, rates: Array, names: Sequence[str]) -> None:
         self.grid, self.prior, self.rates, self.names = grid, prior, rates, names
         self._sites = [number for number, name in enumerate(names) if name in SITES]
-        self._n_told = -1
+        self._n_changes = -1
         self._seen: dict[tuple[str, str], set[int]] = {}
         self._clear()
 
@@ -392,7 +392,7 @@ class Chart:
 
     def update(self, facts: Known, vehicles: Sequence[str]) -> None:
         """Add known observations of some vehicles; recompute after an exclusion."""
-        if facts.n_told == self._n_told:
+        if facts.n_changes == self._n_changes:
             return
         for attribute in (SWEPT, CONTACT):
             for vehicle in vehicles:
@@ -405,7 +405,7 @@ class Chart:
                     new = known - seen
                     self.add(attribute, new)
                     self._seen[attribute, vehicle] = seen | new
-        self._n_told = facts.n_told
+        self._n_changes = facts.n_changes
 
     def add(self, attribute: str, codes: Iterable[int]) -> None:
         """Add observation codes, each once."""

@@ -106,13 +106,13 @@ class WorkLeft:
     def __init__(self, jobs: Sequence[SurveyJob], half_left: float) -> None:
         self._jobs = list(jobs)
         self._half_left = half_left
-        self._n_told = -1
+        self._n_changes = -1
         self._stimulus = 0.0
 
     def stimulus(self, facts: Known) -> float:
         """Stimulus of the area with the largest remaining share, see ``due``."""
-        if self._n_told != facts.n_told:
-            self._n_told, self._stimulus = facts.n_told, due(self._greatest(facts), self._half_left)
+        if self._n_changes != facts.n_changes:
+            self._n_changes, self._stimulus = facts.n_changes, due(self._greatest(facts), self._half_left)
         return self._stimulus
 
     def _greatest(self, facts: Known) -> float:
@@ -179,7 +179,7 @@ class ZigzagExploring(Behaviour):
         self._n_dead = 0
         self._n_fixes, self._fixed_s = 0, -math.inf
         self._left = job.bits
-        self._n_told, self._rest = -1, job.bits  # remaining cells as of fact number `_n_told`
+        self._n_changes, self._rest = -1, job.bits  # remaining cells as of fact number `_n_changes`
         self._ahead: Reference | None = None
         self._approach = Approach(self._speed_mps)
 
@@ -192,8 +192,8 @@ class ZigzagExploring(Behaviour):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending while mappable cells remain; the turn at a row's end counts as progress."""
         facts = picture.facts
-        if self._n_told != facts.n_told:
-            self._n_told, self._rest = facts.n_told, self._job.left(facts).bits
+        if self._n_changes != facts.n_changes:
+            self._n_changes, self._rest = facts.n_changes, self._job.left(facts).bits
         if not self._rest:
             return DONE
         if not performed or (self._others and not self._begun):

@@ -94,13 +94,13 @@ class Unfinished:
         n_cells = sum(job.on.work.bit_count() for job in self._surveys)
         self._n_spared = n_cells - goal * n_cells
         self._finds = tuple(finds)
-        self._n_told = -1
+        self._n_changes = -1
         self._holds = True
 
     def holds(self, facts: Known) -> bool:
         """Return True while more work is known to remain than the goal tolerates."""
-        if self._n_told != facts.n_told:
-            self._n_told, self._holds = facts.n_told, self.is_work_left(facts)
+        if self._n_changes != facts.n_changes:
+            self._n_changes, self._holds = facts.n_changes, self.is_work_left(facts)
         return self._holds
 
     def answers(self, group: str, picture: Picture) -> float:

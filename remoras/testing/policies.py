@@ -242,7 +242,7 @@ def candidates(draw: random.Random, moment: Moment) -> list[Waiting]:
                 since_s=since_s,
                 since_slot=max(0, moment.n_slots - slots_ago),
                 credit=draw.choice([0, 0, 7, 300]),
-                n_said=draw.choice([0, 0, 1, 2, 30]),
+                n_sent=draw.choice([0, 0, 1, 2, 30]),
                 terms=Terms(draw.choice([math.inf, 30.0, 900.0])),
             )
         )

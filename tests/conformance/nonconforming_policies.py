@@ -23,30 +23,30 @@ def angry(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
     raise KeyError("frame")
 
 
-def claim_all(said: int, mine: int, received: int, held: int) -> int:
+def claim_all(reported: int, own: int, received: int, holders: int) -> int:
     """Acknowledge what was never heard."""
-    return mine
+    return own
 
 
-def claim_for_all(said: int, mine: int, received: int, held: int) -> int:
+def claim_for_all(reported: int, own: int, received: int, holders: int) -> int:
     """Acknowledge what was heard on behalf of all."""
     return received
 
 
-def claim_for_holders_of_nothing(said: int, mine: int, received: int, held: int) -> int:
+def claim_for_holders_of_nothing(reported: int, own: int, received: int, holders: int) -> int:
     """Acknowledge on behalf of those for whom peers did not."""
-    return mine & received | ~said & ~mine
+    return own & received | ~reported & ~own
 
 
-def claim_nothing(said: int, mine: int, received: int, held: int) -> int:
+def claim_nothing(reported: int, own: int, received: int, holders: int) -> int:
     """Acknowledge nothing."""
     return 0
 
 
-def stateful(said: int, mine: int, received: int, held: int) -> int:
+def stateful(reported: int, own: int, received: int, holders: int) -> int:
     """State what was heard, but not always."""
     STATE["n_called"] += 1
-    return mine & received if STATE["n_called"] % 7 else 0
+    return own & received if STATE["n_called"] % 7 else 0
 
 
 def grown(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:

@@ -61,4 +61,4 @@ class Overtaking(Nameless):
         return QueuePlace("all", waiting.credit - waiting.since_slot)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
-        return waiting.credit + (1 + waiting.n_said) * (moment.n_slots - waiting.since_slot)
+        return waiting.credit + (1 + waiting.n_sent) * (moment.n_slots - waiting.since_slot)

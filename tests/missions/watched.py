@@ -63,7 +63,7 @@ class Facts:
         self.known, self.cells = known or {}, cells or {}
 
     @property
-    def n_told(self) -> int:
+    def n_changes(self) -> int:
         return len(self.known) + sum(map(len, self.cells.values()))
 
     def get(self, key: tuple[str, str], default: Any = None, /) -> Any:

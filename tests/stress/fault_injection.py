@@ -282,7 +282,7 @@ def is_found_out(jobs: Collection[Job], declaration: Declaration) -> bool:
         get=lambda key, default=None: "somebody" if key in done else default,
         values=lambda key: frozenset({"somebody"} if key in done else ()),
         instances=lambda of_class: (),
-        n_told=len(done),
+        n_changes=len(done),
     )
     left = [getattr(job, "left", lambda _: None)(told) if hasattr(job, "share_left") else None for job in jobs]
     return declaration.tells and all(state is not None and share_left(state) == 1.0 for state in left)

@@ -134,7 +134,7 @@ def test_maps_are_the_same_bytes_whatever_the_order_and_the_doubles() -> None:
         draw.shuffle(shuffled)
         for attribute, vehicle, code in shuffled:
             facts.told.setdefault((attribute, vehicle), set()).add(code)
-            facts.n_told += 1
+            facts.n_changes += 1
             if draw.random() < 0.3:
                 chart.update(facts, ("A", "B"))
         chart.update(facts, ("A", "B"))
@@ -147,10 +147,10 @@ def test_what_somebody_banned_said_counts_no_more() -> None:
     facts, chart = Facts({}), mission().chart()
     for attribute, vehicle, code in looks(2):
         facts.told.setdefault((attribute, vehicle), set()).add(code)
-    facts.n_told = 1
+    facts.n_changes = 1
     chart.update(facts, ("A", "B"))
     del facts.told["contact", "B"]
-    facts.n_told = 2
+    facts.n_changes = 2
     chart.update(facts, ("A", "B"))
     alone = mission().chart()
     alone.add(SWEPT, facts.told["swept", "A"])
