@@ -150,9 +150,9 @@ STEADY = 0.05
 STRAIGHT = 1e-9
 """Skewness up to which values have no long tail (rounding)."""
 INTERVALS_OF_MEANS = (
-    "95 % intervals of the mean (Student's t, at the long tail bootstrap-t); of fewer than 30 runs least to largest"
+    "95 % confidence intervals of the mean (Student's t, bootstrap-t for long tails), or ranges below 30 runs"
 )
-INTERVALS_OF_DIFFERENCES = "95 % intervals of the mean difference (by sign flips)"
+INTERVALS_OF_DIFFERENCES = "95 % confidence intervals of the mean difference (sign-flip test)"
 
 
 class NoInterval(Enum):
@@ -161,8 +161,8 @@ class NoInterval(Enum):
     DETERMINISTIC = "deterministic, n = 1"
     TOO_FEW = "n too small"
     RARE = "n < 30: least to largest"
-    ALIKE = "all values are alike"
-    FEW_DIFFER = "n too small: a few values make the whole spread"
+    ALIKE = "all values are equal"
+    FEW_DIFFER = "n too small: a few values cause all spread"
 
 
 Estimated = Interval | NoInterval

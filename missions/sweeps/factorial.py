@@ -76,11 +76,11 @@ class FactorialDesign:
         """Return the name of a term, its factors in design order."""
         return " x ".join(sorted(term, key=self.factors.index))
 
-    def said(self) -> str:
+    def description(self) -> str:
         """Describe the design in one line: runs, resolution, generators."""
         n, k, p = len(self.runs), len(self.factors), len(self.generators)
         if not p:
-            return f"full factorial, 2^{k} = {n} runs: nothing is mixed"
+            return f"full factorial, 2^{k} = {n} runs: no effects are aliased"
         made = "; ".join(f"{name} = {self.named(factors)}" for name, factors in self.generators.items())
         return f"2^({k}-{p}) = {n} runs, resolution {ROMAN[self.resolution or 0]} ({made})"
 
@@ -91,7 +91,7 @@ def designed(factors: Sequence[str], halvings: int) -> FactorialDesign:
     Raises:
         ValueError: with so many halvings, main effects would be aliased with each other.
 
-    >>> designed(("a", "b", "c", "d", "e"), 1).said()
+    >>> designed(("a", "b", "c", "d", "e"), 1).description()
     '2^(5-1) = 16 runs, resolution V (e = a x b x c x d)'
     >>> [design.resolution for design in (designed("abcdef", 2), designed("abcdefg", 4), designed("abc", 0))]
     [4, 3, None]

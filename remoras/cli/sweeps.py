@@ -64,7 +64,7 @@ def sweep(
     accept_code: Annotated[
         bool,
         typer.Option(
-            "--accept-code", help="Resume although the code has changed; the column code tells the runs apart."
+            "--accept-code", help="Resume although the code has changed; the column code distinguishes the runs."
         ),
     ] = False,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Repeat the runs that failed.")] = False,
@@ -100,8 +100,8 @@ def sweep(
         lines = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]
         if guess.deterministic:
             lines.append(
-                f"nothing is drawn in {guess.deterministic} of the {guess.timed} configurations that were tried: "
-                "each is made once, whatever repeats says"
+                f"{guess.deterministic} of the {guess.timed} configurations tried are deterministic: "
+                "each runs once, whatever study.repeats is"
             )
         show(asdict(guess), as_json, lines)
         _note_on_repeats(loaded)
@@ -116,10 +116,10 @@ def sweep(
                 loaded, out, jobs, cluster, None, force_new, progress.of, limits, accept_code, retry_failed
             )
         except driver.PartlyDoneError as error:
-            fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
+            fail(f"{error}; finished runs are kept in {out}, the same command resumes", PARTLY_DONE)
     lines = [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
     if loaded.design.keep_tables is None and outcome.with_tables < outcome.done:
-        lines.insert(1, "tables of further runs are left out, 500 MB are kept; study.keep_tables says of which repeats")
+        lines.insert(1, "tables beyond 500 MB are not kept; study.keep_tables sets the repeats that keep tables")
     show(asdict(outcome), as_json, lines)
     _note_on_repeats(loaded)
     if outcome.failed:
@@ -140,7 +140,7 @@ def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
 
     repeated = dict(verify(study, out, count))
     other = {key: names for key, names in repeated.items() if names}
-    lines = [f"{len(repeated)} runs made again, {len(other)} end otherwise"]
+    lines = [f"{len(repeated)} runs repeated, {len(other)} with different results"]
     lines += [f"{key}: {', '.join(names)}" for key, names in other.items()]
     show({"verified": len(repeated), "other": other}, as_json, lines)
     if other:
@@ -179,9 +179,9 @@ def compare(
         ),
     ] = None,
     of_factors: Annotated[
-        bool, typer.Option("--effects", help="Main effects of a factorial study, and interactions, paired by seed.")
+        bool, typer.Option("--effects", help="Main effects and interactions of a factorial study, paired by seed.")
     ] = False,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the rows to this CSV file too.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the rows to this CSV file.")] = None,
     as_json: Json = False,
 ) -> None:
     """Compare the configurations of a sweep: means, intervals, paired differences to a baseline.
@@ -190,7 +190,7 @@ def compare(
     """
     if (folder / SUMMARY).is_file():
         if out is not None or baseline is not None or of_factors:
-            fail(f"{folder}: holds a single run; --baseline, --effects and --out are about a sweep")
+            fail(f"{folder}: holds a single run; --baseline, --effects and --out apply to sweeps")
         _show_metrics(folder, metrics or (), as_json)
         return
     from missions.comparison.baseline import compare as compared
@@ -201,8 +201,8 @@ def compare(
     names = tuple(dict.fromkeys(metrics or ()))
     state = results.status()
     if state.failed or state.remaining > 0:
-        counted = f"{state.failed} runs failed and count as not completed, {state.remaining} have not been made"
-        print(f"remoras: {counted}; what has finished is compared", file=sys.stderr)
+        counted = f"{state.failed} runs failed and count as not completed, {state.remaining} still to run"
+        print(f"remoras: {counted}; only finished runs are compared", file=sys.stderr)
     if of_factors:
         if baseline is not None:
             fail(f"--baseline {baseline}: effects compare the two levels of each factor; leave it out")
@@ -232,7 +232,7 @@ def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
     from remoras.api import Run
 
     if not metrics:
-        fail(f"{folder}: holds a single run, of which there is nothing to compare; name a metric with --metric")
+        fail(f"{folder}: holds a single run, with nothing to compare; name a metric with --metric")
     run = Run(Results.read(folder))
     values = {name: run.metric(name) for name in metrics}
     show(values, as_json, [f"{name}  {value}" for name, value in values.items()])
@@ -246,18 +246,18 @@ def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator
     """Effects as text: the design, then a table per metric and condition."""
     from missions.sweeps.study import factorial_of
 
-    yield factorial_of(results.file).said()
+    yield factorial_of(results.file).description()
     for (metric, condition), same in itertools.groupby(rows, key=lambda row: (row.metric, row.condition)):
         own = list(same)
         yield f"{metric}, {condition}: mean {own[0].mean:.4g}, n = {own[0].n}"
         width = max(len(row.term) for row in own)
         for row in own:
             levels = f"  {row.low} -> {row.high}" if row.is_main else ""
-            aliases = f"  mixed with {row.aliases}" if row.aliases else ""
+            aliases = f"  aliased with {row.aliases}" if row.aliases else ""
             note = f"  {row.note}" if row.note else ""
             yield f"  {row.term:<{width}}  {_interval(row.effect, row.ci95_low, row.ci95_high)}{levels}{aliases}{note}"
         if own[0].n_missing:
-            yield f"  {own[0].n_missing} runs that did not get there count with the whole duration"
+            yield f"  {own[0].n_missing} runs that did not complete count with the full mission duration"
 
 
 def _marked(strategy: str) -> str:
@@ -286,9 +286,9 @@ def _entries(row: Comparison) -> dict[str, str]:
         "n": str(row.n),
         "done": str(row.n_completed),
         "mean [95 %]": _mean(row),
-        "of those that got there": _interval(row.reached_mean, row.reached_ci95_low, row.reached_ci95_high),
+        "completed runs [95 %]": _interval(row.reached_mean, row.reached_ci95_low, row.reached_ci95_high),
         f"difference to {row.baseline}": _interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high),
-        "where both did": _interval(row.diff_reached, row.diff_reached_ci95_low, row.diff_reached_ci95_high),
+        "both completed": _interval(row.diff_reached, row.diff_reached_ci95_low, row.diff_reached_ci95_high),
         "p": "-" if row.p_holm is None else f"{row.p_holm:.2g}",
         "note": row.ci95_note,
         "unforeseen": row.unforeseen,
@@ -325,13 +325,13 @@ def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
 
     if rows[0].n_reached is not None:
         n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
-        yield f"restricted means: the {n - reached} of {n} runs that did not get there count with the whole duration"
-        yield "their intervals hold for what further runs may do that do not get there; see n_reached for how many did"
+        yield f"restricted means: {n - reached} of {n} runs did not complete and count with the full mission duration"
+        yield "their intervals allow for further runs that do not complete; n_reached counts the completed ones"
     if any(row.deterministic for row in rows):
-        yield "deterministic: nothing was drawn, so that repeats are one run; it has no interval and no p"
+        yield "deterministic: no random draws, so repeats count as one run without interval and p"
     if rows[0].metric != "completed" and (unequal := [row for row in rows if row.unequal_success]):
         names = ", ".join(dict.fromkeys(f"{row.strategy} with {row.policy} at per {row.per:g}" for row in unequal))
-        yield f"unequal work, success rates are told from the highest, do not rank by this: {names}"
+        yield f"unequal work: success rates significantly below the highest, do not rank by this metric: {names}"
     tested = [row.n_pairs for row in rows if row.p_holm is not None]
     if tested and (least := least_p(max(tested))) >= SIGNIFICANT:
-        yield f"no p of {max(tested)} pairs can be below {least:.2g}: repeat more"
+        yield f"no p of {max(tested)} pairs can be below {least:.2g}: use more repeats"

@@ -123,7 +123,7 @@ def test_of_a_censored_metric_no_run_is_left_out(tmp_path: Path) -> None:
     assert slow.ci95_low < 14.5
     assert slow.reached_mean == 9.0
     text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "time_to_95_s"]).stdout
-    assert "restricted means: the 4 of 16 runs that did not get there count with the whole duration" in text
+    assert "restricted means: 4 of 16 runs did not complete and count with the full mission duration" in text
 
 
 def test_where_a_metric_does_not_apply_a_run_is_left_out(tmp_path: Path) -> None:

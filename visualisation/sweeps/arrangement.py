@@ -149,10 +149,10 @@ POLICIES = ("ack", "m-ack", "mps-ack", "holdings", "adaptive")
 """Names with fixed look and legend position; a policy may end in ``-repeat``."""
 REPEAT = "-repeat"
 WORDS = {
-    UNFORESEEN: "case of what is unforeseen",
+    UNFORESEEN: "unforeseen events",
     "fleet.size": "number of vehicles",
-    "channel.p_bad_to_good": "probability per slot that a bad spell ends",
-    "channel.p_good_to_bad": "probability per slot that a bad spell begins",
+    "channel.p_bad_to_good": "probability per slot of leaving the bad state",
+    "channel.p_good_to_bad": "probability per slot of entering the bad state",
     "communication.range_m": "range of the modems (m)",
     "communication.modem": "modem",
 }

@@ -20,9 +20,9 @@ LEAST_IN = 0.2
 NONE = "\u2013"
 MEAN = "mean"
 BEST = style.tint(style.BLUE, 0.25)
-TOO_FEW = "too few runs to tell any from the best"
-NOTE = "bold, shaded: best, or not told from it"
-ONE_RUN = "deterministic, n = 1: nothing was tested"
+TOO_FEW = "too few runs for significant differences"
+NOTE = "shaded: best, or no significant difference"
+ONE_RUN = "deterministic, n = 1: no test"
 UNEQUAL, NOTE_OF_UNEQUAL = "*", "; *: unequal work"
 """Mark of a rank with a significantly lower success rate, and its explanation."""
 

@@ -168,14 +168,14 @@ def test_captions_say_what_the_figure_rests_on(texts: dict[str, str], kind: str)
         {"consistency-time": "n = 2 to 3", **dict.fromkeys(COUNTING_FAILURES, "n = 4 ")}.get(kind, "n = 3 to 4"),
         "master seed 11", "strategies remoras, fixed-partition", "policy m-ack",
         "channel bernoulli", "Scenario mapping-rendezvous", "23 of 24 runs done", "remoras 9.8.7",
-        "1 failed (not completed)",
+        "1 failed (count as not completed)",
     ):  # fmt: skip
         assert part in text
     assert re.search(r"\d+ of them not completed \(censored\)", text)
     intervals = {
-        "ranking": "step-down sign flips of all pairs",
+        "ranking": "step-down sign-flip test of all pairs",
         "differences": INTERVALS_OF_DIFFERENCES,
-        "success-rate": "Wilson's 95 % intervals",
+        "success-rate": "95 % Wilson intervals",
     }
     assert intervals.get(kind, INTERVALS_OF_MEANS) in text
 
@@ -198,7 +198,7 @@ def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> No
     ]
     assert "oracle (bound)" in legend
     texts = captions(results, ["bytes", "ranking"], tmp_path / "out")
-    assert all("Not ranked, as a bound: oracle." in text and "Unequal work:" not in text for text in texts)
+    assert all("Not ranked, since a bound: oracle." in text and "Unequal work:" not in text for text in texts)
     assert {row["strategy"] for row in table(tmp_path / "out" / "bytes.csv")} == {"remoras", "central", "oracle"}
     assert {row["strategy"] for row in table(tmp_path / "out" / "ranking.csv")} == {"remoras", "central"}
     two = few("remoras", "oracle").write(tmp_path / "two")
@@ -210,7 +210,7 @@ def test_an_unfinished_sweep_is_drawn_and_said_to_be(tmp_path: Path) -> None:
     results = few(*SEVEN[:2], n_remaining=3).write(tmp_path / "sweep")
     drawn = draw_sweep_figures(results, ["bytes", "ranking"], tmp_path / "out", "svg")
     assert drawn.notes == ["the sweep is not finished, 3 runs are missing in the figures"]
-    assert "3 not made yet" in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
+    assert "3 still to run" in (tmp_path / "out" / "bytes.txt").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -256,7 +256,7 @@ def test_every_case_of_what_is_unforeseen_has_a_panel_or_is_a_place_on_the_axis(
     channels = [("bernoulli", [0.4], {})]
     one = few(*SEVEN[:3], channels=channels, repeats=4, unforeseen=cases).write(tmp_path / "axis")
     caption, _ = captions(one, ["mission-time", "ranking"], tmp_path / "out")
-    assert "Mission time over case of what is unforeseen." in caption
+    assert "Mission time over unforeseen events." in caption
     assert "Cases: 1 nothing, 2 speeds within 30 %, 3 one vehicle lost." in caption
     assert {row["unforeseen"] for row in table(tmp_path / "out" / "ranking.csv")} == set(cases)
 
@@ -274,9 +274,9 @@ def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     assert texts.count("3*") == len(FEW)
     assert any(text.endswith("; *: unequal work") for text in texts)
     caption, of_bytes = captions(results, ["ranking", "bytes"], tmp_path / "out")
-    assert "Success is the mission's whole goal (goal_fraction = 1), reached before its end." in caption
-    assert "Here: central at 0.1,0.5,0.8." in caption
-    assert "Unequal work: success rates of central are told from the highest." in of_bytes
+    assert "Success is the mission's whole goal (goal_fraction = 1), achieved within its duration." in caption
+    assert "Marked: central at 0.1,0.5,0.8." in caption
+    assert "Unequal work: success rates significantly below the highest: central." in of_bytes
 
 
 def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Path) -> None:
@@ -291,7 +291,7 @@ def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Pa
     legend = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert legend == list(SEVEN[1:3])  # the baseline is the line at zero
     [caption] = captions(results, ["differences"], tmp_path / "out", "n_bytes")
-    assert caption.startswith("Bytes: mean differences to remoras over packet error rate")
+    assert caption.startswith("Bytes: mean difference to remoras over packet error rate")
     assert "Below zero is better." in caption
 
 
@@ -325,7 +325,7 @@ def test_a_metric_that_a_mission_brings_is_drawn_ranked_and_captioned_by_its_dec
     assert {path.name for path in (tmp_path / "out").glob("*.svg")} == {"depth-reached.svg", "ranking-depth_m.svg"}
     assert text.startswith("Depth reached over packet error rate.")
     assert "Dives above 10 m are left out." in text
-    assert f"1 is the {'highest' if better is Better.HIGHER else 'lowest'}" in caption
+    assert f"Rank 1 is the {'highest' if better is Better.HIGHER else 'lowest'}" in caption
     rows = table(tmp_path / "out" / "ranking-depth_m.csv")
     assert [row["rank"] for row in rows if row["strategy"] == first] == ["1.0"] * len(FEW)
 
