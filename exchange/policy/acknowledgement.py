@@ -34,6 +34,8 @@ class Acknowledgement(NamedTuple):
         relays: nodes store what headers report about others; otherwise `reported` is empty.
         infers: `header` uses `holders`; otherwise it is empty.
         period_frames: TDMA frames until the header layout repeats.
+        lasts: what headers report about a packet is kept while a header can name it; the paper clears it in the next
+            slot of its sender.
         states: packets also report received sets, which determine the repeats; see `exchange.policy.planning`.
         codes: repairs are coded symbols, see `exchange.policy.coding`.
 
@@ -55,6 +57,7 @@ class Acknowledgement(NamedTuple):
     relays: bool = False
     infers: bool = False
     period_frames: int = 1
+    lasts: bool = False
     states: bool = False
     codes: bool = False
 
@@ -148,10 +151,15 @@ class PacketLog:
             self.heard &= ~(1 << sender)
             self._loaded &= ~(1 << place)
             self._received &= ~(1 << place)
-            if self._reported:
-                self._reported &= ~(self._both << sender * n_nodes)
+            self._reported &= ~self._void(passed)
             self._items[place] = 0
         self.slot = max(slot, self.slot)
+
+    def _void(self, slot: int) -> int:
+        """Return the facts that a slot makes void: of all packets of its sender, or of the ring place that it takes."""
+        if self._kind.lasts:
+            return self._all << slot % self._ring * self.n_nodes
+        return self._both << slot % self.n_nodes * self.n_nodes
 
     @property
     def own_slot(self) -> int:
@@ -217,7 +225,7 @@ class PacketLog:
         """
         heeded, places = heeded & self._all, self._loaded
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
-            facts &= ~(self._both << later % self.n_nodes * self.n_nodes)
+            facts &= ~self._void(later)
         if self._kind.relays:
             self._reported |= facts & heeded * self._each
         while places:

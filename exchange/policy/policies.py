@@ -68,6 +68,9 @@ MPS_ACK = Acknowledgement(
 ACKNOWLEDGEMENTS = (ACK, M_ACK, MPS_ACK)
 """Kinds of the paper in display order."""
 
+LASTING = MPS_ACK._replace(name="lasting", title="matrix with pseudo-acknowledgements, kept for two frames", lasts=True)
+"""As `MPS_ACK`, without the clearing of section 5.3: the same header reports more true bits."""
+
 HOLDINGS = Acknowledgement(
     "holdings", "acknowledgements and statements of holdings", own_row, own_receptions, states=True
 )
@@ -106,18 +109,18 @@ class AckPolicy:
         )
 
 
-PAPER_POLICIES: dict[str, AckPolicy] = {
-    policy.name: policy for policy in (AckPolicy(kind, repeat) for kind in ACKNOWLEDGEMENTS for repeat in (False, True))
-}
+def _by_name(*kinds: Acknowledgement) -> dict[str, AckPolicy]:
+    """Return the policies of these kinds, without and with repeating, by name."""
+    return {policy.name: policy for policy in (AckPolicy(kind, repeat) for kind in kinds for repeat in (False, True))}
+
+
+PAPER_POLICIES = _by_name(*ACKNOWLEDGEMENTS)
 """Six policies of the paper by name."""
 
-STATING: dict[str, AckPolicy] = {
-    policy.name: policy
-    for policy in (AckPolicy(kind, repeat) for kind, repeat in ((HOLDINGS, False), (HOLDINGS, True), (ADAPTIVE, True)))
-}
+STATING = _by_name(HOLDINGS) | {ADAPTIVE.name: AckPolicy(ADAPTIVE, repeat=True)}
 """Policies that report received sets, by name."""
 
-POLICIES = PAPER_POLICIES | STATING
+POLICIES = PAPER_POLICIES | _by_name(LASTING) | STATING
 """Shipped policies by name."""
 
 
@@ -157,9 +160,11 @@ def policy_fault(policy: object) -> str | None:
         return f"repeat must be true or false, not {policy.repeat!r}"
     if not (isinstance(kind.name, str) and kind.name and isinstance(kind.title, str) and kind.title):
         return "its acknowledgement needs a name and a title"
-    for name in ("relays", "infers", "states", "codes"):
+    for name in ("relays", "infers", "lasts", "states", "codes"):
         if not isinstance(getattr(kind, name), bool):
             return f"{name} must be true or false, not {getattr(kind, name)!r}"
+    if kind.lasts and not kind.relays:
+        return "lasts is true and relays is not: nodes keep no acknowledgements that others report"
     if kind.codes and not kind.states:
         return "codes is true and states is not: symbols are over what statements say to be held"
     if not isinstance(kind.period_frames, int) or kind.period_frames < 1:

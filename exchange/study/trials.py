@@ -56,13 +56,14 @@ class Layouts(NamedTuple):
     Attributes:
         n_bits: [slot] bits of the header.
         place, node: [slot, bit] ring place of the acknowledged packet, and its receiver.
-        ago: [slot, bit] slots since the last packet of that sender; 0 for own packets.
+        n_headers: [slot, bit] slots before it whose headers count: those since the sender of the acknowledged packet
+            sent again, or since that packet.
     """
 
     n_bits: Ints
     place: Ints
     node: Ints
-    ago: Ints
+    n_headers: Ints
 
 
 class Slot(NamedTuple):
@@ -102,7 +103,8 @@ def layouts_of(kind: Acknowledgement, n_nodes: int) -> Layouts:
     carried: list[list[tuple[int, int, int]]] = []
     for slot in range(ring * kind.period_frames):
         facts = layout(kind, n_nodes, slot // n_nodes % kind.period_frames, slot % n_nodes)
-        carried.append([((slot - ago) % ring, node, ago % n_nodes) for ago, nodes in facts for node in members(nodes)])
+        lasting = ring if kind.lasts else n_nodes
+        carried.append([((slot - ago) % ring, node, ago % lasting) for ago, nodes in facts for node in members(nodes)])
     n_bits = np.array([*map(len, carried)], np.int64)
     fields = np.zeros((3, len(carried), max(1, *n_bits)), np.int64)
     for slot, bits in enumerate(carried):
@@ -141,8 +143,8 @@ def acknowledge(header: Header, layouts: Layouts, case: Case, fleet: Fleet, slot
     if case.relays:
         fleet.reported[place] = 0
     for bit in range(layouts.n_bits[at]):
-        earlier, node, ago = layouts.place[at, bit], layouts.node[at, bit], layouts.ago[at, bit]
-        received, holding = known[earlier] if ago != 0 else 0, 0
+        earlier, node = layouts.place[at, bit], layouts.node[at, bit]
+        received, holding = known[earlier] if earlier % n_nodes != owner else 0, 0
         if case.infers:
             holding = fleet.some[earlier] & received
             if holding != 0:
@@ -150,7 +152,7 @@ def acknowledge(header: Header, layouts: Layouts, case: Case, fleet: Fleet, slot
                     holding &= holders[column, node] | ~fleet.loaded[earlier, column]
         reported = 0
         at_peer = place
-        for _ in range(ago if case.relays else 0):
+        for _ in range(layouts.n_headers[at, bit] if case.relays else 0):
             at_peer = at_peer - 1 if at_peer > 0 else 2 * n_nodes - 1
             reported |= fleet.reported[at_peer, earlier, node] & known[at_peer]
         fleet.acks[bit] = header(reported, -int(node == owner), received, holding)
