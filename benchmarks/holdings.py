@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from typing import Any
 from unittest import mock
 
-from exchange.policy.planning import END_BITS, PacketPlan
+from exchange.policy.planning import END_BITS
 from exchange.policy.policies import ADAPTIVE, HOLDINGS, AckPolicy
 from exchange.study import stating
 from exchange.study.lanes import Case, n_columns_of
@@ -37,17 +37,15 @@ TRIALS, POISSON_SHARE = 300, 20
 SEED = 11
 
 
-def compose_in_order(
-    case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: Slot, n_bits: int
-) -> tuple[int, int]:
+def compose_in_order(case: Case, fleet: Fleet, statements: Statements, slot: Slot, n_bits: int) -> tuple[int, int]:
     """`exchange.study.stating.compose_packet` without a plan: statements that are owed, and items that wait longest.
 
     Items go by the rule of the six policies, `exchange.study.trials.choose`; there are no symbols.
     """
-    n_nodes, owner, place = case.n_nodes, slot.owner, slot.place
+    n_nodes, owner, place, plan = case.n_nodes, slot.owner, slot.place, statements.plan
     look_through(case, fleet, statements, owner)
-    count_owed(case, fleet, statements, plan, owner, slot.number)
-    n_candidates = gather(case, fleet, statements, plan, owner)
+    count_owed(case, fleet, statements, owner, slot.number)
+    n_candidates = gather(case, fleet, statements, owner)
     left = case.capacity_bits - END_BITS - n_bits
     for step in range(n_nodes):
         origin = (slot.frame + step) % n_nodes
@@ -64,7 +62,7 @@ def compose_in_order(
             left -= case.item_bits
             n_sent += 1
     statements.n_plain[owner] = n_sent
-    state_holdings(case, fleet, statements, plan, owner, place, 0)
+    state_holdings(case, fleet, statements, owner, place, 0)
     stating.show_holders(case, fleet, statements, owner, slot.number, left)
     note_told(case, fleet, statements, owner, slot.number)
     note_brought(case, fleet, statements, owner, owner, 0)

@@ -10,8 +10,9 @@ from exchange.manager.manager import OPTIONAL_PARTS, ExchangeManager, Options
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
 from exchange.policy.policies import POLICIES, AckPolicy, header_bits
 from exchange.schedule import TdmaSchedule
-from exchange.study import stating, trials
-from exchange.study.lanes import Case, new_lanes
+from exchange.study import trials
+from exchange.study.compiler import arguments_of, slot_rule_of
+from exchange.study.lanes import Case
 from exchange.wire.codec import Codec
 from exchange.wire.fragmentcodec import Packing
 from missions.mapping import MappingMission
@@ -206,20 +207,17 @@ class ReferenceStudy:
     def __init__(
         self, policy: AckPolicy, n_nodes: int, items: int, evidence: bool, item_bits: int, room: int, of_symbol: int = 0
     ) -> None:
-        self.kind, n_columns = policy.acknowledgement, n_nodes * items
+        self.kind = policy.acknowledgement
         capacity_bits = room + header_bits(policy, n_nodes)
         self.case = Case(
-            n_nodes, policy.repeat, evidence, self.kind.relays, self.kind.infers, self.kind.codes, n_sources=n_nodes,
-            columns_per_source=items, item_bits=item_bits, symbol_bits=of_symbol, number_bits=NUMBER_BITS,
-            capacity_bits=capacity_bits,
+            n_nodes, policy.repeat, evidence, self.kind.relays, self.kind.infers, self.kind.states, self.kind.codes,
+            n_sources=n_nodes, columns_per_source=items, item_bits=item_bits, symbol_bits=of_symbol,
+            number_bits=NUMBER_BITS, capacity_bits=capacity_bits,
         )  # fmt: skip
-        self.layouts = trials.layouts_of(self.kind, n_nodes)
-        self.fleet = trials.new_fleet(n_nodes, n_columns, self.layouts.node.shape[1])
         none = np.zeros((1, 1), np.int64)
-        self.lanes = new_lanes(n_columns, none, none, none)
+        self.layouts, _, self.fleet, self.lanes, self.state = arguments_of(self.kind, self.case, none, none, none)
         trials.begin(self.case, self.fleet, self.lanes, 0, 0, 1)
-        self.play: Callable[..., None] = stating.play_slot if self.kind.states else trials.play_slot
-        self.state = stating.new_state(self.case) if self.kind.states else None
+        self.play = slot_rule_of(self.kind)
 
     def pass_slot(self, slot: int, heard_by: int) -> int:
         """Play a slot; returns how many items were sent."""

@@ -26,11 +26,11 @@ from exchange.errors import ConfigurationError
 from exchange.policy import planning, policies
 from exchange.policy.acknowledgement import Acknowledgement
 from exchange.study import lanes, stating, trials
-from exchange.study.lanes import N_QUANTITIES, Case, Ints
-from exchange.study.trials import Header, Layouts, layouts_of
+from exchange.study.lanes import N_QUANTITIES, Case, Ints, Lanes, allocated, sizes_of
+from exchange.study.trials import Fleet, Header, Layouts, layouts_of, new_fleet
 
 SlotLoop = Callable[..., None]
-"""Signature of `trials.run_plain_trials` without the header, which is built in."""
+"""Signature of `trials.run_trials` without the rules of slot and header, which are built in."""
 
 Say = Callable[[str], None]
 """Prints a line for the user."""
@@ -63,13 +63,30 @@ Vector instructions wait for words just stored: they make a slot of five nodes a
 
 
 HEADER: Header = policies.ACK.header
-LOOP: Callable[..., None] = trials.run_plain_trials
-"""Placeholders for header rule and loop; `_compile` replaces them in a copy of the entry."""
+SLOT_RULE: Callable[..., None] = trials.play_slot
+"""Placeholders for the rules of header and slot; `_compile` replaces them in a copy of the entry."""
 
 
-def run_trials(layouts: Layouts, case: Case, thresholds: Ints, received: Ints, outcomes: Ints) -> None:
-    """Entry point of compiled code: a loop with the header rule built in."""
-    LOOP(HEADER, layouts, case, thresholds, received, outcomes)
+def run_trials(layouts: Layouts, case: Case, fleet: Fleet, lanes: Lanes, state: Any) -> None:
+    """Entry point of compiled code: the loop over slots with the rules of a kind built in."""
+    trials.run_trials(SLOT_RULE, HEADER, layouts, case, fleet, lanes, state)
+
+
+def arguments_of(
+    kind: Acknowledgement, case: Case, thresholds: Ints, received: Ints, outcomes: Ints
+) -> tuple[Layouts, Case, Fleet, Lanes, Any]:
+    """Return the arguments of a slot loop, with the state of new trials.
+
+    Args:
+        thresholds: of the losses from row to column, see `lanes.thresholds_of`.
+        received: cache of receptions, shape (any, n_trials), initially zero; shared by policies with the same seed,
+            trials and loss probabilities.
+        outcomes: results, initially zero: sum, count and censored number, shape (n_trials, N_QUANTITIES, 3).
+    """
+    layouts = layouts_of(kind, case.n_nodes)
+    state = stating.new_statements(case) if kind.states else None
+    of_lanes = allocated(Lanes, sizes_of(case), thresholds, received, outcomes)
+    return layouts, case, new_fleet(case, layouts), of_lanes, state
 
 
 def _globals_named(function: FunctionType) -> list[Any]:
@@ -81,9 +98,9 @@ def _globals_named(function: FunctionType) -> list[Any]:
     return [value for value in (*values, *of_modules) if not isinstance(value, ModuleType)]
 
 
-def loop_of(kind: Acknowledgement) -> Callable[..., None]:
-    """Return the function that runs the trials of a kind."""
-    return stating.run_stating_trials if kind.states else trials.run_plain_trials
+def slot_rule_of(kind: Acknowledgement) -> Callable[..., None]:
+    """Return the slot rule of a kind."""
+    return stating.play_slot if kind.states else trials.play_slot
 
 
 def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
@@ -102,8 +119,8 @@ def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
                 visit(value)
             called[function] = None
 
-    visit(kind.header)
-    visit(loop_of(kind))
+    for function in (kind.header, slot_rule_of(kind), trials.run_trials):
+        visit(function)
     return called
 
 
@@ -135,8 +152,7 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
 WITHOUT_MEMORY: dict[str, Any] = {"_nrt": False}
 """Option of functions without allocation: Numba counts no references in them."""
 
-_allocates: dict[Callable[..., Any], bool] = {np.zeros: True}
-"""Whether a function allocates memory, of those registered with Numba."""
+_registered: set[FunctionType] = set()
 _ready: dict[tuple[Header, bool], SlotLoop] = {}
 """Compiled loops by header rule and by whether packets report received sets."""
 
@@ -145,12 +161,9 @@ def make_compilable(kind: Acknowledgement) -> None:
     """Register the functions of the slot loop with Numba; as Python they stay unchanged."""
     from numba.extending import register_jitable
 
-    for function in functions_of(kind):
-        if function not in _allocates:
-            called = filter(callable, _globals_named(function))
-            _allocates[function] = any(_allocates.get(one, False) for one in called)
-            options = {} if _allocates[function] else WITHOUT_MEMORY
-            register_jitable(forceinline=function not in CALLED, **options)(function)
+    for function in functions_of(kind).keys() - _registered:
+        register_jitable(forceinline=function not in CALLED, **WITHOUT_MEMORY)(function)
+        _registered.add(function)
 
 
 def why_uncompiled() -> str:
@@ -168,7 +181,7 @@ def why_uncompiled() -> str:
 
 def as_python(kind: Acknowledgement) -> SlotLoop:
     """Return the slot loop of a kind as Python."""
-    return partial(loop_of(kind), kind.header)
+    return partial(trials.run_trials, slot_rule_of(kind), kind.header)
 
 
 def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgement, SlotLoop]:
@@ -200,14 +213,14 @@ def _compile(kind: Acknowledgement, folder: Path | None) -> SlotLoop:
     make_compilable(kind)
     with _settings(numba.config, CACHE_DIR=str(folder or ""), **SETTINGS):
         header: Any = numba.njit(forceinline=True, error_model="numpy", **WITHOUT_MEMORY)(kind.header)
-        built_in = {**run_trials.__globals__, "HEADER": header, "LOOP": loop_of(kind)}
+        built_in = {**run_trials.__globals__, "HEADER": header, "SLOT_RULE": slot_rule_of(kind)}
         of_kind = FunctionType(run_trials.__code__, built_in, run_trials.__name__)
         of_kind.__module__, of_kind.__qualname__ = run_trials.__module__, run_trials.__qualname__
         machine_code: SlotLoop = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
         # No trials: only the types of the arguments matter here.
         words, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, N_QUANTITIES, 3), np.int64)
         try:
-            machine_code(layouts_of(kind, 2), Case(2), words, words, outcomes)
+            machine_code(*arguments_of(kind, Case(2, states=kind.states), words, words, outcomes))
         except NumbaError as error:
             raise ConfigurationError(
                 f"acknowledgement {kind.name!r} cannot be compiled for the policy study; its header may use its "

@@ -14,8 +14,9 @@ never mix.
 Plain Python that `exchange.study.compiler` compiles, as all that the slot loops call.
 """
 
+from collections.abc import Mapping
 from math import frexp
-from typing import NamedTuple, TypeAlias
+from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,9 @@ from exchange.channel.loss import link_draw, slot_key, trial_key
 
 Ints: TypeAlias = NDArray[np.int64]
 Floats: TypeAlias = NDArray[np.float64]
+Bytes: TypeAlias = NDArray[np.uint8]
+_DTYPES: dict[Any, type[np.generic]] = {Ints: np.int64, Floats: np.float64, Bytes: np.uint8}
+_State = TypeVar("_State", bound=NamedTuple)
 
 LANES = 64
 """Trials that run at once."""
@@ -57,7 +61,7 @@ class Case(NamedTuple):
     Nodes 0 to `n_sources` - 1 have as many columns each. `rate` is 0 for a batch: every column is an item of slot 0.
     Under Poisson load it is the mean number of new items per node and slot; items generated in the window are followed
     to their end, while generation continues. `p_none` is exp(-rate). `number_bits` is the size of a sequence, for
-    policies that report received sets. `knows_all` marks the bound.
+    policies that report received sets (`states`). `knows_all` marks the bound.
     """
 
     n_nodes: int
@@ -65,6 +69,7 @@ class Case(NamedTuple):
     carrier_evidence: bool = False
     relays: bool = False
     infers: bool = False
+    states: bool = False
     codes: bool = False
     knows_all: bool = False
     n_sources: int = 1
@@ -93,31 +98,28 @@ class Lanes(NamedTuple):
     thresholds: Ints  # [sender, receiver] see `thresholds_of`
     received: Ints  # [word, trial] cache of receptions
     outcomes: Ints  # [trial, quantity, sum or count or censored]
-    trials: Ints  # [lane] number of its trial, counted from the first that is played
-    began_frame: Ints  # [lane]
-    n_followed: Ints  # [lane] items followed to their end
-    drawn: Ints  # [slot * n_nodes + node] lanes in which the node receives the packet of the slot, of a few slots
-    digits: Ints  # [digit] lanes whose transmission counter has the digit 1
-    reached: Ints  # [stage, column] lanes in which the item has reached the stage
-    born_slot: Ints  # [lane, column] of the item
-    free_slot: Ints  # [lane, column] from this slot on the column may be given to a new item
+    trials: Annotated[Ints, "lane"]  # number of its trial, counted from the first that is played
+    began_frame: Annotated[Ints, "lane"]
+    n_followed: Annotated[Ints, "lane"]  # items followed to their end
+    drawn: Annotated[Ints, "lane"]  # [slot * n_nodes + node] lanes in which the node receives the packet of the slot
+    digits: Annotated[Ints, "digit"]  # lanes whose transmission counter has the digit 1
+    reached: Annotated[Ints, "stage", "column"]  # lanes in which the item has reached the stage
+    born_slot: Annotated[Ints, "lane", "column"]  # of the item
+    free_slot: Annotated[Ints, "lane", "column"]  # from this slot on the column may be given to a new item
 
 
-def new_lanes(n_columns: int, thresholds: Ints, received: Ints, outcomes: Ints) -> Lanes:
-    """Allocate the state of all lanes."""
-    return Lanes(
-        thresholds,
-        received,
-        outcomes,
-        trials=np.zeros(LANES, np.int64),
-        began_frame=np.zeros(LANES, np.int64),
-        n_followed=np.zeros(LANES, np.int64),
-        drawn=np.zeros(LANES, np.int64),
-        digits=np.zeros(N_DIGITS, np.int64),
-        reached=np.zeros((N_STAGES, n_columns), np.int64),
-        born_slot=np.zeros((LANES, n_columns), np.int64),
-        free_slot=np.zeros((LANES, n_columns), np.int64),
-    )
+def sizes_of(case: Case) -> dict[str, int]:
+    """Return the lengths of the axes of the state."""
+    n_nodes, nodes = case.n_nodes, ("node", "holder", "receiver", "sender", "origin", "peer")
+    sizes = {"column": n_columns_of(case), "place": 2 * n_nodes, "lane": LANES, "digit": N_DIGITS, "stage": N_STAGES}
+    return sizes | dict.fromkeys(nodes, n_nodes)
+
+
+def allocated(state: type[_State], sizes: Mapping[str, int], *given: Any) -> _State:
+    """Allocate arrays of zeros along the axes that the fields of a state declare, behind those ``given``."""
+    fields = list(get_type_hints(state, include_extras=True).values())[len(given) :]
+    arrays = (np.zeros([sizes[axis] for axis in field.__metadata__], _DTYPES[field.__origin__]) for field in fields)
+    return state._make((*given, *arrays))
 
 
 def lane_bit(lane: int) -> int:

@@ -13,11 +13,10 @@ from exchange.policy.acknowledgement import Acknowledgement
 from exchange.policy.planning import names_bits
 from exchange.policy.policies import AckPolicy
 from exchange.study import lanes
-from exchange.study.compiler import SlotLoop
+from exchange.study.compiler import SlotLoop, arguments_of
 from exchange.study.estimates import Moments, moments
 from exchange.study.lanes import Case, Floats, Ints
 from exchange.study.parameters import BOUND, ExchangeStudy, LoadKind
-from exchange.study.trials import layouts_of
 
 TRIALS_AT_ONCE = 1000
 """Trials of a batch; memory grows with it, not with the number of trials."""
@@ -41,6 +40,7 @@ def case_of(study: ExchangeStudy, policy: AckPolicy) -> Case:
         carrier_evidence=study.carrier_evidence,
         relays=kind.relays,
         infers=kind.infers,
+        states=kind.states,
         codes=kind.codes,
         knows_all=policy == BOUND,
         n_sources=1 if load.kind is LoadKind.SINGLE else study.nodes,
@@ -135,6 +135,6 @@ def play_batch(
 
 def play(loop: SlotLoop, kind: Acknowledgement, case: Case, p_loss: Floats, received: Ints) -> Ints:
     """Return the outcomes of trials, shape (n_trials, N_QUANTITIES, 3); `received` has a column per trial."""
-    outcomes = np.empty((received.shape[1], lanes.N_QUANTITIES, 3), np.int64)
-    loop(layouts_of(kind, case.n_nodes), case, lanes.thresholds_of(p_loss), received, outcomes)
+    outcomes = np.zeros((received.shape[1], lanes.N_QUANTITIES, 3), np.int64)
+    loop(*arguments_of(kind, case, lanes.thresholds_of(p_loss), received, outcomes))
     return outcomes

@@ -8,7 +8,7 @@ which determine what a node can decode.
 Plain Python that `exchange.study.compiler` compiles.
 """
 
-from typing import Any, NamedTuple, TypeAlias
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from exchange.policy.planning import (
     MOST_STATED,
     SIZE_BITS,
     PacketPlan,
+    Shares,
     holder_set_bits,
     holder_set_rank,
     kept_of_lack,
@@ -34,13 +35,11 @@ from exchange.policy.planning import (
     statement_bits,
 )
 from exchange.study import trials
-from exchange.study.lanes import Case, Floats, Ints, Lanes, count, n_columns_of
+from exchange.study.lanes import Bytes, Case, Floats, Ints, Lanes, allocated, count, n_columns_of, sizes_of
 from exchange.study.trials import Fleet, Header, Layouts, Slot, slot_of
 
 UNKNOWN = -1
 """Slot of an event that never happened; bit that a header does not carry."""
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 _PRODUCTS = np.array(POWERS, np.uint8)[np.add.outer(LOGS, LOGS)]
 _PRODUCTS[0] = _PRODUCTS[:, 0] = 0
@@ -50,93 +49,47 @@ _INVERSES = np.array([0, *map(inverse, range(1, 256))], np.uint8)
 class Statements(NamedTuple):
     """State of nodes beside `Fleet`; item sets are flags by column."""
 
-    confirmed: Ints  # [node, column] acknowledgements that the origin is known to have
-    told: Ints  # [node, column] items that the last own packet reported as held
-    lacks: Floats  # [node, column, peer] probability that the peer lacks the item
-    lost: Floats  # [node, peer] weighted number of own packets lost at the peer
-    weight: Floats  # [node, peer] weighted number of own packets
-    learned_slot: Ints  # [node, column] of the last news about holders of the item
-    passed_slot: Ints  # [node, column] of its last report of a holder set
-    n_passed: Ints  # [node, column] reports since the last news; `MOST_PASSED` without news
-    n_rows: Ints  # [node] undecoded symbols
-    rows: Bytes  # [node, row, column] their coefficients
-    pivots: Ints  # [node, row] the first column of each that is not 0
-    brought: Ints  # [node, place] items of its last packet, then those in its symbols
-    n_plain: Ints  # [node] the former
-    n_coded: Ints  # [node] the latter
-    number: Ints  # [column] sequence given by the origin; `UNKNOWN` without an item
-    n_numbers: Ints  # [node] items generated
-    share: Floats  # [node, sender, peer] probability that its last symbols delivered an item
+    plan: PacketPlan  # of the packet under construction
+    confirmed: Annotated[Ints, "node", "column"]  # acknowledgements that the origin is known to have
+    told: Annotated[Ints, "node", "column"]  # items that the last own packet reported as held
+    lacks: Annotated[Floats, "node", "column", "peer"]  # probability that the peer lacks the item
+    lost: Annotated[Floats, "node", "peer"]  # weighted number of own packets lost at the peer
+    weight: Annotated[Floats, "node", "peer"]  # weighted number of own packets
+    learned_slot: Annotated[Ints, "node", "column"]  # of the last news about holders of the item
+    passed_slot: Annotated[Ints, "node", "column"]  # of its last report of a holder set
+    n_passed: Annotated[Ints, "node", "column"]  # reports since the last news; `MOST_PASSED` without news
+    n_rows: Annotated[Ints, "node"]  # undecoded symbols
+    rows: Annotated[Bytes, "node", "row", "column"]  # their coefficients
+    pivots: Annotated[Ints, "node", "row"]  # the first column of each that is not 0
+    brought: Annotated[Ints, "node", "column"]  # items of its last packet, then those in its symbols
+    n_plain: Annotated[Ints, "node"]  # the former
+    n_coded: Annotated[Ints, "node"]  # the latter
+    number: Annotated[Ints, "column"]  # sequence given by the origin; `UNKNOWN` without an item
+    n_numbers: Annotated[Ints, "node"]  # items generated
+    share: Annotated[Floats, "node", "sender", "peer"]  # probability that its last symbols delivered an item
     # Packet under construction:
-    first: Ints  # [origin] number that its statement begins with
-    end: Ints  # [origin] number behind its range
-    stated: Ints  # [column] items that statements report as held
-    below: Ints  # [column] items that statements report as held by all
-    denied: Ints  # [column] items that statements cover and omit
-    shown: Ints  # [column] items with a holder set
-    received: Ints  # [sender] 1 if the packet acknowledges the last one of that sender
-    columns: Ints  # [candidate]
-    vector: Bytes  # [column] scratch: a symbol
-    before: Ints  # [column, peer] scratch
+    first: Annotated[Ints, "origin"]  # number that its statement begins with
+    end: Annotated[Ints, "origin"]  # number behind its range
+    stated: Annotated[Ints, "column"]  # items that statements report as held
+    below: Annotated[Ints, "column"]  # items that statements report as held by all
+    denied: Annotated[Ints, "column"]  # items that statements cover and omit
+    shown: Annotated[Ints, "column"]  # items with a holder set
+    received: Annotated[Ints, "sender"]  # 1 if the packet acknowledges the last one of that sender
+    columns: Annotated[Ints, "column"]  # of each candidate
+    vector: Annotated[Bytes, "column"]  # scratch: a symbol
+    before: Annotated[Ints, "column", "peer"]  # scratch
 
 
-def new_statements(n_nodes: int, n_columns: int) -> Statements:
+def new_statements(case: Case) -> Statements:
     """Allocate the state; `forget_all` clears it before each trial."""
-    of_items, of_nodes = (n_nodes, n_columns), (n_nodes, n_nodes)
-    return Statements(
-        confirmed=np.zeros(of_items, np.int64),
-        told=np.zeros(of_items, np.int64),
-        lacks=np.ones((n_nodes, n_columns, n_nodes)),
-        lost=np.zeros(of_nodes),
-        weight=np.zeros(of_nodes),
-        learned_slot=np.zeros(of_items, np.int64),
-        passed_slot=np.zeros(of_items, np.int64),
-        n_passed=np.zeros(of_items, np.int64),
-        n_rows=np.zeros(n_nodes, np.int64),
-        rows=np.zeros((n_nodes, MOST_ROWS, n_columns), np.uint8),
-        pivots=np.zeros((n_nodes, MOST_ROWS), np.int64),
-        brought=np.zeros(of_items, np.int64),
-        n_plain=np.zeros(n_nodes, np.int64),
-        n_coded=np.zeros(n_nodes, np.int64),
-        number=np.zeros(n_columns, np.int64),
-        n_numbers=np.zeros(n_nodes, np.int64),
-        share=np.zeros((n_nodes, n_nodes, n_nodes)),
-        first=np.zeros(n_nodes, np.int64),
-        end=np.zeros(n_nodes, np.int64),
-        stated=np.zeros(n_columns, np.int64),
-        below=np.zeros(n_columns, np.int64),
-        denied=np.zeros(n_columns, np.int64),
-        shown=np.zeros(n_columns, np.int64),
-        received=np.zeros(n_nodes, np.int64),
-        columns=np.zeros(n_columns, np.int64),
-        vector=np.zeros(n_columns, np.uint8),
-        before=np.zeros((n_columns, n_nodes), np.int64),
-    )
+    return allocated(Statements, sizes_of(case) | {"row": MOST_ROWS}, new_plan(case.n_nodes * n_columns_of(case)))
 
 
-def new_plan(n_nodes: int, n_columns: int) -> PacketPlan:
-    """Allocate the plan of a packet."""
-    return PacketPlan(
-        reception=np.zeros(n_nodes),
-        origin=np.zeros(n_columns, np.int64),
-        size_bits=np.zeros(n_columns, np.int64),
-        symbol_bits=np.zeros(n_columns, np.int64),
-        is_new=np.zeros(n_columns, np.int64),
-        is_stated=np.zeros(n_columns, np.int64),
-        weight=np.ones(n_columns),
-        lacks=np.zeros(n_columns * n_nodes),
-        owed=np.zeros(n_nodes),
-        statement_bits=np.zeros(n_nodes, np.int64),
-        gain=np.zeros(n_columns),
-        takes=np.zeros(n_columns, np.int64),
-        states=np.zeros(n_nodes, np.int64),
-        rests=np.zeros(n_columns, np.int64),
-        with_code=np.zeros(n_nodes, np.int64),
-        lacked=np.zeros(n_nodes),
-        worth_lacked=np.zeros(n_nodes),
-        begin=np.zeros(n_nodes, np.int64),
-        end=np.zeros(n_nodes, np.int64),
-    )
+def new_plan(n: int) -> PacketPlan:
+    """Allocate the plan of a packet: ``n`` entries in each field, the most that any needs."""
+    kinds = get_type_hints(PacketPlan).values()
+    plan = PacketPlan._make(np.zeros(n, np.float64 if kind is Shares else np.int64) for kind in kinds)
+    return plan._replace(weight=np.ones(n))
 
 
 def forget_all(statements: Statements) -> None:
@@ -208,9 +161,9 @@ def look_through(case: Case, fleet: Fleet, statements: Statements, owner: int) -
         statements.first[origin], statements.end[origin] = first, min(max(first, end), first + MOST_STATED)
 
 
-def count_owed(case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, slot: int) -> None:
+def count_owed(case: Case, fleet: Fleet, statements: Statements, owner: int, slot: int) -> None:
     """Count the unreported acknowledgements to each origin, and the size of a statement."""
-    n_nodes = len(statements.first)
+    n_nodes, plan = len(statements.first), statements.plan
     for origin in range(n_nodes):
         plan.owed[origin], plan.statement_bits[origin] = 0.0, IMPOSSIBLE
         last, is_known = place_of_last(n_nodes, origin, slot), knows_last(n_nodes, fleet, owner, origin, slot)
@@ -224,9 +177,9 @@ def count_owed(case: Case, fleet: Fleet, statements: Statements, plan: PacketPla
             plan.statement_bits[origin] = statement_bits(n_nodes, case.number_bits, length)
 
 
-def gather(case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int) -> int:
+def gather(case: Case, fleet: Fleet, statements: Statements, owner: int) -> int:
     """Collect held items that, to the owner's knowledge, some node lacks; return their number."""
-    n_nodes, c = case.n_nodes, 0
+    n_nodes, plan, c = case.n_nodes, statements.plan, 0
     for turn in range(n_nodes):  # own first: with equal values, nodes choose different items
         origin = (owner + turn) % n_nodes
         for column in columns_of(case, origin if case.repeat or origin == owner else case.n_sources):
@@ -248,15 +201,13 @@ def gather(case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, o
     return c
 
 
-def compose_packet(
-    case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: Slot, n_bits: int
-) -> tuple[int, int]:
+def compose_packet(case: Case, fleet: Fleet, statements: Statements, slot: Slot, n_bits: int) -> tuple[int, int]:
     """Compose the owner's packet behind a header of ``n_bits``; return its items and symbols."""
-    n_nodes = case.n_nodes
+    n_nodes, plan = case.n_nodes, statements.plan
     owner, place = slot.owner, slot.place
     look_through(case, fleet, statements, owner)
-    count_owed(case, fleet, statements, plan, owner, slot.number)
-    n_candidates = gather(case, fleet, statements, plan, owner)
+    count_owed(case, fleet, statements, owner, slot.number)
+    n_candidates = gather(case, fleet, statements, owner)
     for peer in range(n_nodes):
         reception = reception_of(statements.lost[owner, peer], statements.weight[owner, peer])
         plan.reception[peer] = 0.0 if peer == owner else reception
@@ -279,16 +230,14 @@ def compose_packet(
             left -= plan.statement_bits[origin]
     if n_symbols > 0:
         left -= SIZE_BITS + n_symbols * case.symbol_bits
-    state_holdings(case, fleet, statements, plan, owner, place, n_symbols)
+    state_holdings(case, fleet, statements, owner, place, n_symbols)
     show_holders(case, fleet, statements, owner, slot.number, left)
     note_told(case, fleet, statements, owner, slot.number)
     note_brought(case, fleet, statements, owner, owner, n_symbols)
     return n_sent, n_symbols
 
 
-def state_holdings(
-    case: Case, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, place: int, n_symbols: int
-) -> None:
+def state_holdings(case: Case, fleet: Fleet, statements: Statements, owner: int, place: int, n_symbols: int) -> None:
     """Write statements, their omissions, and the items that symbols cover."""
     n_plain, n_coded = statements.n_plain[owner], 0
     statements.stated[:] = 0
@@ -296,7 +245,7 @@ def state_holdings(
     statements.denied[:] = 0
     for origin in range(case.n_sources):
         length = statements.end[origin] - statements.first[origin]
-        for column in columns_of(case, origin if plan.states[origin] != 0 else case.n_sources):
+        for column in columns_of(case, origin if statements.plan.states[origin] != 0 else case.n_sources):
             number = statements.number[column]
             if not is_alive(statements, column):
                 continue
@@ -562,15 +511,14 @@ def number_items(case: Case, lanes: Lanes, statements: Statements, slot: int) ->
 
 
 def play_slot(
-    header: Header, layouts: Layouts, case: Case, state: tuple[Statements, PacketPlan], fleet: Fleet, lanes: Lanes,
-    slot: Slot, heard: Ints, playing: int, noted: int,
+    header: Header, layouts: Layouts, case: Case, statements: Statements, fleet: Fleet, lanes: Lanes, slot: Slot,
+    heard: Ints, playing: int, noted: int,
 ) -> None:  # fmt: skip
     """Run one slot; arguments as of `trials.play_slot`, but lane 0 only."""
-    statements, plan = state
     slot = slot_of(layouts, case.n_nodes, slot.frame - lanes.began_frame[0], slot.owner)
     number_items(case, lanes, statements, slot.number)
     trials.acknowledge(header, layouts, case, fleet, slot)
-    n_sent, n_symbols = compose_packet(case, fleet, statements, plan, slot, layouts.n_bits[slot.at])
+    n_sent, n_symbols = compose_packet(case, fleet, statements, slot, layouts.n_bits[slot.at])
     trials.note_load(fleet, slot.place)
     note_answers(layouts, fleet, statements, slot)
     for node in range(case.n_nodes):
@@ -578,15 +526,3 @@ def play_slot(
             hear(layouts, case, fleet, statements, slot, node, n_symbols)
     for _ in range(n_sent + n_symbols):
         count(lanes.digits, noted)
-
-
-def new_state(case: Case) -> tuple[Statements, PacketPlan]:
-    """Allocate the state of the slot rule."""
-    return new_statements(case.n_nodes, n_columns_of(case)), new_plan(case.n_nodes, n_columns_of(case))
-
-
-def run_stating_trials(
-    header: Header, layouts: Layouts, case: Case, thresholds: Ints, received: Ints, outcomes: Ints
-) -> None:
-    """Run trials one by one; arguments as of `trials.run_trials`."""
-    trials.run_trials(play_slot, header, layouts, case, new_state(case), 1, thresholds, received, outcomes)

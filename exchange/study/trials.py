@@ -9,7 +9,7 @@ Plain Python that `exchange.study.compiler` compiles; uncompiled it gives the sa
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from exchange.study.lanes import (
     Case,
     Ints,
     Lanes,
+    allocated,
     count,
     draw,
     ended,
@@ -37,10 +38,10 @@ from exchange.study.lanes import (
     key_of,
     lane_bit,
     n_columns_of,
-    new_lanes,
     note_item,
     own_slot,
     poisson_number,
+    sizes_of,
     slots_of_word,
 )
 
@@ -85,15 +86,15 @@ def slot_of(layouts: Layouts, n_nodes: int, frame: int, owner: int) -> Slot:
 class Fleet(NamedTuple):
     """State of all nodes in all lanes; `place` is a slot in the ring of two frames."""
 
-    known: Ints  # [node, place] lanes in which the node received the packet, or sent it
-    loaded: Ints  # [place, column] lanes in which the packet had the item
-    some: Ints  # [place] lanes in which the packet had any
-    reported: Ints  # [place, earlier place, receiver] lanes: the packet reports that the receiver has the earlier
-    holders: Ints  # [node, column, holder] lanes in which the node believes the holder to hold the item
-    settled: Ints  # [node, column] lanes in which the node believes all to hold it
-    done: Ints  # [node] lanes in which it believes so of all items
-    acks: Ints  # [bit] of the header that is sent
-    weights: Ints  # [lane, node, column] of the queue of each node
+    known: Annotated[Ints, "node", "place"]  # lanes in which the node received the packet, or sent it
+    loaded: Annotated[Ints, "place", "column"]  # lanes in which the packet had the item
+    some: Annotated[Ints, "place"]  # lanes in which the packet had any
+    reported: Annotated[Ints, "place", "place", "receiver"]  # lanes: it reports that a receiver has an earlier one
+    holders: Annotated[Ints, "node", "column", "holder"]  # lanes in which the node believes the holder to hold the item
+    settled: Annotated[Ints, "node", "column"]  # lanes in which the node believes all to hold it
+    done: Annotated[Ints, "node"]  # lanes in which it believes so of all items
+    acks: Annotated[Ints, "bit"]  # of the header that is sent
+    weights: Annotated[Ints, "lane", "node", "column"]  # of the queue of each node
 
 
 @lru_cache(maxsize=16)  # costs as much as a few hundred trials
@@ -112,19 +113,9 @@ def layouts_of(kind: Acknowledgement, n_nodes: int) -> Layouts:
     return Layouts(n_bits, *fields)
 
 
-def new_fleet(n_nodes: int, n_columns: int, n_bits: int) -> Fleet:
+def new_fleet(case: Case, layouts: Layouts) -> Fleet:
     """Allocate the state of all nodes."""
-    return Fleet(
-        known=np.zeros((n_nodes, 2 * n_nodes), np.int64),
-        loaded=np.zeros((2 * n_nodes, n_columns), np.int64),
-        some=np.zeros(2 * n_nodes, np.int64),
-        reported=np.zeros((2 * n_nodes, 2 * n_nodes, n_nodes), np.int64),
-        holders=np.zeros((n_nodes, n_columns, n_nodes), np.int64),
-        settled=np.zeros((n_nodes, n_columns), np.int64),
-        done=np.zeros(n_nodes, np.int64),
-        acks=np.zeros(n_bits, np.int64),
-        weights=np.zeros((LANES, n_nodes, n_columns), np.int64),
-    )
+    return allocated(Fleet, sizes_of(case) | {"bit": layouts.node.shape[1]})
 
 
 # One slot -----------------------------------------------------------------------------------------
@@ -436,24 +427,17 @@ def arrive(case: Case, fleet: Fleet, lanes: Lanes, slot: int, playing: int) -> i
 
 
 def run_trials(
-    slot_rule: Callable[..., None], header: Header, layouts: Layouts, case: Case, state: Any, usable: int,
-    thresholds: Ints, received: Ints, outcomes: Ints,
-) -> None:  # fmt: skip
-    """Run the trials `case.first_trial` and following of one policy.
+    slot_rule: Callable[..., None], header: Header, layouts: Layouts, case: Case, fleet: Fleet, lanes: Lanes, state: Any
+) -> None:
+    """Run the trials `case.first_trial` and following of one policy; their results are `lanes.outcomes`.
 
     Args:
         slot_rule: see `play_slot`; ``state`` is its own.
         header: rule of the acknowledgement, or its compiled form.
-        usable: lanes that the slot rule plays.
-        thresholds: of the losses from row to column, see `lanes.thresholds_of`.
-        received: cache of receptions, shape (any, n_trials), initially zero; shared by policies with the same seed,
-            trials and loss probabilities.
-        outcomes: filled with sum, count and censored number of every quantity, shape (n_trials, N_QUANTITIES, 3).
+        fleet, lanes: new ones.
     """
-    n_nodes, n_trials, word_slots = case.n_nodes, len(outcomes), slots_of_word(case.n_nodes)
-    fleet = new_fleet(n_nodes, n_columns_of(case), layouts.node.shape[1])
-    lanes = new_lanes(n_columns_of(case), thresholds, received, outcomes)
-    outcomes[:] = 0
+    n_nodes, n_trials, word_slots = case.n_nodes, len(lanes.outcomes), slots_of_word(case.n_nodes)
+    usable = 1 if case.states else ALL_LANES
     n_begun = playing = frame = 0
     while n_begun < n_trials or playing != 0:
         if n_begun < n_trials and playing != usable and frame * 2 * n_nodes % len(layouts.n_bits) == 0:
@@ -473,10 +457,3 @@ def run_trials(
                 if last != 0:
                     playing &= ~ended(case, lanes, slot.number, last)
         frame += 1
-
-
-def run_plain_trials(
-    header: Header, layouts: Layouts, case: Case, thresholds: Ints, received: Ints, outcomes: Ints
-) -> None:
-    """Run trials of a policy of the paper or of the bound; arguments as of `run_trials`."""
-    run_trials(play_slot, header, layouts, case, 0, ALL_LANES, thresholds, received, outcomes)

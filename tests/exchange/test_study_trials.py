@@ -126,7 +126,7 @@ def test_poisson_load_is_conserved() -> None:
 
 def test_who_hears_is_drawn_for_sender_and_receiver() -> None:
     case, words = Case(5, seed=5), np.zeros((0, 1), np.int64)
-    lane = lanes.new_lanes(1, lanes.thresholds_of(np.full((5, 5), 0.4)), words, words)
+    lane = lanes.allocated(lanes.Lanes, lanes.sizes_of(case), lanes.thresholds_of(np.full((5, 5), 0.4)), words, words)
     lane.trials[0] = 3
     for slot in range(100):
         heard = lanes.draw_word(case, lane, 0, slot - slot % 5, slot % 5, 1)
