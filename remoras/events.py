@@ -1,8 +1,8 @@
 """Event queue of a run, and observers that take part in the run.
 
 The queue has exact times and one total order: (time_s, priority, sequence). At equal times the lower priority number
-comes first, then the earlier insertion, so runs are identical in every version of Mesa and Python. As in SimPy, the
-simulation pops the next event and lets it act: a new kind of event needs no change of the core.
+comes first, then the earlier insertion, so runs are identical in every version of Mesa and Python. An event is a
+function of its host, as a callback in SimPy: a new kind of event needs no change of the core.
 
 Each active feature, and the faults of a run, is an ``Observer`` with a method per event. A simulation keeps one list
 per event of the methods that are overridden (``listening``), so unobserved events cost nothing.
@@ -103,61 +103,70 @@ class Clock(Generic[E]):
         self.now_s, _, _, event = heapq.heappop(heap)
         return event
 
-
-H_contra = TypeVar("H_contra", contravariant=True)
-
-
-class Event(Protocol[H_contra]):
-    """Event at a time."""
-
-    def act(self, host: H_contra) -> None:
-        """Execute; called once by the owner of the queue, at its time."""
-        ...
+    def keep(self, *priorities: int) -> None:
+        """Drop all events of other priorities."""
+        self._heap = [entry for entry in self._heap if entry[1] in priorities]
+        heapq.heapify(self._heap)
 
 
-class Host(Protocol):
-    """Simulation as events and observers see it: a fleet or a single vehicle."""
+Event = Callable[[Any], object]
+"""Event at a time: a function of its host, called once."""
+
+
+class Host:
+    """Simulation as events and observers see it: a fleet or a single vehicle.
+
+    Attributes:
+        vehicles: in node order.
+        last_s: time (s) after which nothing happens but the exchange.
+        make_anew: makes a restarted vehicle from host and predecessor; False if its memory is lost.
+    """
 
     recorder: Recorder
-
-    @property
-    def vehicles(self) -> Sequence[Vehicle]:
-        """Simulated vehicles, in node order."""
-        ...
+    clock: Clock[Event]
+    vehicles: tuple[Vehicle, ...]
+    last_s: float
+    make_anew: Callable[[Any, Vehicle, bool], Vehicle]
 
     @property
     def now_s(self) -> float:
         """True time of the mission (s)."""
-        ...
+        return self.clock.now_s
 
     @property
-    def names(self) -> Sequence[str]:
+    def names(self) -> tuple[str, ...]:
         """Names of the simulated vehicles."""
-        ...
+        return tuple(vehicle.name for vehicle in self.vehicles)
 
-    def at(self, time_s: float, priority: Priority, event: Event[Host]) -> None:
+    def at(self, time_s: float, priority: Priority, event: Event) -> None:
         """Schedule an event at a true time (s), unless the mission is over by then."""
-        ...
+        if time_s <= self.last_s:
+            self.clock.schedule(time_s, priority, event)
 
     def named(self, vehicle: str) -> Vehicle:
         """Return the current vehicle of that name."""
-        ...
+        return next(candidate for candidate in self.vehicles if candidate.name == vehicle)
 
     def shown_s(self, vehicle: Vehicle) -> float:
         """Return the current clock reading of a vehicle (s)."""
-        ...
+        return self.now_s
 
     def await_slot(self, node: int) -> None:
         """Schedule the next own slot of a vehicle by its current clock."""
-        ...
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
         """Let a vehicle record and send facts, built from its beliefs; False if it is not alive."""
-        ...
+        speaker = self.named(vehicle)
+        if speaker.is_alive:
+            speaker.conclude(facts(speaker.beliefs), self.shown_s(speaker))
+        return speaker.is_alive
 
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
         """Replace a vehicle by its restarted one; ``remembers`` is False if its memory is lost."""
-        ...
+        anew = self.make_anew(self, before, remembers)
+        self.vehicles = tuple(anew if vehicle is before else vehicle for vehicle in self.vehicles)
+        before.remove()
+        return anew
 
 
 class Observer:
@@ -203,7 +212,7 @@ class Observer:
         """Handle a vehicle after its consultation at the end of a TDMA frame."""
 
     def on_statement(self, vehicle: Vehicle) -> None:
-        """Handle a vehicle after a scheduled statement, see ``Says``."""
+        """Handle a vehicle after a scheduled statement, see ``say_at``."""
 
     def on_restart(self, vehicle: Vehicle) -> None:
         """Handle a restarted vehicle that has replaced its predecessor."""
@@ -226,24 +235,22 @@ def listening(observers: Iterable[Observer], event: str) -> tuple[Callable[..., 
     return tuple(getattr(observer, event) for observer in observers if getattr(type(observer), event) is not usual)
 
 
-@dataclass(frozen=True, slots=True)
-class Says:
-    """Statement of a vehicle at a scheduled time; ``facts`` builds it from its beliefs.
+def say_at(
+    host: Host,
+    time_s: float,
+    vehicle: str,
+    facts: Callable[[Beliefs], Sequence[Fact]],
+    unsaid: tuple[str, ...] = (),
+) -> None:
+    """Schedule a statement of a vehicle at a true time (s), if finite and the vehicle is simulated here.
 
-    ``unsaid`` is kind and detail of the fault row if the vehicle is not alive by then; no row if empty.
+    ``facts`` builds it from the beliefs of the vehicle. ``unsaid`` is kind and detail of the fault row if the vehicle
+    is not alive by then; no row if empty.
     """
 
-    vehicle: str
-    facts: Callable[[Beliefs], Sequence[Fact]]
-    unsaid: tuple[str, ...] = ()
+    def say(host: Host) -> None:
+        if not host.let_say(vehicle, facts) and unsaid:
+            host.recorder.faults.append((host.now_s, vehicle, *unsaid))
 
-    def act(self, host: Host) -> None:
-        """Make the statement."""
-        if not host.let_say(self.vehicle, self.facts) and self.unsaid:
-            host.recorder.faults.append((host.now_s, self.vehicle, *self.unsaid))
-
-
-def say_at(host: Host, time_s: float, said: Says) -> None:
-    """Schedule a statement at a true time (s), if finite and the vehicle is simulated here."""
-    if said.vehicle in host.names:
-        host.at(time_s, Priority.FAULT, said)
+    if vehicle in host.names:
+        host.at(time_s, Priority.FAULT, say)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 
 from remoras.condition import SOUND, Condition
 from remoras.events import Host, Observer, Priority
@@ -63,41 +64,30 @@ def condition_under(faults: Iterable[Fault]) -> Condition:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class FaultChanges:
-    """Start or end of a fault; ``holding`` are the active faults of the run by vehicle."""
-
-    fault: Fault
-    begins: bool
-    holding: dict[str, list[Fault]]
-
-    def act(self, host: Host) -> None:
-        """Update the vehicle's condition; restart it at the end if the fault demands it."""
-        fault, vehicle = self.fault, host.named(self.fault.vehicle)
-        holding = self.holding.setdefault(fault.vehicle, [])
-        if self.begins:
-            holding.append(fault)
-        else:
-            holding.remove(fault)
-            if fault.remembers is not None and not vehicle.functional.exhausted:
-                vehicle = host.restart(vehicle, fault.remembers)
-        vehicle.suffer(condition_under(holding))
-        detail = fault.detail if self.begins else OVER
-        host.recorder.faults.append((host.now_s, fault.vehicle, fault.kind, detail))
-
-
 class Faults(Observer):
     """Observer that applies the faults of a run."""
 
     def __init__(self, faults: Iterable[Fault]) -> None:
         self._faults = tuple(faults)
+        self._active: dict[str, list[Fault]] = {}  # by vehicle
 
     def on_start(self, host: Host) -> None:
         """Schedule start and end of each fault."""
-        holding: dict[str, list[Fault]] = {}
         for fault in self._faults:
-            host.at(fault.from_s, Priority.FAULT, FaultChanges(fault, True, holding))
-            host.at(fault.until_s, Priority.FAULT, FaultChanges(fault, False, holding))
+            host.at(fault.from_s, Priority.FAULT, partial(self._change, fault, True))
+            host.at(fault.until_s, Priority.FAULT, partial(self._change, fault, False))
+
+    def _change(self, fault: Fault, begins: bool, host: Host) -> None:
+        """Update the vehicle's condition; restart it at the end if the fault demands it."""
+        vehicle, active = host.named(fault.vehicle), self._active.setdefault(fault.vehicle, [])
+        if begins:
+            active.append(fault)
+        else:
+            active.remove(fault)
+            if fault.remembers is not None and not vehicle.functional.exhausted:
+                vehicle = host.restart(vehicle, fault.remembers)
+        vehicle.suffer(condition_under(active))
+        host.recorder.faults.append((host.now_s, fault.vehicle, fault.kind, fault.detail if begins else OVER))
 
 
 def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until_s: float) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -34,14 +33,10 @@ def headcount_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Con
         yield from scenario.after_end(f"{KEY}.{number}.at_s", table.at_s)
 
 
-@dataclass(frozen=True)
-class Counts:
-    """Event: a count."""
-
-    def act(self, host: Host) -> None:
-        """Write a row."""
-        alive = sum(host.named(name).is_alive for name in host.names)
-        host.recorder.rows(HEADCOUNT.name).append((host.now_s, alive))
+def count(host: Host) -> None:
+    """Write a row: an event of the run."""
+    alive = sum(host.named(name).is_alive for name in host.names)
+    host.recorder.rows(HEADCOUNT.name).append((host.now_s, alive))
 
 
 class HeadCounts(Observer):
@@ -54,7 +49,7 @@ class HeadCounts(Observer):
     def on_start(self, host: Host) -> None:
         """Schedule all counts."""
         for table in self.tables:
-            host.at(table.at_s, Priority.FAULT, Counts())
+            host.at(table.at_s, Priority.FAULT, count)
 
 
 FEATURE = Feature({"": {KEY: (tuple[HeadcountTable, ...], ())}}, HeadCounts, headcount_faults)

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault, one_of
 from missions.feature import Feature, Joining
-from remoras.events import Host, Observer, Says, say_at
+from remoras.events import Host, Observer, say_at
 from remoras.table import NotNegative, Positive, Section
 from worldmodel import ontology_path
 from worldmodel.bans import BANNED_FROM
@@ -78,8 +78,8 @@ class Bans(Observer):
         """Schedule the statements."""
         for table in self._tables:
             until_s, unsaid = math.inf if table.until_s is None else table.until_s, ("ban not said", table.vehicle)
-            say_at(host, table.at_s, Says(table.issuer, stated(table.vehicle, table.from_s), unsaid))
-            say_at(host, until_s, Says(table.issuer, stated(table.vehicle, None), unsaid))
+            say_at(host, table.at_s, table.issuer, stated(table.vehicle, table.from_s), unsaid)
+            say_at(host, until_s, table.issuer, stated(table.vehicle, None), unsaid)
 
 
 def words(scenario: Scenario) -> Sequence[Path]:

@@ -20,7 +20,7 @@ from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.knowledge import words_in, words_of
-from remoras.events import Host, Observer, Says, say_at
+from remoras.events import Host, Observer, say_at
 from remoras.fleet.run_log import DELIVERIES
 from remoras.organisation.needs import GroupNeeds
 from remoras.table import NotNegative, Positive, Section
@@ -373,8 +373,8 @@ class StatedNeeds(Observer):
         """Schedule statements and withdrawals."""
         for need in self._stated:
             if need.from_s > 0.0:
-                say_at(host, need.from_s, Says(need.vehicle, _named(need.facts())))
-            say_at(host, need.until_s, Says(need.vehicle, _named(need.taken_back())))
+                say_at(host, need.from_s, need.vehicle, _named(need.facts()))
+            say_at(host, need.until_s, need.vehicle, _named(need.taken_back()))
 
     def needs(self, model: WorldModel, common: NeedsIndex | GroupNeeds) -> NeedsInForce:
         """Return the needs known to a vehicle with this world model."""

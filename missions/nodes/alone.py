@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import tomli_w
@@ -30,8 +31,7 @@ from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from remoras.faults import Fault, Faults
-from remoras.fleet.solo import Solo, Times
-from remoras.fleet.vehicle import Vehicle
+from remoras.fleet.solo import Solo
 from worldmodel import EPOCHS, suggestion
 
 if TYPE_CHECKING:
@@ -117,17 +117,6 @@ Pause = tuple[float, float]
 """Start and end of a period without the vehicle's process (s of the mission)."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Introduced:
-    """Event: a restarted process starts a salt handshake with a new salt."""
-
-    introductions: Introductions
-    salt: bytes
-
-    def act(self, solo: Solo) -> None:
-        self.introductions.begin(self.salt)
-
-
 def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] = ()) -> LoneVehicle:
     """Build the vehicle of a plan, as in a run of its scenario and seed.
 
@@ -151,22 +140,24 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
         observers.append(steered)
     shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, observers)
 
-    def make(model: Solo) -> Vehicle:
-        return vehicle_of(model, shared, VehicleLife(real, plan.begins_s, plan.epoch))
-
-    def make_anew(model: Solo, before: Vehicle, remembers: bool) -> Vehicle:
-        return vehicle_anew(model, shared, before, remembers)
-
-    times = Times(scenario.scenario.tick_s, plan.begins_s, plan.until_s)
     faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]
     if plan.begins_s > 0.0:
         faults.insert(0, _away(setup, plan, Absence.BEFORE, at_s=plan.begins_s))
     for from_s, until_s in pauses:
         faults.append(_away(setup, plan, Absence.PAUSE, at_s=from_s, until_s=until_s, memory="kept"))
-    solo = Solo(make, make_anew, setup.schedule, recorder, times, introductions, [Faults(faults), *observers])
+    solo = Solo(
+        lambda model: vehicle_of(model, shared, VehicleLife(real, plan.begins_s, plan.epoch)),
+        lambda model, before, remembers: vehicle_anew(model, shared, before, remembers),
+        setup.schedule,
+        recorder,
+        scenario.scenario.tick_s,
+        plan.until_s,
+        introductions,
+        [Faults(faults), *observers],
+    )
     if introductions is not None:
         for (_, until_s), salt in zip(pauses, by_life[1:], strict=True):
-            solo.note(_Introduced(introductions, salt), until_s)
+            solo.note(partial(_begin_again, introductions, salt), until_s)
     return LoneVehicle(plan, setup, solo, by_life[-1], 1 + len(pauses), steered)
 
 
@@ -178,6 +169,11 @@ def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys
         raise ConfigurationError.of(setup.scenario.scenario.name, "begins", f"{at_s:g}", allowed)
     declared = kind_named(away)(kind=away, vehicle=plan.vehicle, at_s=at_s, **keys)
     return declared.befalling(setup.database[plan.vehicle], at_s)
+
+
+def _begin_again(introductions: Introductions, salt: bytes, solo: Solo) -> None:
+    """Start the salt handshake of a restarted process with a new salt."""
+    introductions.begin(salt)
 
 
 def _introductions(setup: Setup, vehicle: str, key: bytes, salt: bytes) -> Introductions:

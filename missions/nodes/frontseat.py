@@ -23,7 +23,7 @@ from exchange.arithmetic import distance
 from exchange.drivers import Driver, Paced
 from missions.errors import ConfigurationError
 from remoras.database import VehicleData
-from remoras.events import Observer
+from remoras.events import Event, Observer
 from remoras.fleet.vehicle import Vehicle
 from remoras.functional.guidance import Guidance
 from remoras.functional.layer import FunctionalLayer
@@ -199,13 +199,6 @@ class Steered(Observer):
         self.goal = Goal(motion.position_m, 0.0) if is_lost else Goal(target_m, speed_mps)
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
-    """Event: a received fix."""
-
-    steered: Steered
-    fix: Fix
-
-    def act(self, host: object) -> None:
-        """Apply the fix to the vehicle."""
-        self.steered.take(self.fix)
+def placed(steered: Steered, fix: Fix) -> Event:
+    """Return the event of a received fix."""
+    return lambda host: steered.take(fix)

@@ -32,7 +32,7 @@ from missions.disk import MANIFEST
 from missions.errors import ConfigurationError, OutputError
 from missions.files import text_of
 from missions.nodes.alone import LoneVehicle, NodePlan, Pause, alone
-from missions.nodes.frontseat import Fix, Placed
+from missions.nodes.frontseat import Fix, placed
 from remoras.fleet.solo import Sent, just_after
 from remoras.version import __version__
 
@@ -277,7 +277,7 @@ def _hearing(log: Logged, pauses: Sequence[Pause]) -> LoneVehicle:
         if entry.kind is LineKind.HEARD:
             own.solo.hear(entry.data, entry.time_s)
         elif entry.kind is LineKind.FIX and own.steered is not None:
-            own.solo.note(Placed(own.steered, Fix.of(entry.data)), entry.time_s)
+            own.solo.note(placed(own.steered, Fix.of(entry.data)), entry.time_s)
     return own
 
 

@@ -10,7 +10,7 @@ from exchange.channel import loss
 from exchange.drivers import Driver, Pace, TimedPacket
 from exchange.errors import PeerFault
 from missions.nodes.alone import LoneVehicle
-from missions.nodes.frontseat import OwnBody, Placed
+from missions.nodes.frontseat import OwnBody, placed
 from missions.nodes.logs import LineKind, LogEntry, NodeLog
 from remoras.fleet.solo import just_after
 from remoras.fleet.vehicle import Vehicle
@@ -176,7 +176,7 @@ class VehicleNode:
     def _find(self, body: OwnBody, now_s: float) -> None:
         fix = body.fix()
         if fix is not None and fix.is_sound and self._steered is not None:
-            self._note(LineKind.FIX, self.solo.note(Placed(self._steered, fix), now_s), fix.data)
+            self._note(LineKind.FIX, self.solo.note(placed(self._steered, fix), now_s), fix.data)
 
     def _advance(self, until_s: float) -> None:
         for sent in self.solo.advance(until_s):

@@ -20,7 +20,7 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Observer, ShownTime, listening
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import Fault, Faults
-from remoras.fleet.fleet import Fleet, Makers
+from remoras.fleet.fleet import Fleet
 from remoras.fleet.radio import Radio, RenewedNeeds
 from remoras.fleet.solo import Solo
 from remoras.fleet.traffic import Medium
@@ -112,15 +112,13 @@ def assemble(
     world = mission.world(seed)
     shared = Shared(setup, seed, world, recorder, feature_observers(setup, recorder, seed), vehicle)
 
-    def anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
-        return vehicle_anew(model, shared, before, remembers)
-
     faults, times = faults_in(setup, seed), scenario.scenario
     carrier: Channel = channel if channel is not None else channel_of(setup, seed)
     for observer in shared.observers:
         carrier = observer.channel(carrier)
     return Fleet(
-        Makers(lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet], anew),
+        lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet],
+        lambda model, before, remembers: vehicle_anew(model, shared, before, remembers),
         Medium(carrier, setup.modem, setup.schedule, shared.clocks, faults),
         mission.truth(recorder, shared.world),
         recorder,

@@ -6,14 +6,13 @@ A step is one motion tick. Between ticks, packets are sent and received at their
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
 
 from mesa import Agent, Model
 
 from exchange.channel.channel import Arrival
 from remoras.beliefs import Beliefs, Fact
-from remoras.events import Clock, Event, Host, Observer, Priority, listening
+from remoras.events import Clock, Host, Observer, listening
 from remoras.fleet.traffic import Medium, Traffic
 from remoras.fleet.vehicle import Vehicle
 from remoras.motion.avoidance import SEPARATION_M
@@ -24,26 +23,18 @@ from remoras.recorder import Recorder
 from remoras.truth import FleetView, HolderCount, Truth
 
 
-class Makers(NamedTuple):
-    """Factories: ``founding`` makes all vehicles in node order, ``anew`` a restarted one.
-
-    The flag of ``anew`` is False if the vehicle's memory is lost.
-    """
-
-    founding: Callable[[Fleet], Sequence[Vehicle]]
-    anew: Callable[[Fleet, Vehicle, bool], Vehicle]
-
-
-class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
+class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
     """Mission run; ``truth`` observes it and decides when the mission is complete.
 
+    ``make_vehicles`` makes all vehicles in node order.
     ``nature`` changes the world of the run (``remoras.mission.Mission.nature``). Features that change depths replace
     ``separation``, the monitor of distances between vehicles in one depth layer.
     """
 
     def __init__(
         self,
-        makers: Makers,
+        make_vehicles: Callable[[Fleet], Iterable[Vehicle]],
+        make_anew: Callable[[Fleet, Vehicle, bool], Vehicle],
         medium: Medium,
         truth: Truth,
         recorder: Recorder,
@@ -54,14 +45,13 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         nature: Callable[[FleetView, float], None] | None = None,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
-        self.vehicles = tuple(makers.founding(self))
-        self.makers = makers
+        self.vehicles, self.make_anew = tuple(make_vehicles(self)), make_anew
         self.view = FleetView.of(self.vehicles)
-        self.clock: Clock[Event[Fleet]] = Clock()
+        self.clock = Clock()
         self.truth = truth
         self.recorder = recorder
         self.tick_s = tick_s
-        self.duration_s = duration_s
+        self.duration_s = self.last_s = duration_s
         self.n_ticks = 0
         self.completed = False
         self.ended_s = 0.0
@@ -85,22 +75,12 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         self._on_statement = listening(observers, "on_statement")
         self._on_restart = listening(observers, "on_restart")
 
-    @property
-    def now_s(self) -> float:
-        """Time of the mission (s)."""
-        return self.clock.now_s
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of its vehicles, in node order."""
-        return tuple(vehicle.name for vehicle in self.vehicles)
-
     def step(self) -> None:
         """Process all events before the next motion tick, then the tick."""
         now_s, since_s = self.n_ticks * self.tick_s, (self.n_ticks - 1) * self.tick_s
         self.n_ticks += 1
         while (event := self.clock.next_before(now_s)) is not None:
-            event.act(self)
+            event(self)
         self.clock.now_s = now_s
         self._move(now_s, since_s)
         self._record(now_s)
@@ -157,18 +137,9 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     # Interface for events ------------------------------------------------------------------------
 
-    def at(self, time_s: float, priority: Priority, event: Event[Host]) -> None:
-        """Schedule an event at a true time (s), unless the mission is over by then."""
-        if time_s <= self.duration_s:
-            self.clock.schedule(time_s, priority, event)
-
     def await_slot(self, node: int) -> None:
         """Schedule the next own slot of a vehicle by its current clock."""
         self.traffic.await_slot(node)
-
-    def named(self, vehicle: str) -> Vehicle:
-        """Return the current vehicle of that name."""
-        return next(candidate for candidate in self.vehicles if candidate.name == vehicle)
 
     def shown_s(self, vehicle: Vehicle) -> float:
         """Return the current clock reading of a vehicle (s)."""
@@ -176,20 +147,16 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
         """Let a vehicle record and send facts; False if it is not alive."""
-        speaker = self.named(vehicle)
-        if speaker.is_alive:
-            speaker.conclude(facts(speaker.beliefs), self.shown_s(speaker))
-            for tell in self._on_statement:
-                tell(speaker)
-        return speaker.is_alive
+        has_said = super().let_say(vehicle, facts)
+        for tell in self._on_statement if has_said else ():
+            tell(self.named(vehicle))
+        return has_said
 
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
         """Replace a vehicle by its restarted one; ``remembers`` is False if its memory is lost."""
-        anew = self.makers.anew(self, before, remembers)
-        self.vehicles = tuple(anew if vehicle is before else vehicle for vehicle in self.vehicles)
+        anew = super().restart(before, remembers)
         self.separation.vehicles = self.vehicles
         self.view = FleetView.of(self.vehicles)
-        before.remove()
         for tell in self._on_restart:
             tell(anew)
         return anew

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from exchange.packets import name_of
+from remoras.events import Priority
 from remoras.fleet.fleet import Fleet
-from remoras.fleet.traffic import Arrives, SlotOpens
 from remoras.fleet.vehicle import Vehicle
 from remoras.recorder import SETTLING, Recorder
 
@@ -33,12 +33,9 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
     for vehicle in fleet.vehicles:
         vehicle.radio.record_into(fleet.medium.recorder_of(vehicle.data.node, record))
     resting = _Resting(fleet, record)
-    while not _is_settled(fleet):
-        event = fleet.clock.next_before(began_s + settle_s)
-        if event is None:
-            break
-        if isinstance(event, SlotOpens | Arrives):
-            event.act(resting)
+    fleet.clock.keep(Priority.SLOT, Priority.ARRIVAL)
+    while not _is_settled(fleet) and (event := fleet.clock.next_before(began_s + settle_s)) is not None:
+        event(resting)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
         vehicle.radio.record_into(fleet.recorder)
@@ -94,9 +91,6 @@ class _Resting:
         sent = sender.radio.manager.packet_to_send(shown_s)
         if not sender.condition.is_mute:
             fleet.traffic.carry(slot, sender, sent, fleet.vehicles, None)
-
-    def end_frame(self, frame: int, node: int | None) -> None:
-        """Skip consultation."""
 
     def deliver(self, arrival: Arrival) -> None:
         """Let a vehicle process a packet."""

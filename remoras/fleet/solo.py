@@ -9,30 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from mesa import Model
 
 from exchange.packets import Reception, Transmission
 from exchange.schedule import TdmaSchedule
-from remoras.beliefs import Beliefs, Fact
-from remoras.events import Clock, Event, Observer, Priority, listening
-from remoras.fleet.traffic import FrameEnds, SlotOpens
+from remoras.events import Clock, Event, Host, Observer, Priority, listening
 from remoras.fleet.vehicle import Vehicle
 from remoras.recorder import Recorder
 
 if TYPE_CHECKING:
     from exchange.wire.definitions import Introductions
-
-
-@dataclass(frozen=True, slots=True)
-class Times:
-    """Times of a single vehicle: motion tick, start, and end of all actions but the exchange."""
-
-    tick_s: float
-    begins_s: float
-    until_s: float
 
 
 class Sent(NamedTuple):
@@ -42,27 +30,10 @@ class Sent(NamedTuple):
     packet: Transmission
 
 
-@dataclass(frozen=True, slots=True)
-class _Tick:
-    number: int
-
-    def act(self, solo: Solo) -> None:
-        solo.tick(self.number)
-
-
-@dataclass(frozen=True, slots=True)
-class _Arrives:
-    data: bytes
-
-    def act(self, solo: Solo) -> None:
-        solo.take_in(self.data)
-
-
-class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
+class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
     """Single vehicle; ``n_refused`` counts refused packets.
 
-    ``make_anew`` makes a restarted vehicle from its predecessor; False if its memory is lost. ``introductions`` are for
-    encrypted packets.
+    From ``until_s`` it only exchanges outstanding items. ``introductions`` are for encrypted packets.
     """
 
     def __init__(
@@ -71,31 +42,32 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         make_anew: Callable[[Solo, Vehicle, bool], Vehicle],
         schedule: TdmaSchedule,
         recorder: Recorder,
-        times: Times,
+        tick_s: float,
+        until_s: float,
         introductions: Introductions | None = None,
         observers: Sequence[Observer] = (),
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
-        self._clock: Clock[Event[Solo]] = Clock()
+        self.clock = Clock()
         self._said: list[Sent] = []
         self._horizon_s = 0.0
-        self._make_anew = make_anew
+        self.make_anew = make_anew
         self._schedule = schedule
-        self._times = times
+        self._tick_s, self._until_s, self.last_s = tick_s, until_s, math.nextafter(until_s, -math.inf)
         self._introductions = introductions
         self.recorder = recorder
-        self.vehicle = make_vehicle(self)
+        self.vehicles = (make_vehicle(self),)
         self.n_refused = 0
         for start in listening(observers, "on_start"):
             start(self)
-        self.at(0.0, Priority.MOTION, _Tick(0))
-        self.at(schedule.frame_s, Priority.CONSULTATION, FrameEnds(1))
+        self._await_tick(0)
+        self._await_frame(1)
         self.await_slot(self.vehicle.data.node)
 
     @property
-    def now_s(self) -> float:
-        """Time of the mission (s)."""
-        return self._clock.now_s
+    def vehicle(self) -> Vehicle:
+        """The vehicle."""
+        return self.vehicles[0]
 
     @property
     def horizon_s(self) -> float:
@@ -105,79 +77,47 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
     @property
     def next_s(self) -> float:
         """Time of the next event (s); its own slots never end."""
-        return self._clock.next_s
+        return self.clock.next_s
 
     def hear(self, data: bytes, time_s: float) -> float:
         """Schedule a packet at a time or as soon as possible after it; return when (s)."""
-        return self.note(_Arrives(data), time_s)
+        return self.note(lambda solo: solo.take_in(data), time_s)
 
-    def note(self, event: Event[Solo], time_s: float) -> float:
+    def note(self, event: Event, time_s: float) -> float:
         """Schedule an external event at a time or as soon as possible after it; return when (s)."""
         time_s = max(time_s, self._horizon_s)
-        self._clock.schedule(time_s, Priority.ARRIVAL, event)
+        self.clock.schedule(time_s, Priority.ARRIVAL, event)
         return time_s
 
     def advance(self, until_s: float) -> list[Sent]:
         """Process all events before ``until_s``; return the packets sent."""
         self._said = []
-        while (event := self._clock.next_before(until_s, Priority.FAULT)) is not None:
-            event.act(self)
+        while (event := self.clock.next_before(until_s, Priority.FAULT)) is not None:
+            event(self)
         self._horizon_s = max(self._horizon_s, until_s)
         return self._said
 
     def await_slot(self, node: int) -> None:
         """Schedule the own slot with that number."""
-        self._clock.schedule(self._schedule.start_s(node), Priority.SLOT, SlotOpens(node, self.vehicle.data.node))
+        self.clock.schedule(self._schedule.start_s(node), Priority.SLOT, lambda solo: solo.transmit(node))
 
     # Interface for events ------------------------------------------------------------------------
 
-    @property
-    def vehicles(self) -> tuple[Vehicle, ...]:
-        """The vehicle."""
-        return (self.vehicle,)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The name of the vehicle."""
-        return (self.vehicle.name,)
-
-    def at(self, time_s: float, priority: Priority, event: Event[Solo]) -> None:
-        """Schedule an event at a time (s), unless the vehicle has stopped by then."""
-        if time_s < self._times.until_s:
-            self._clock.schedule(time_s, priority, event)
-
-    def named(self, vehicle: str) -> Vehicle:
-        """Return the vehicle."""
-        assert vehicle == self.vehicle.name
-        return self.vehicle
-
-    def shown_s(self, vehicle: Vehicle) -> float:
-        """Return the time of its clock (s), which is exact in its own process."""
-        return self.now_s
-
-    def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
-        """Let the vehicle record and send facts; False if it is not alive."""
-        speaker = self.named(vehicle)
-        if speaker.is_alive:
-            speaker.conclude(facts(speaker.beliefs), self.now_s)
-        return speaker.is_alive
-
-    def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
-        """Replace the vehicle by its restarted one; ``remembers`` is False if its memory is lost."""
-        self.vehicle = self._make_anew(self, before, remembers)
-        before.remove()
-        return self.vehicle
+    def _await_tick(self, number: int) -> None:
+        self.at(number * self._tick_s, Priority.MOTION, lambda solo: solo.tick(number))
 
     def tick(self, number: int) -> None:
         """Step the vehicle for a tick."""
-        tick_s = self._times.tick_s
-        self.vehicle.step(self.now_s, tick_s if number else 0.0, (), (number - 1) * tick_s)
-        self.at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
+        self.vehicle.step(self.now_s, self._tick_s if number else 0.0, (), (number - 1) * self._tick_s)
+        self._await_tick(number + 1)
 
-    def end_frame(self, frame: int, node: int | None = None) -> None:
+    def _await_frame(self, number: int) -> None:
+        self.at(self._schedule.frame_start_s(number), Priority.CONSULTATION, lambda solo: solo.end_frame(number))
+
+    def end_frame(self, number: int) -> None:
         """Let the vehicle consult at the end of a frame."""
         self.vehicle.consult(self.now_s)
-        self.at(self._schedule.frame_start_s(frame + 1), Priority.CONSULTATION, FrameEnds(frame + 1))
+        self._await_frame(number + 1)
 
     def take_in(self, data: bytes) -> None:
         """Let the vehicle receive a packet; count refusals."""
@@ -187,7 +127,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
             if self._introductions is not None:
                 self._introductions.miss(reception.sender)
 
-    def transmit(self, slot: int, node: int) -> None:
+    def transmit(self, slot: int) -> None:
         """Send in an own slot that opens now."""
         self.await_slot(slot + self._schedule.n_nodes)
         sent = self._introduction(slot, self.now_s) or self._packet(self.now_s)
@@ -197,7 +137,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
     def _packet(self, now_s: float) -> Transmission | None:
         """Return the packet to send; a stopped vehicle only sends outstanding items."""
         vehicle = self.vehicle
-        if now_s < self._times.until_s:
+        if now_s < self._until_s:
             return vehicle.speak(now_s)
         if vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent:
             return vehicle.radio.speak((), now_s)
@@ -223,7 +163,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
             return None
         if self._introductions is not None and vehicle.is_alive and self._introductions.hear(data, now_s):
             return None
-        if now_s < self._times.until_s:
+        if now_s < self._until_s:
             return vehicle.hear(data, now_s)
         if not vehicle.is_alive:
             return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 from exchange.channel.channel import Arrival, Channel, Collisions, Hearing
 from exchange.channel.modems import Modem
@@ -22,51 +22,9 @@ SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
 )
 
 
-class Station(Protocol):
-    """Fleet as the events of traffic see it."""
-
-    def transmit(self, slot: int, node: int) -> None:
-        """Let a vehicle send in its slot, which opens now."""
-
-    def end_frame(self, frame: int, node: int | None) -> None:
-        """Let a vehicle, or all with exact clocks if None, consult at the end of a frame."""
-
-    def deliver(self, arrival: Arrival) -> None:
-        """Let a vehicle receive a packet that arrives now."""
-
-
-class SlotOpens(NamedTuple):
-    """Start of TDMA slot ``number`` by the clock of its owner ``node``."""
-
-    number: int
-    node: int
-
-    def act(self, station: Station) -> None:
-        """Let the owner send."""
-        station.transmit(self.number, self.node)
-
-
-@dataclass(frozen=True, slots=True)
-class FrameEnds:
-    """End of TDMA frame ``number``, a consultation round; of one ``node`` if its clock deviates."""
-
-    number: int
-    node: int | None = None
-
-    def act(self, station: Station) -> None:
-        """Let requests of the frame take effect."""
-        station.end_frame(self.number, self.node)
-
-
-class Arrives(NamedTuple):
-    """End of a packet at a receiver, which gets it unless it collided."""
-
-    hearing: Hearing
-
-    def act(self, station: Station) -> None:
-        """Deliver the packet unless it collided."""
-        if not self.hearing.collided:
-            station.deliver(self.hearing.arrival)
+def _arrival(hearing: Hearing) -> Event:
+    """Return the end of a packet at a receiver, which gets it unless it collided."""
+    return lambda fleet: None if hearing.collided else fleet.deliver(hearing.arrival)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +56,7 @@ class Medium:
 class Traffic:
     """Scheduling of slots and transport of packets; ``heap`` has the events of the fleet."""
 
-    def __init__(self, medium: Medium, heap: Clock[Event[Any]]) -> None:
+    def __init__(self, medium: Medium, heap: Clock[Event]) -> None:
         self._channel = medium.channel
         self._modem = medium.modem
         self._schedule = schedule = medium.schedule
@@ -118,14 +76,14 @@ class Traffic:
         """Schedule the next own slot of a vehicle by its current clock."""
         slot = self._next_slots[node]
         at_s = self._medium.true_time_s(node, self._schedule.start_s(slot))
-        self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, SlotOpens(slot, node))
+        self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, lambda fleet: fleet.transmit(slot, node))
 
     def await_frame(self, number: int, node: int | None = None) -> None:
         """Schedule the end of a frame, in true time or by the clock of a node."""
         at_s = self._schedule.frame_start_s(number)
         if node is not None:
             at_s = max(self._medium.true_time_s(node, at_s), self._heap.now_s)
-        self._heap.schedule(at_s, Priority.CONSULTATION, FrameEnds(number, node))
+        self._heap.schedule(at_s, Priority.CONSULTATION, lambda fleet: fleet.end_frame(number, node))
 
     def opened(self, slot: int, owner: Vehicle, now_s: float) -> float | None:
         """Return the owner's clock reading as a slot opens; None if its clock was set meanwhile."""
@@ -150,7 +108,7 @@ class Traffic:
             arrivals = self._heard(sender, arrivals, vehicles)
         hearings, lost = self._air.send(slot, sender.data.node, now_s, end_s, arrivals)
         for hearing in hearings:
-            self._heap.schedule(hearing.arrival.time_s, Priority.ARRIVAL, Arrives(hearing))
+            self._heap.schedule(hearing.arrival.time_s, Priority.ARRIVAL, _arrival(hearing))
         if recorder is None:
             return
         arrival_s = {arrival.receiver: arrival.time_s for arrival in arrivals}

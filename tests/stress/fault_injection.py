@@ -307,7 +307,7 @@ class Wrapping:
         fleet = scene.fleet
         for vehicle in fleet.vehicles:
             self._begin(vehicle)
-        make_anew = fleet.makers.anew
+        make_anew = fleet.make_anew
 
         def wrapped_anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
             scene.lives[before.name].is_alive = False
@@ -315,7 +315,7 @@ class Wrapping:
             self.begin_anew(vehicle, remembers)
             return vehicle
 
-        fleet.makers = fleet.makers._replace(anew=wrapped_anew)
+        fleet.make_anew = wrapped_anew
 
     def begin_anew(self, vehicle: Vehicle, remembers: bool, logged_s: float = math.inf) -> None:
         """Let a vehicle begin a life behind another, wrapped; it loses what it recorded itself after ``logged_s``."""

@@ -48,7 +48,7 @@ class NodeFleet:
         self._order = count()
         self._own: list[LoneVehicle | None] = [None] * len(names)
         self._make_anew: dict[str, Any] = {}
-        self.makers = SimpleNamespace(anew=self._anew, _replace=SimpleNamespace)
+        self.make_anew = self._anew
         for node, plan in enumerate(self._plans):
             self._begin(node, alone(plan), LineKind.SALT)
         self._channel = faulty_channel(setup, schedule, channel_of(setup, Root(schedule.seed)), self._happened)
@@ -63,8 +63,8 @@ class NodeFleet:
     def _begin(self, node: int, own: LoneVehicle, kind: LineKind) -> None:
         self._own[node] = own
         self._logs[node].append(LogEntry(kind, self.now_s, own.salt))
-        self._make_anew[own.plan.vehicle] = own.solo._make_anew
-        own.solo._make_anew = lambda *given: self.makers.anew(*given)  # noqa: PLW0108  # it is replaced later
+        self._make_anew[own.plan.vehicle] = own.solo.make_anew
+        own.solo.make_anew = lambda *given: self.make_anew(*given)  # noqa: PLW0108  # it is replaced later
 
     def _anew(self, model: Any, before: Vehicle, remembers: bool) -> Vehicle:
         vehicle: Vehicle = self._make_anew[before.name](model, before, remembers)
