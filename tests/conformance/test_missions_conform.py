@@ -70,6 +70,10 @@ def test_shipped_missions_conform(name: str, monkeypatch: pytest.MonkeyPatch) ->
     ],
     ids=lambda value: value.__name__ if isinstance(value, type) else "",
 )
-def test_a_mission_that_breaks_a_rule_is_found_out(mission: type[Mission], says: str) -> None:
+def test_a_mission_that_breaks_a_rule_is_found_out(
+    mission: type[Mission], says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if mission is not broken.ByHash:  # runs in other processes take long
+        monkeypatch.setattr(conformance, "check_free_of_hashes", lambda scenario: None)
     with pytest.raises(AssertionError, match=says):
         conformance.check(mission, visiting_scenario(0.0))

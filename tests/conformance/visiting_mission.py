@@ -188,7 +188,7 @@ def visiting_scenario(per: float) -> VisitingScenario:
     """Three vehicles, five visits, some of which need others."""
     roles = [f"Visitor{n}" for n in range(len(PLACES_M))]
     raw: dict[str, Any] = {
-        "scenario": {"name": "visits", "mission": f"{__name__}:VisitingMission", "duration_s": 3600.0},
+        "scenario": {"name": "visits", "mission": f"{__name__}:VisitingMission", "duration_s": 1200.0},
         "world": {"x_m": [-300.0, 300.0], "y_m": [-300.0, 300.0]},
         "communication": {
             "modem": "s2c-18-34", "range_m": 1000.0, "policy": "mps-ack-repeat", "needs": dict.fromkeys(HEARD, 50),
