@@ -19,18 +19,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import (
-    LARGEST_BYTES,
-    MOST_LEVELS,
-    SCENARIO,
-    STUDY,
-    TOO_DEEP,
-    file_of,
-    of_other_kind,
-    shown,
-    tables_of,
-    text_of,
-)
+from missions.files import LARGEST_BYTES, SCENARIO, STUDY, file_of, of_other_kind, shown, tables_of, text_of
 from remoras.table import BETWEEN_KEYS
 from worldmodel import suggestion
 
@@ -77,10 +66,7 @@ class Document:
         Raises:
             ConfigurationError: it is not TOML, or exceeds the limits of ``missions.files``.
         """
-        raw = tables_of(text, path)
-        if is_deep(raw):
-            raise ConfigurationError.of(path, "TOML", "", TOO_DEEP)
-        return cls(path, text, raw)
+        return cls(path, text, tables_of(text, path))
 
     @cached_property
     def lines(self) -> dict[Location, int]:
@@ -170,21 +156,6 @@ def _value_at(location: Iterable[Any], raw: Any) -> Any:
     for part in location:
         raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
     return raw
-
-
-def is_deep(value: Any) -> bool:
-    """Return True if nesting exceeds the limit of recursive functions."""
-    level = [value]
-    for _ in range(MOST_LEVELS):
-        level = [
-            inner
-            for outer in level
-            if isinstance(outer, dict | list)
-            for inner in (outer.values() if isinstance(outer, dict) else outer)
-        ]
-        if not level:
-            return False
-    return True
 
 
 def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str, Any]) -> ConfigurationFault:

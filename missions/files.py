@@ -18,19 +18,9 @@ from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFaul
 
 LARGEST_BYTES = 1_000_000
 """Greatest size of a TOML file; shipped ones have up to 20 kB."""
-LONGEST_LINE = 65_536
-"""Most characters of a line; shipped files have up to 139."""
-MOST_PARTS = 100
-"""Most parts of a dotted key; tomllib needs time and memory by their square."""
 MOST_LEVELS = 40
-MOST_TABLES = 10_000
 MOST_BITS = 1023
 """Greatest length of an integer; longer ones do not fit a float."""
-TOO_LONG = "an integer of more than 307 digits; no key needs that"
-LONG_NUMBER = re.compile(r"[\da-fA-F_]{256}")
-TOO_DEEP = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
-PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]++)"""
-DOTTED = re.compile(rf"(?<![A-Za-z0-9_-]){PART}(?:[ \t]*+\.[ \t]*+{PART})++")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 """First bytes of files in other encodings."""
@@ -68,55 +58,33 @@ def has_table(path: str, name: str) -> bool:
         return False
 
 
-class LimitError(ValueError):
-    """TOML text beyond a limit; ``line`` is known for some limits."""
-
-    def __init__(self, allowed: str, line: int | None = None) -> None:
-        super().__init__(allowed)
-        self.line = line
-
-
 def parsed(text: str) -> dict[str, Any]:
-    """Parse a TOML text within limits on time and memory.
-
-    Raises:
-        LimitError: a line too long; too many key parts, digits, tables or levels.
-        tomllib.TOMLDecodeError: it is not TOML.
+    """Parse a TOML text; raise ValueError if it is not TOML, nested too deeply, or has too long an integer.
 
     >>> parsed("a.b = 1")
     {'a': {'b': 1}}
     """
-    for number, line in enumerate(text.split("\n"), 1):
-        if len(line) > LONGEST_LINE:
-            raise LimitError(f"a line of more than {LONGEST_LINE} characters; no key needs that", number)
-    for dotted in DOTTED.finditer(text):
-        is_key = text[dotted.end() : dotted.end() + 80].lstrip(" \t")[:1] in ("=", "]")
-        if is_key and len(re.findall(PART, dotted[0])) > MOST_PARTS:
-            raise LimitError(TOO_DEEP, text.count("\n", 0, dotted.start()) + 1)
+    too_deep = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
+    too_long = "an integer of more than 307 digits; no key needs that"
     try:
         tables = tomllib.loads(text)
-    except RecursionError:
-        raise LimitError(TOO_DEEP) from None
     except tomllib.TOMLDecodeError:
         raise
+    except RecursionError:
+        raise ValueError(too_deep) from None
     except ValueError:  # Python's limit on integers of thousands of digits
-        raise LimitError(TOO_LONG, _line_of_digits(text)) from None
-    n_tables, waiting = 0, [tables]
-    while waiting:
-        value: Any = waiting.pop()
-        if isinstance(value, int) and value.bit_length() > MOST_BITS:
-            raise LimitError(TOO_LONG, _line_of_digits(text))
-        if isinstance(value, dict | list):
-            n_tables += isinstance(value, dict)
-            waiting.extend(value.values() if isinstance(value, dict) else value)
-        if n_tables > MOST_TABLES:
-            raise LimitError(f"more than {MOST_TABLES} tables; no scenario needs that")
+        raise ValueError(too_long) from None
+    level: list[Any] = [tables]
+    for _ in range(MOST_LEVELS + 1):
+        if any(isinstance(value, int) and value.bit_length() > MOST_BITS for value in level):
+            raise ValueError(too_long)
+        containers = [
+            value.values() if isinstance(value, dict) else value for value in level if isinstance(value, dict | list)
+        ]
+        level = [inner for container in containers for inner in container]
+    if level:
+        raise ValueError(too_deep)
     return tables
-
-
-def _line_of_digits(text: str) -> int | None:
-    """First line with a number beyond the limit."""
-    return next((n for n, row in enumerate(text.split("\n"), 1) if LONG_NUMBER.search(row)), None)
 
 
 def tables_of(text: str, path: str) -> dict[str, Any]:
@@ -127,9 +95,7 @@ def tables_of(text: str, path: str) -> dict[str, Any]:
     """
     try:
         return parsed(text)
-    except LimitError as error:
-        raise ConfigurationError.of(path, "TOML", "", str(error), error.line) from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         match = LINE_OF_SYNTAX.search(str(error))
         line = int(match[1]) if match else None
         raise ConfigurationError.of(path, "TOML", "", str(error), line) from None

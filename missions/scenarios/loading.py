@@ -7,7 +7,6 @@ given and allowed values.
 from __future__ import annotations
 
 import json
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,16 +14,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from missions.document import (
-    Document,
-    fault_of,
-    index_of,
-    is_deep,
-    key_parts,
-    validated,
-)
+from missions.document import Document, fault_of, index_of, key_parts, validated
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
-from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, shipped
+from missions.files import MOST_LEVELS, SCENARIO, parsed, shipped
 from missions.scenarios.channel import FILE_KEYS, leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.communication import with_modem_read
@@ -169,7 +161,7 @@ def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[Configurat
         name, _, value = text.partition("=")
         key, value = ".".join(key_parts(name.strip())), value.strip()
         other, earlier = first.setdefault(key, (option, value))
-        if value != earlier and not _are_alike(value, earlier):
+        if value != earlier and _value(value) != _value(earlier):
             where = other if other == option else f"{other}, which sets {key} too,"
             allowed = f"contradicts {where} = {cut(earlier, LONGEST_VALUE)}; give one of them"
             yield ConfigurationFault(option, text, allowed)
@@ -184,12 +176,9 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
         readable = override.encode("ascii", "backslashreplace").decode()
         return ConfigurationFault(option, readable, "is no text in UTF-8; set LC_ALL=C.UTF-8 and try again")
     target: Any = raw
-    try:
-        parts, setting = key_parts(key.strip()), _value(value.strip())
-    except LimitError as error:
-        return ConfigurationFault(option, override, str(error))
-    if len(parts) > MOST_LEVELS or is_deep(setting):
-        return ConfigurationFault(option, override, TOO_DEEP)
+    parts = key_parts(key.strip())
+    if len(parts) > MOST_LEVELS:
+        return ConfigurationFault(option, override, f"a key of up to {MOST_LEVELS} parts")
     for depth, part in enumerate(parts[:-1]):
         if isinstance(target, list):
             index = index_of(part, target)
@@ -203,21 +192,13 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
             return ConfigurationFault(f"{option} {key}", "", f"{'.'.join(parts[: depth + 1])} is no table")
     if not isinstance(target, dict):
         return ConfigurationFault(f"{option} {key}", "", "names a list: add the name of an entry and a key")
-    target[parts[-1]] = setting
+    target[parts[-1]] = _value(value.strip())
     return None
 
 
-def _are_alike(text: str, other: str) -> bool:
-    """True if both texts denote the same value; a value beyond the limits equals none."""
-    try:
-        return bool(_value(text) == _value(other))
-    except LimitError:
-        return False
-
-
 def _value(text: str) -> Any:
-    """Parse a TOML value, or a bare word as a string; raise LimitError beyond the limits."""
+    """Parse a TOML value; any other text, as a bare word, is a string."""
     try:
         return parsed(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except ValueError:
         return text
