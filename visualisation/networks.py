@@ -29,12 +29,8 @@ DARK = 0.6
 def network_contents(network: Network, format: str) -> list[tuple[str, bytes]]:
     """Return names and contents of figure, caption and CSV; DrawingError for an unknown format."""
     check_format(format)
-    name = f"network-{network.name}"
-    return [
-        (f"{name}.{format}", style.rendered(network_figure(network), format)),
-        (f"{name}.txt", f"{network_caption(network)}\n".encode()),
-        (f"{name}.csv", network_csv(network)),
-    ]
+    figure, caption = network_figure(network), network_caption(network)
+    return style.contents(f"network-{network.name}", format, figure, caption, network_csv(network))
 
 
 def network_figure(network: Network) -> Figure:

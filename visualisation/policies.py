@@ -68,9 +68,7 @@ def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> lis
     if not rows:
         raise DrawingError("a figure needs rows of a study, and there are none")
     drawn = loaded_figure(rows) if kind == "loaded" else unloaded_figure(rows, kind)
-    picture = f"{name}.{format}", style.rendered(drawn, format)
-    text = f"{name}.txt", f"{caption(rows, kind)}\n".encode()
-    return [picture, text, (f"{name}.csv", as_csv(rows))]
+    return style.contents(name, format, drawn, caption(rows, kind), as_csv(rows))
 
 
 def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:

@@ -68,12 +68,9 @@ def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list
     ``sea`` describes water, noise and fading in the caption.
     """
     check_format(format)
-    return [
-        (f"{NAME}.{format}", style.rendered(reach_figure(reaches), format)),
-        (f"{NAME}.txt", f"{reach_caption(reaches, sea)}\n".encode()),
-        (f"{NAME}.csv", reach_csv(reaches)),
-        *([(f"{NAME}-drawn.csv", drawn_as_csv(reaches))] if any(reach.drawn for reach in reaches) else []),
-    ]
+    figure, caption = reach_figure(reaches), reach_caption(reaches, sea)
+    drawn = [(f"{NAME}-drawn.csv", drawn_as_csv(reaches))] if any(reach.drawn for reach in reaches) else []
+    return style.contents(NAME, format, figure, caption, reach_csv(reaches)) + drawn
 
 
 def reach_figure(reaches: Sequence[ModemReach]) -> Figure:

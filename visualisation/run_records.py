@@ -71,18 +71,12 @@ def n_at_once(overlapping: Iterable[Span]) -> list[tuple[Span, int]]:
 
 def outages(results: RunResults) -> dict[str, list[Span]]:
     """Return the outages per affected vehicle, in order of their start."""
+    absences = (row for row in results.rows("faults") if absence(row["kind"]) in (Absence.BEFORE, Absence.LOSS))
+    events = (((row["vehicle"], row["kind"]), float(row["time_s"]), row["detail"] != OVER) for row in absences)
     gaps: defaultdict[str, list[Span]] = defaultdict(list)
-    open_at: dict[tuple[str, str], int] = {}
-    for row in results.rows("faults"):
-        own, key, time_s = gaps[row["vehicle"]], (row["vehicle"], row["kind"]), float(row["time_s"])
-        if absence(row["kind"]) not in (Absence.BEFORE, Absence.LOSS):
-            continue
-        if row["detail"] != OVER:
-            open_at[key] = len(own)
-            own.append(Span(time_s, math.inf))
-        elif key in open_at:
-            own[open_at[key]] = Span(own[open_at[key]].start_s, time_s)
-    return {vehicle: own for vehicle, own in gaps.items() if own}
+    for (vehicle, _), own in spans_by(events).items():
+        gaps[vehicle] = sorted([*gaps[vehicle], *own])
+    return gaps
 
 
 def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:

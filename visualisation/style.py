@@ -32,12 +32,8 @@ SMALL_PT = 7.0
 TINY_PT = 6.0
 """Font sizes: labels and titles; ticks, legends and notes; smallest legible size."""
 
-BLACK, ORANGE, SKY_BLUE, GREEN, YELLOW = (
-    colours.BLACK, colours.ORANGE, colours.SKY_BLUE, colours.GREEN, colours.YELLOW,
-)  # fmt: skip
-BLUE, VERMILLION, PURPLE, WINE, INDIGO = (
-    colours.BLUE, colours.VERMILLION, colours.PURPLE, colours.WINE, colours.INDIGO,
-)  # fmt: skip
+BLACK, BLUE, GREEN = colours.BLACK, colours.BLUE, colours.GREEN
+YELLOW, VERMILLION = colours.YELLOW, colours.VERMILLION
 GREY = "#666666"
 PALE = "#EEEEEE"
 COLOURS, VEHICLES = colours.COLOURS, colours.VEHICLES
@@ -190,6 +186,15 @@ def rendered(figure: Figure, format: str, about: Mapping[str, str] | None = None
             file, format=format, dpi=DPI, metadata={**UNSAID[format], **provenance_fields(format, about or {})}
         )
     return file.getvalue()
+
+
+def contents(name: str, format: str, figure: Figure, caption: str, csv: bytes) -> list[tuple[str, bytes]]:
+    """Return names and contents of the files of a figure: picture, caption and data."""
+    return [
+        (f"{name}.{format}", rendered(figure, format)),
+        (f"{name}.txt", f"{caption}\n".encode()),
+        (f"{name}.csv", csv),
+    ]
 
 
 def provenance_fields(format: str, about: Mapping[str, str]) -> dict[str, str]:

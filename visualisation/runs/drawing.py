@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults
+from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, faults_of_figure
 from visualisation.output import (
     KINDS,
     SWEEP_KINDS,
@@ -138,17 +138,9 @@ def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
     """Return the mission's figures by name; refuse invalid and duplicate declarations."""
     own: dict[str, Figure] = {}
     for figure in figures:
-        if not isinstance(figure, Figure | Layer | Mark):
-            raise DrawingError(
-                f"the mission lists {figure!r} as a figure, which is a {type(figure).__name__}; "
-                "allowed: Figure, Layer and Mark of missions.figure"
-            )
+        if faults := "; ".join(faults_of_figure(figure)):
+            raise DrawingError(f"the mission declares a figure {getattr(figure, 'name', figure)!r}: {faults}")
         if isinstance(figure, Figure):
-            if not figure.name or figure.name.startswith(".") or "/" in figure.name or "\\" in figure.name:
-                raise DrawingError(
-                    f"the mission declares a figure {figure.name!r}, which is no name of a file: rename it, without / "
-                    "and without a dot in front"
-                )
             if figure.name in (*KINDS, *SWEEP_KINDS, *own):
                 raise DrawingError(f"the mission declares a figure {figure.name!r}, a name that is taken; rename it")
             own[figure.name] = figure

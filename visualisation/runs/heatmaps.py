@@ -221,8 +221,8 @@ def knowledge(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage
 
 LOSS_ROWS_IN = 0.055, 0.18, 1.8
 """Minimum and maximum height of a row, and target height of a panel."""
-INCOMING, OUTGOING = "incoming", "outgoing"
-"""Directions of a link in table ``links``: from the peer to the vehicle, and the reverse."""
+INCOMING = "incoming"
+"""Direction of a link in table ``links`` from the peer to the vehicle."""
 THERE, SLOT_CONFLICT = ("heard again", "begins anew"), "slot conflict"
 """Events in table ``peers``: peer present, duplicate slot. All others declare absence."""
 

@@ -98,10 +98,10 @@ def test_a_text_that_cannot_be_set_is_the_fault_of_its_figure(run: Results, tmp_
         ([replace(FINDS, name="roles")], "declares a figure 'roles', a name that is taken"),
         ([replace(FINDS, name="overview")], "declares a figure 'overview', a name that is taken"),
         *(
-            ([replace(FINDS, name=name)], "declares a figure '.*', which is no name of a file")
-            for name in ("", "a/b", ".a", "a\\b")
+            ([replace(FINDS, name=name)], "declares a figure '.*': name = '.*': it is no name of a file")
+            for name in ("a/b", ".a", "a\\b")
         ),
-        ([raises], "which is a function; allowed: Figure, Layer and Mark of missions.figure"),
+        ([raises], "it is a function; expected a remoras.Figure, Layer or Mark"),
     ],
 )
 def test_a_wrong_declaration_is_refused(run: Results, tmp_path: Path, declared: Any, message: str) -> None:
