@@ -128,7 +128,7 @@ def sweep(
         raise PartlyDoneError(str(error)) from None
     try:
         if next(plan.missing(opened.summaries), None) is not None:
-            with _engine(jobs, cluster, executor) as (engine, n_processes):
+            with _engine(jobs, cluster, executor, limits.timeout_s) as (engine, n_processes):
                 _drive(engine, n_processes, plan, opened, progress, limits)
         opened.compact()
     except WorkersCannotStart as error:
@@ -153,7 +153,9 @@ def _compact_if_possible(folder: SweepFolder) -> None:
 
 
 @contextmanager
-def _engine(jobs: int, cluster: str | None, executor: Executor | None) -> Iterator[tuple[Executor, int]]:
+def _engine(
+    jobs: int, cluster: str | None, executor: Executor | None, timeout_s: float | None
+) -> Iterator[tuple[Executor, int]]:
     """Yield the executor and its number of processes; shut it down if it was created here."""
     if executor is not None:
         yield executor, jobs
@@ -161,7 +163,7 @@ def _engine(jobs: int, cluster: str | None, executor: Executor | None) -> Iterat
         with cluster_executor(cluster) as engine:
             yield engine
     else:
-        pool = SupervisedPool(jobs, preload="missions.sweeps.worker")
+        pool = SupervisedPool(jobs, "missions.sweeps.worker", timeout_s)
         try:
             yield pool, jobs
         finally:
@@ -185,11 +187,7 @@ def _drive(
     while waiting or busy:
         while waiting and len(busy) < AHEAD * n_processes:
             task = waiting.popleft()
-            if isinstance(executor, SupervisedPool):
-                future = executor.submit_within(limits.timeout_s, run_checked, needed, task)
-            else:
-                future = executor.submit(run_checked, needed, task)
-            busy[future] = task
+            busy[executor.submit(run_checked, needed, task)] = task
         ready, _ = wait(busy, return_when=FIRST_COMPLETED)
         finished: list[FinishedRun] = []
         ended = [busy.pop(future) for future in ready]

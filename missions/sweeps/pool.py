@@ -37,7 +37,7 @@ _STARTING = Lock()
 """Lock for process starts, which use global state."""
 Arguments = ParamSpec("Arguments")
 T = TypeVar("T")
-Call = tuple["Future[Any]", float | None, Callable[..., Any], tuple[Any, ...], dict[str, Any]]
+Call = tuple["Future[Any]", Callable[..., Any], tuple[Any, ...], dict[str, Any]]
 
 
 class WorkerDied(BrokenExecutor):
@@ -53,9 +53,13 @@ class WorkersCannotStart(BrokenExecutor):
 
 
 class SupervisedPool(Executor):
-    """Executor that replaces dead processes; new ones have the module ``preload`` loaded."""
+    """Executor that replaces dead processes; new ones have the module ``preload`` loaded.
 
-    def __init__(self, n_workers: int, preload: str) -> None:
+    After ``limit_s`` seconds of a call its process is killed, and its future raises ``TookTooLong``.
+    """
+
+    def __init__(self, n_workers: int, preload: str, limit_s: float | None = None) -> None:
+        self._limit_s = limit_s
         known = multiprocessing.get_all_start_methods()
         self._context: BaseContext = multiprocessing.get_context("forkserver" if "forkserver" in known else "spawn")
         self._context.set_forkserver_preload([preload])
@@ -68,16 +72,10 @@ class SupervisedPool(Executor):
 
     def submit(self, fn: Callable[Arguments, T], /, *args: Arguments.args, **kwargs: Arguments.kwargs) -> Future[T]:
         """Schedule a call; its future may raise ``WorkerDied`` or ``WorkersCannotStart``."""
-        return self.submit_within(None, fn, *args, **kwargs)
-
-    def submit_within(
-        self, limit_s: float | None, fn: Callable[Arguments, T], /, *args: Arguments.args, **kwargs: Arguments.kwargs
-    ) -> Future[T]:
-        """Schedule a call; after ``limit_s`` its process is killed and it raises ``TookTooLong``."""
         if not self._open:
             raise RuntimeError("the pool is shut down")
         future: Future[T] = Future()
-        self._calls.put((future, limit_s, fn, args, kwargs))
+        self._calls.put((future, fn, args, kwargs))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -100,7 +98,7 @@ class SupervisedPool(Executor):
         process: BaseProcess | None = None
         began = False
         while (call := self._calls.get()) is not None:
-            future, limit_s, *request = call
+            future, *request = call
             if not future.set_running_or_notify_cancel():
                 continue
             in_time = True
@@ -118,7 +116,7 @@ class SupervisedPool(Executor):
                 if not began:
                     began = connection.recv()
                 connection.send(request)
-                in_time = connection.poll(limit_s)
+                in_time = connection.poll(self._limit_s)
                 if not in_time:
                     process.kill()
                 succeeded, value = connection.recv()
