@@ -134,11 +134,11 @@ def network_caption(network: Network) -> str:
     if network.per_over_range:
         text = "share lost against range as measured (points) and between (lines)"
     else:
-        text = "share lost on each directed link as measured, rows send and columns hear"
+        text = "share lost on each directed link as measured, rows send and columns receive"
         if _has_map(network):
             text = (
-                "map of the nodes with their depths, an arrow for each directed link, the wider the less it loses and "
-                f"blue if that is half at most; {text}"
+                "map of the nodes with their depths, an arrow for each directed link, wider for less loss and blue "
+                f"for a loss of at most one half; {text}"
             )
     return f"Network {network.name}: {text}.{packet}{source}"
 

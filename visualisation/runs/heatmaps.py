@@ -178,16 +178,16 @@ def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     traffic = news.traffic(results)
     squares = (
         Shades("packets lost", traffic.lost_shares, 1.0, "share of the sender's packets that were lost", percent=True),
-        Shades("age of news", traffic.mean_ages_s, news.worst_age_s(traffic), "mean age of the news of the sender (s)"),
+        Shades("age of information", traffic.mean_ages_s, news.worst_age_s(traffic), "mean age of information (s)"),
     )
     received, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
     text = captions.of_run(
         results,
-        "Who heard whom: rows are receivers, columns senders, darker is worse.",
+        "Reception between vehicles: rows are receivers, columns senders, darker is worse.",
         f"(a) Share of the sender's packets that the receiver lost: {lost} of {received + lost} in all.",
-        "(b) Time since the sender sent what the receiver heard last, as a mean while both were in the mission.",
-        f"Black is {news.WORST_FRAMES} TDMA frames or more, whatever the run.",
-        "Crossed: nothing was sent that could be heard.",
+        "(b) Age of the last packet received from the sender, mean over the time that both are in the mission.",
+        f"Black is {news.WORST_FRAMES} TDMA frames or more in every run.",
+        "Crossed: no packet was sent that could be received.",
     )
     return DrawnPage(_drawn(results, (), squares, 0.0, width_in), text)
 
@@ -205,15 +205,15 @@ def knowledge(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage
     ages_s = _mean(traffic.ages_s(at_s))
     lacking, most = news.items_lacking(results, at_s), WORST_ITEMS * max(1.0, n)
     strips = (
-        Shades("mean age of the news of the others", ages_s, news.worst_age_s(traffic), words.axis("age", "s")),
-        Shades("items of the others that the vehicle lacks", lacking, most, "items"),
+        Shades("mean age of information on other vehicles", ages_s, news.worst_age_s(traffic), words.axis("age", "s")),
+        Shades("items of other vehicles not received", lacking, most, "items"),
     )
     text = captions.of_run(
         results,
         "Knowledge of the vehicles over mission time, darker is worse.",
-        "(a) Time since a peer sent what the vehicle heard of it last, as a mean over its peers.",
-        "(b) Items that others have told and the vehicle has not received.",
-        f"Black is {news.WORST_FRAMES} TDMA frames, and {WORST_ITEMS:g} items for each vehicle, or more.",
+        "(a) Age of the last packet received from a peer, mean over all peers.",
+        "(b) Items that other vehicles recorded and this vehicle has not received.",
+        f"Black is {news.WORST_FRAMES} TDMA frames or more in (a), {WORST_ITEMS:g} items per vehicle or more in (b).",
         "Hatched: the vehicle is out of the mission." if traffic.out else "",
     )
     return DrawnPage(_drawn(results, strips, (), row_in(n, *AGE_ROWS_IN), width_in), text)
@@ -277,20 +277,20 @@ def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     n, last = len(estimates.vehicles), (estimates.incoming[:, :, -1], estimates.outgoing)
     label = "estimated loss; share"
     strips = (
-        Shades("receivers: estimated loss of what is sent to them", _mean(estimates.incoming), 1.0, ""),
-        Shades("peers: share of the others that do without them", estimates.without, 1.0, label, percent=True),
+        Shades("receivers: estimated packet loss", _mean(estimates.incoming), 1.0, ""),
+        Shades("share of vehicles that declare the vehicle absent", estimates.without, 1.0, label, percent=True),
     )
     squares = (
-        Shades("last estimates of the receivers", last[0], 1.0, "", percent=True),
-        Shades("last estimates of the senders", last[1], 1.0, "", percent=True),
+        Shades("final estimates of the receivers", last[0], 1.0, "", percent=True),
+        Shades("final estimates of the senders", last[1], 1.0, "", percent=True),
     )
     text = captions.of_run(
         results,
-        "What the vehicles take the links to lose, darker is worse.",
-        "(a) Estimates of a receiver, from the packets that it missed, as a mean over the senders.",
-        "(b) Share of the others that wait for nothing that the vehicle lacks, since it is silent for too long.",
-        "(c) The same estimates by link, in percent, as they were last.",
-        "(d) Those of the senders, from the acknowledgements that they heard.",
+        "Packet loss of links as estimated by the vehicles, darker is worse.",
+        "(a) Estimates of a receiver from missed packets, mean over the senders.",
+        "(b) Share of the other vehicles that declare the vehicle absent after a long silence.",
+        "(c) Final estimates of the receivers by link, in percent.",
+        "(d) Final estimates of the senders from received acknowledgements, in percent.",
         "Crossed: no estimate." if np.isnan(last).sum() > 2 * n else "",
         "Hatched: the vehicle is out of the mission." if outages(results) else "",
     )

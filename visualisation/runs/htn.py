@@ -105,7 +105,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             tree, task = row.content
             _row(page.axes, task, top_in + ROW_IN / 2, looks[tree.vehicle].colour, end_s)
         if not shown:
-            page.axes.set_yticks([0.15], ["no plan was carried out"])
+            page.axes.set_yticks([0.15], ["no plan was executed"])
         figure = page.finished()
     deepest = max((row.level for band in shown for row in band), default=0)
     has_deeper = any(task.depth > deepest for tree in plans for task in tree.tasks)
@@ -145,12 +145,12 @@ def _legend() -> list[Artist]:
 def _caption(results: RunResults, deepest: int, has_deeper: bool, n_left_out: int) -> str:
     return captions.of_run(
         results,
-        "Plans of the vehicles as trees of tasks, over mission time: first those of the groups' missions, each by the "
-        "head that carries it out, then those of objectives.",
-        "A task below another is a part of it; behind the colon stands the method. A thin bar: the task waits; a thick "
-        "one: it runs; the mark at its end: done, failed, or dropped since the plan had it no longer.",
-        "A diamond: when a step was expected to end." if deepest > 0 else "",
-        f"Tasks more than {deepest} levels below the top are left out." if has_deeper else "",
-        f"{n_left_out} plans are left out." if n_left_out else "",
+        "Plans of the vehicles as task trees over mission time: first plans of group missions, each at its leader, "
+        "then plans of objectives.",
+        "A subtask is below its task, the method behind the colon. A thin bar: the task waits; a thick bar: it runs; "
+        "the mark at its end: done, failed, or dropped from the plan.",
+        "A diamond: expected end of a step." if deepest > 0 else "",
+        f"Tasks more than {deepest} levels below the top are not shown." if has_deeper else "",
+        f"{n_left_out} plans are not shown." if n_left_out else "",
         is_timed=True,
     )

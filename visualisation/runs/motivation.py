@@ -64,7 +64,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             axes.set_xlabel(words.axis("motivation"))
         if not shown:
             panels[0].set_axis_off()
-            panels[0].set_title("no choice was contested")
+            panels[0].set_title("no decision had conflicting candidates")
         page.legend(figure, _legend())
         first = panels[::columns]
         page.lay_out(figure, first, [body_in] * len(first))
@@ -117,9 +117,9 @@ def _bars(axes: Axes, moment: Weighed, colour: str, room_in: float) -> None:
 def _legend() -> list[Artist]:
     return [
         Patch(facecolor=style.GREY, linewidth=0, label="performed"),
-        Patch(facecolor=style.tint(style.GREY, 0.25), edgecolor=style.GREY, linewidth=0.5, label="left aside"),
-        Patch(facecolor="white", edgecolor=style.BLACK, hatch=HATCH, linewidth=0.5, label="by an influence signal"),
-        Line2D([], [], marker="D", linestyle="none", color=style.BLACK, markersize=3.0, label="mean with it"),
+        Patch(facecolor=style.tint(style.GREY, 0.25), edgecolor=style.GREY, linewidth=0.5, label="not performed"),
+        Patch(facecolor="white", edgecolor=style.BLACK, hatch=HATCH, linewidth=0.5, label="from an influence signal"),
+        Line2D([], [], marker="D", linestyle="none", color=style.BLACK, markersize=3.0, label="best combination"),
     ]
 
 
@@ -127,8 +127,8 @@ def _caption(results: RunResults, n_shown: int, n_found: int) -> str:
     which = "All" if n_shown == n_found else f"The {n_shown} most closely contested of {n_found}"
     return captions.of_run(
         results,
-        "Motivation of what vehicles could do when they chose anew, where something had to be left aside.",
-        f"{which} such choices, in the order of time; colours are those of the vehicles.",
-        "A diamond is the mean motivation of the best combination with the activities; the highest is performed, after "
-        "what is vital.",
+        "Motivation of the candidate activities at decisions with conflicting candidates.",
+        f"{which} such decisions in time order; colours identify the vehicles.",
+        "A diamond is the mean motivation of the best combination with the activities. The highest is performed, after "
+        "vital activities.",
     )

@@ -38,7 +38,7 @@ TICK: dict[str, Any] = {"marker": "|", "markersize": 8.0, "markeredgecolor": sty
 MARKS: dict[str, tuple[dict[str, Any], str]] = {
     REFUSED: ({"marker": "X", "markersize": 4.5}, "refused"),
     SUCCEEDED: ({"marker": "*", "markersize": 5.5}, "succession"),
-    MISSION: ({"marker": "d", "markersize": 4.5}, "mission given"),
+    MISSION: ({"marker": "d", "markersize": 4.5}, "mission assigned"),
     CREATED: (TICK, ""),
     DISSOLVED: (TICK, ""),
 }
@@ -169,7 +169,7 @@ def _draw_roster(page: Sheet, roster: Roster, view: View, at_s: float, width_in:
     room = axes.get_position()
     axes.set_position((0.0, room.y0, 1.0, room.height))  # beside it are no names
     axes.set(xlim=(0.0, width_in), ylim=(above_in, 0.0))
-    seen = f"as {view.viewer} sees it" if view.viewer else "as every vehicle sees itself"
+    seen = f"view of {view.viewer}" if view.viewer else "own roles of each vehicle"
     title = style.fitted(f"Organisation at {words.time(at_s)}, {seen}", width_in - 2 * MARGIN_IN, style.TEXT_PT)
     axes.text(MARGIN_IN, HEADING_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
     roster.draw(axes, HEADING_IN)
@@ -191,13 +191,13 @@ def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
 def _legend(view: View, rows: Sequence[RoleRow]) -> list[Artist]:
     holdings = [holding for row in rows for lane in row.lanes for holding in lane]
     is_away = any(holding.present != (holding.span,) for holding in holdings)
-    away = "taken for absent" if view.viewer else "out of the mission"
+    away = "declared absent" if view.viewer else "out of the mission"
     marks = [kind for kind in MARKS if any(mark.kind == kind for mark in view.marks)]
     chips: list[Artist] = [Patch(facecolor=style.GREY, linewidth=0, label="holds the role (colour: vehicle)")]
     if is_away:
         chips.append(Patch(facecolor=style.tint(style.GREY, PALE), edgecolor=style.GREY, linewidth=0.5, label=away))
     if any(row.is_counted for row in rows):
-        chips.append(Patch(facecolor=style.GREY, linewidth=0, label="height: share of the most holders"))
+        chips.append(Patch(facecolor=style.GREY, linewidth=0, label="height: share of the maximum of holders"))
     if any(row.vacant for row in rows):
         chips.append(Patch(label="below minimum", **HATCH))
     ticks = {CREATED, DISSOLVED} & {*marks}
@@ -212,17 +212,17 @@ def _legend(view: View, rows: Sequence[RoleRow]) -> list[Artist]:
 def _caption(
     results: RunResults, view: View, roster: Roster, at_s: float, rows: Sequence[RoleRow], left_out: int
 ) -> str:
-    seen = f"in the view of {view.viewer}" if view.viewer else "as every vehicle sees itself"
+    seen = f"in the view of {view.viewer}" if view.viewer else "by the roles that each vehicle holds itself"
     return captions.of_run(
         results,
-        f"Organisation {seen}: above at {words.time(at_s)}, below over mission time, where a thick line is "
+        f"Organisation {seen}: above at {words.time(at_s)}, below over mission time; the thick line marks "
         "that time.",
-        "Roles have the number of holders that they demand; a star: who plays the role leads the group. A group is "
-        "indented below the one that supervises it.",
+        "Each role has its required number of holders; a star marks the role of the group leader. A group is indented "
+        "below the one that supervises it.",
         f"Reserves hold no role: {words.listed(roster.reserves)}."
         if roster.reserves else "",
-        "Hatched: fewer holders in the mission than the role demands." if any(row.vacant for row in rows) else "",
-        f"{left_out} groups are left out." if left_out else "",
+        "Hatched: fewer holders in the mission than the role requires." if any(row.vacant for row in rows) else "",
+        f"{left_out} groups are not shown." if left_out else "",
         _refused(view),
         is_timed=True,
     )  # fmt: skip

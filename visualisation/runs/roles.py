@@ -192,7 +192,7 @@ def draw_shares(
 def _legend(hatches: Mapping[str, str], with_faults: bool, with_folds: bool) -> list[Artist]:
     meanings: list[Artist] = [
         Line2D([], [], color=style.tint(style.BLACK, 0.35), linewidth=2.0, label="role held"),
-        Line2D([], [], color=style.GREY, linewidth=6.0, label="role drives the vehicle"),
+        Line2D([], [], color=style.GREY, linewidth=6.0, label="role active"),
     ]
     meanings += [Patch(facecolor=FOLDED, linewidth=0, label="height: share of the vehicles")] if with_folds else []
     meanings += [Patch(label="fault", **FAULT)] if with_faults else []
@@ -207,12 +207,12 @@ def _legend(hatches: Mapping[str, str], with_faults: bool, with_folds: bool) -> 
 
 def _caption(results: RunResults, lanes: Sequence[VehicleLane], n_left_out: int) -> str:
     folded = [f"{len(lane.vehicles)} vehicles: {', '.join(lane.vehicles)}" for lane in lanes if lane.is_folded]
-    shared = f"Vehicles with the same roles share a lane, where the height is the share of them ({'; '.join(folded)})."
+    shared = f"Vehicles with the same roles share a lane, and the height is their share ({'; '.join(folded)})."
     return captions.of_run(
         results,
         "Roles of the vehicles over mission time.",
-        "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
+        "A thin bar: the vehicle holds the role; a solid bar: the role is active.",
         shared if folded else "",
-        f"{n_left_out} vehicles are left out." if n_left_out else "",
+        f"{n_left_out} vehicles are not shown." if n_left_out else "",
         is_timed=True,
     )

@@ -29,7 +29,7 @@ THIN, THICK = 0.7, 1.9
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """Draw a band per vehicle and a line per role, thick while the role drives the vehicle."""
+    """Draw a band per vehicle and a line per role, thick while the role is active."""
     series = run_records.satisfaction(results)
     tenures = {
         (vehicle, tenure.group, tenure.role): tenure
@@ -46,7 +46,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             for key, label in zip(keys, _labels(keys), strict=True)
         ]
         if keys:
-            legend.append(Line2D([], [], color=style.GREY, linewidth=THICK, label="thick: drives the vehicle"))
+            legend.append(Line2D([], [], color=style.GREY, linewidth=THICK, label="thick: active role"))
         page = sheet(results, band_in * len(series), legend, width_in)
         axes, ticks = page.axes, {}
         axes.set_ylabel("personal satisfaction" if len(series) > 1 else "personal\nsatisfaction")
@@ -75,8 +75,8 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     text = captions.of_run(
         results,
         "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
-        "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
-        "Colours are those of the vehicles, lines and markers tell their roles.",
+        "A line is thick while the role is active; below zero (shaded) the vehicle requests help or passage.",
+        "Colours identify vehicles, line styles and markers roles.",
         is_timed=True,
     )
     return DrawnPage(figure, text)

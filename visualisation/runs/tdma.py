@@ -33,8 +33,8 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     stretch = worst_stretch(traffic)
     by_sender, by_receiver = _by_frame(traffic)
     titles = (
-        "slots: share of the listeners that lost the packet",
-        "receivers: share of the frame's packets that were lost",
+        "slots: share of receivers that lost the packet",
+        "receivers: share of packets per frame that were lost",
         f"slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
     )
     bodies_in = row_in * n, row_in * n, lane_in * n
@@ -92,7 +92,7 @@ class Tick(NamedTuple):
 
 
 TICKS = {
-    "heard": Tick("heard (up)", True, style.BLACK, "none"),
+    "heard": Tick("received (up)", True, style.BLACK, "none"),
     "refused": Tick("refused (up, hollow)", True, "white", style.BLACK),
     "lost": Tick("lost (down)", False, "white", style.BLACK),
     "collided": Tick("collided (down, grey)", False, "#8C8C8C", style.BLACK),
@@ -156,10 +156,10 @@ def _caption(results: RunResults, traffic: RunPackets) -> str:
     reasons = words.listed(listed) if listed else ""
     return captions.of_run(
         results,
-        "The slots of the acoustic channel, darker is worse, pale where nothing could be heard.",
+        "Slots of the acoustic channel, darker is worse, pale where no packet could be received.",
         "(a) A row for each sender, a column for each TDMA frame. (b) A row for each receiver.",
-        "(c) The frames in which the largest share was lost, slot by slot: a lane for each vehicle.",
+        "(c) The frames with the highest loss, slot by slot, with a lane for each vehicle.",
         f"{traffic.time_s.size} packets.",
         f"Lost by collision: {n_collided} receptions." if n_collided else "",
-        f"Refused as they arrived, and counted as lost: {reasons}." if reasons else "",
+        f"Refused on arrival and counted as lost: {reasons}." if reasons else "",
     )

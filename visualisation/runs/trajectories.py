@@ -163,7 +163,7 @@ def picture(
     """
     shown = [layer for layer in layers if all(map(results.has, layer.needs))]
     notes = [
-        f"{layer.name} are left out of trajectories: these results have no table {', '.join(layer.needs)}"
+        f"{layer.name} are not shown in trajectories: these results have no table {', '.join(layer.needs)}"
         for layer in layers
         if layer not in shown
     ]
@@ -266,7 +266,7 @@ def _panels(scene: MapContents, eventful: Span | None) -> list[Panel]:
         ends = frame_of(at_end)
     if _size_m(ends) < CLOSE * _size_m(panels[-1].frame) and len(at_end) > 1:
         ending = eventful if eventful is not None and eventful.end_s == scene.end_s else mission
-        panels.append(Panel("where the vehicles end", ends, ending))
+        panels.append(Panel("final positions", ends, ending))
     return panels
 
 
@@ -390,7 +390,7 @@ def _caption(results: RunResults, scene: MapContents, of_layers: str) -> str:
     sentences.append(of_layers)
     others = [name for name, look in scene.looks.items() if look == OTHERS]
     if others:
-        sentences.append(f"Those that went farthest are named; the others are grey: {words.listed(others)}.")
+        sentences.append(f"The vehicles with the longest paths are named, the others are grey: {words.listed(others)}.")
     for event in scene.events:
         if event.symbol is not FAULT:
             sentences.append(f"{event.vehicle}: {event.symbol.meaning} at {words.time(event.time_s)}.")

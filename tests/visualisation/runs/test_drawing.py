@@ -124,7 +124,7 @@ def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path:
     assert written.notes == [
         "satisfaction is left out: these results have no table satisfaction",
         "finds is left out: these results have no table finds",
-        "wrecks are left out of trajectories: these results have no table finds",
+        "wrecks are not shown in trajectories: these results have no table finds",
     ]
     with pytest.raises(DrawingError, match=r"^finds: these results have no table finds$"):
         draw_run_figures(run, ["roles", "finds"], tmp_path / "named", "svg", DECLARED)
@@ -149,7 +149,7 @@ def test_contested_choices_are_drawn_with_what_was_left_aside(tmp_path: Path) ->
     figure = run_picture(run, "motivation").figure
     hatched = [[bar.get_width() for bar in axes.patches if bar.get_hatch()] for axes in figure.axes]
     assert hatched == [[], pytest.approx([0.25] * 3)]
-    assert "All such choices" in run_picture(run, "motivation").caption
+    assert "All such decisions" in run_picture(run, "motivation").caption
     path = run.folder / "decisions.parquet"
     pq.write_table(pa.concat_tables([pq.read_table(path)] * 2), path)
     assert motivation.contested(Results(run.folder)) == found

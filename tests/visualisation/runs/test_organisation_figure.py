@@ -80,7 +80,7 @@ def test_boxes_are_of_the_time_and_of_the_viewer(tmp_path: Path) -> None:
         "Inspection", "\u2605 Leader (1)", "AUV06", "Diver (2\u20139)", "AUV07", "vacant",
     ]  # fmt: skip
     of_first = shown(results, 600.0, "AUV00")
-    assert "as AUV00 sees it" in of_first[0]
+    assert "view of AUV00" in of_first[0]
     assert of_first[of_first.index("Team A") :][1:6] == [
         "\u2605 Leader (1)", "vacant", "Diver (2\u20139)", "2 vacant", "Spare",
     ]  # fmt: skip

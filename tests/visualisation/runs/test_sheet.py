@@ -89,8 +89,8 @@ def test_what_does_not_fit_a_page_is_left_out_and_said(tmp_path: Path) -> None:
     fiction = Fiction(tuple(f"V{number:02d}" for number in range(60)))
     drawn = run_picture(fiction.write(tmp_path / "run"), "htn")
     assert drawn.figure.get_figheight() <= TALLEST_IN
-    assert "Tasks more than 0 levels below the top are left out. " in drawn.caption
-    n_left_out = int(drawn.caption.split(" plans are left out.")[0].rsplit(" ", 1)[1])
+    assert "Tasks more than 0 levels below the top are not shown. " in drawn.caption
+    n_left_out = int(drawn.caption.split(" plans are not shown.")[0].rsplit(" ", 1)[1])
     assert 61 - 49 < n_left_out < 61 - 30
     tops = [text.get_text() for text in drawn.figure.axes[0].texts if text.get_text().startswith(("V0", "V1"))]
     assert tops[0] == "V00  Survey(Team)"
@@ -98,7 +98,7 @@ def test_what_does_not_fit_a_page_is_left_out_and_said(tmp_path: Path) -> None:
 
 def test_without_a_plan_the_figure_says_so(tmp_path: Path) -> None:
     drawn = run_picture(Fiction(recorded=False).write(tmp_path / "run"), "htn", width_in=style.COLUMN_IN)
-    assert "no plan was carried out" in [text.get_text() for text in drawn.figure.axes[0].get_yticklabels()]
+    assert "no plan was executed" in [text.get_text() for text in drawn.figure.axes[0].get_yticklabels()]
 
 
 def test_milestones_too_close_for_flags_of_their_own_share_one(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def test_the_panel_of_the_ends_shows_the_ends(tmp_path: Path) -> None:
     figure = run_picture(fiction.write(tmp_path / "run"), "trajectories").figure
     titles = {axes.get_title(loc="left"): axes for axes in figure.axes}
     (beginning,) = [axes for title, axes in titles.items() if title.startswith("(b) 0 to")]
-    ends = [axes for title, axes in titles.items() if "where the vehicles end" in title]
+    ends = [axes for title, axes in titles.items() if "final positions" in title]
     for axes in (figure.axes[0], *ends):
         assert sum(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in axes.get_lines()) == 2
     assert not any(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in beginning.get_lines())
