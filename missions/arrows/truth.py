@@ -309,10 +309,10 @@ METRICS = (
         lambda run: mean_s(run, identified_at_s(run)), headline=True,
         note="Sites that were not identified count with the end of the search.",
     ),
-    Metric("n_mistaken", "", Better.LOWER, "anomalies mistaken", anomalies_mistaken),
+    Metric("n_mistaken", "", Better.LOWER, "misidentified anomalies", anomalies_mistaken),
     Metric("n_false_alarms", "", Better.NEITHER, "false alarms", looks_at_nothing),
     Metric("told_bits", "bit", Better.HIGHER, "information gained", told_bits),
-    Metric("told_per_km", "bit/km", Better.HIGHER, "information gained per way", told_per_km, headline=True),
+    Metric("told_per_km", "bit/km", Better.HIGHER, "information gained per distance", told_per_km, headline=True),
     Metric("apart_bits", "bit", Better.LOWER, "divergence of maps", apart_bits, headline=True),
     Metric("alone_fraction", "", Better.LOWER, "share of time out of contact", alone_fraction, headline=True),
     Metric("longest_alone_s", "s", Better.LOWER, "longest time out of contact", longest_alone_s),
@@ -338,10 +338,10 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
     curves = (
         ("sites found", first_s.values(), "-", style.black),
         ("sites identified", sites, "--", style.black),
-        ("others explained", others, ":", style.grey),
+        ("other anomalies identified", others, ":", style.grey),
     )
     draw_counts(axes, style, end_s, curves, "number")
-    return "A site is found when a detector first takes notice of it, identified when it is taken for what it is."
+    return "A site is found at its first detection, and identified at its first correct identification."
 
 
 def _draw_of_maps(axes: Axes, results: RunResults, style: Style, column: str, label: str) -> None:
@@ -359,10 +359,8 @@ def draw_told(axes: Axes, results: RunResults, style: Style) -> str:
     _draw_of_maps(axes, results, style, "told_bits", "information")
     whole = results.rows(FLEET_MAPS.name)
     axes.plot([row["time_s"] for row in whole], [row["told_bits"] for row in whole], color=style.black, linewidth=1.5,
-              linestyle="--", label="all looks")  # fmt: skip
-    return (
-        "Information: divergence of a map from the prior. A vehicle below the dashed line has not heard of all looks."
-    )
+              linestyle="--", label="all observations")  # fmt: skip
+    return "Information: divergence of a map from the prior. Below the dashed line a vehicle lacks some observations."
 
 
 def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
@@ -399,8 +397,8 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_aspect("equal")
     axes.set_xlabel(style.axis("east", "m"))
     axes.set_ylabel(style.axis("north", "m"))
-    share = f"{math.fsum(shares):.1f} sites expected by the map, {len(sites)} there, {len(sites & seen)} detected."
-    return f"Shade: probability that a cell holds a site, by all looks of all vehicles. {share}"
+    share = f"{math.fsum(shares):.1f} sites expected by the map, {len(sites)} true sites, {len(sites & seen)} detected."
+    return f"Shade: probability that a cell holds a site, by all observations of all vehicles. {share}"
 
 
 def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
@@ -415,7 +413,7 @@ def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
 def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw the divergence of each vehicle's map from the joint map."""
     _draw_of_maps(axes, results, style, "missing_bits", "divergence")
-    return "Divergence of Jensen and Shannon, summed over cells; it falls where a vehicle hears what it has missed."
+    return "Jensen-Shannon divergence, summed over cells; it falls when a vehicle receives missing observations."
 
 
 def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
@@ -439,9 +437,9 @@ def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
 
 FIGURES: tuple[Declared, ...] = (
     Figure("sites", "Sites found and identified over mission time", draw_sites, needs=(CONTACTS.name, IDENTIFIED.name)),
-    Figure("told", "What the maps of the vehicles have been told", draw_told, needs=(MAPS.name, FLEET_MAPS.name)),
-    Figure("maps", "Where sites are likely after all looks", draw_maps, needs=("items", "trajectories", CONTACTS.name)),
-    Figure("apart", "What the map of each vehicle misses", draw_apart, needs=(MAPS.name,)),
+    Figure("told", "Information in the maps of the vehicles", draw_told, needs=(MAPS.name, FLEET_MAPS.name)),
+    Figure("maps", "Probability of sites at the end", draw_maps, needs=("items", "trajectories", CONTACTS.name)),
+    Figure("apart", "Divergence of each map from the joint map", draw_apart, needs=(MAPS.name,)),
     Layer("anomalies", draw_anomalies, needs=(CONTACTS.name,)),
     Mark("site_found", "site found"),
     Mark("site_identified", "site identified"),

@@ -497,7 +497,7 @@ def observer_of(joining: Joining) -> Drift | None:
 # Metrics ----------------------------------------------------------------------------------------
 
 
-KNOWN = "Runs in which vehicles know where they are are left out."
+KNOWN = "Only runs with navigation errors count."
 
 
 def n_fixes(run: MeasuredRun) -> int | Absent:
@@ -530,8 +530,8 @@ FEATURE = Feature(
     observer_of,
     beacon_faults,
     last_metrics=(
-        Metric("n_fixes", "", Better.LOWER, "fixes", n_fixes, note=KNOWN),
-        Metric("fixing_s", "s", Better.LOWER, "time for fixes", fixing_s, note="Of all vehicles together."),
+        Metric("n_fixes", "", Better.LOWER, "position fixes", n_fixes, note=KNOWN),
+        Metric("fixing_s", "s", Better.LOWER, "time for position fixes", fixing_s, note="Sum over all vehicles."),
     ),
     place_error_m=place_error_m,
     locating=locating,

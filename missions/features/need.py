@@ -416,7 +416,7 @@ FEATURE = Feature(
     need_faults,
     words,
     NEED_ATTRIBUTES,
-    metrics=(Metric("n_expired", "", Better.LOWER, "expired", n_expired, note="Too old, or no room in the queue."),),
+    metrics=(Metric("n_expired", "", Better.LOWER, "expired items", n_expired, note="Too old, or queue full."),),
     instances=instances_of,
     needed=needed,
     on_demand=on_demand,

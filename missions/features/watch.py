@@ -63,6 +63,6 @@ def n_silenced(run: MeasuredRun) -> int | Absent:
 FEATURE = Feature(
     {"": {KEY: (WatchTable, WatchTable.usual())}},
     Watch,
-    metrics=(Metric("n_silenced", "", Better.LOWER, "decisions that took too long", n_silenced),),
+    metrics=(Metric("n_silenced", "", Better.LOWER, "decisions beyond the CPU time limit", n_silenced),),
     strategy=watched,
 )

@@ -328,14 +328,14 @@ def mean_bored_s(run: MeasuredRun) -> float:
 
 
 lower = partial(Metric, better=Better.LOWER, headline=True)
-DONE = lower("mean_done_s", "s", label="mean time until work is done", of=mean_lifted_s)
+DONE = lower("mean_done_s", "s", label="mean time until a job is done", of=mean_lifted_s)
 WAIT = lower(
     "mean_wait_s", "s", label="mean wait at an object", of=partial(mean_wait_s, table=LIFTS.name, event=LIFTED)
 )
 RECOVERY_METRICS = (DONE, WAIT)
 FERRY_METRICS = (
     lower("mean_delivered_s", "s", label="mean time until delivery", of=mean_delivered_s),
-    lower("blocked_s", "s", label="time that vehicles stood in the passage", of=blocked_s),
+    lower("blocked_s", "s", label="time of vehicles stopped in the passage", of=blocked_s),
 )
 ESCORT_METRICS = (
     lower("mean_surveyed_s", "s", label="mean time until a line is surveyed", of=mean_surveyed_s),
@@ -382,16 +382,16 @@ def draw_reef(axes: Axes, results: RunResults, style: Style) -> str:
     ):
         axes.fill([west_m, east_m, east_m, west_m], [low_m, low_m, high_m, high_m], color=style.tint(style.grey, 0.4),
                   zorder=0, linewidth=0.0)  # fmt: skip
-    return "Grey: the reef, which vehicles cross by its passage alone."
+    return "Grey: the reef, which vehicles cross only by its passage."
 
 
 def _figure(name: str, title: str, draw: partial[str], *tables: str) -> Figure:
     return Figure(name, f"{title} over mission time", draw, needs=(JOBS.name, *tables))
 
 
-LIFTED_SAYS = "An object counts once all of its ends were taken for as long as a lift takes."
-BORED_SAYS = "A hole counts once its drill has really worked on it for as long as it takes."
-SURVEYED_SAYS = "A line counts once its vehicle has been along all of it, escorted where it takes an escort."
+LIFTED_SAYS = "An object counts once vehicles have held all of its ends for the duration of a lift."
+BORED_SAYS = "A hole counts once its drill has truly worked on it for the duration of drilling."
+SURVEYED_SAYS = "A line counts once its vehicle has followed all of it, with an escort where required."
 DELIVERED_SAYS = "A load counts once its vehicle has handed it over."
 RECOVERY_FIGURES: tuple[Declared, ...] = (
     _figure("recovered", "Sites surveyed and objects lifted",
@@ -408,7 +408,7 @@ ESCORT_FIGURES: tuple[Declared, ...] = (
     Mark("job_done", "line surveyed"),
 )
 RESUPPLY_FIGURES: tuple[Declared, ...] = (
-    _figure("sampled", "Sites surveyed and holes bored",
-            partial(draw_kinds, table=ENERGY, event=BORED, label="holes bored", says=BORED_SAYS), ENERGY.name),
+    _figure("sampled", "Sites surveyed and holes drilled",
+            partial(draw_kinds, table=ENERGY, event=BORED, label="holes drilled", says=BORED_SAYS), ENERGY.name),
     Mark("job_done", "job done"),
 )  # fmt: skip

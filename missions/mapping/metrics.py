@@ -164,7 +164,7 @@ METRICS = (
     Metric("coverage_fraction", "", Better.HIGHER, "coverage", coverage_fraction, headline=True),
     Metric(
         "believed_fraction", "", Better.HIGHER, "believed coverage", believed_fraction,
-        note="Runs in which vehicles know where they are are left out.",
+        note="Only runs with navigation errors count.",
     ),
     *(
         Metric(
@@ -174,19 +174,19 @@ METRICS = (
         for share in SHARES
     ),
     Metric("duplicate_fraction", "", Better.LOWER, "double work", duplicate_fraction, headline=True),
-    Metric("finds_inspected_fraction", "", Better.HIGHER, "finds inspected", finds_inspected_fraction),
+    Metric("finds_inspected_fraction", "", Better.HIGHER, "features inspected", finds_inspected_fraction),
     Metric(
         "within_region_fraction", "", Better.NEITHER, "objects in the 95 % region", within_region_fraction,
-        note="Of the place that all looks come to; 0.95 where what vehicles state of their looks is true.",
+        note="For positions fused from all observations; 0.95 if the reported uncertainties are correct.",
     ),
     Metric("least_mapped_fraction", "", Better.HIGHER, "least mapped fraction", least_mapped_fraction),
     Metric(
-        "given_up_s", "s", Better.NEITHER, "mapping given up", given_up_s,
-        note="Runs in which nobody gave up are left out.",
+        "given_up_s", "s", Better.NEITHER, "time when mapping stopped", given_up_s,
+        note="Only runs in which mapping stopped early count.",
     ),
     Metric(
-        "left_when_given_up", "", Better.NEITHER, "share left when given up", left_when_given_up,
-        note="Runs in which nobody gave up are left out.",
+        "left_when_given_up", "", Better.NEITHER, "share left when mapping stopped", left_when_given_up,
+        note="Only runs in which mapping stopped early count.",
     ),
 )  # fmt: skip
 
@@ -250,7 +250,7 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
     seen = results.rows(SIGHTINGS.name)  # no classifier on board
     seen_m = [row["x_m"] for row in seen], [row["y_m"] for row in seen]
     axes.scatter(*seen_m, s=5, color=style.black, marker="x", alpha=0.4, linewidths=0.5)
-    axes.scatter([], [], s=12, color=style.black, marker="x", label="seen there")
+    axes.scatter([], [], s=12, color=style.black, marker="x", label="sighting")
     east_m, north_m = zip(*(thing["position_m"] for thing in objects), strict=True)
     axes.scatter(east_m, north_m, s=40, marker="D", facecolors="none", edgecolors=style.black, label="object")
     for table in objects:
@@ -258,7 +258,7 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
             table["classification"], table["position_m"], xytext=(5, 4), textcoords="offset points", fontsize="x-small",
             annotation_clip=True,
         )  # fmt: skip
-    return f"No vehicle knows where an object lies; n = {len(seen)} sightings."
+    return f"Vehicles do not know the positions of objects; n = {len(seen)} sightings."
 
 
 def draw_places(axes: Axes, results: RunResults, style: Style) -> str:
@@ -270,35 +270,35 @@ def draw_places(axes: Axes, results: RunResults, style: Style) -> str:
     all_m = [entry for course in courses for entry in course]
     for number, course in enumerate(courses):
         off_m, region_m = zip(*course, strict=True)
-        label = "after each look" if not number else None
+        label = "after each observation" if not number else None
         axes.plot(region_m, off_m, color=style.grey, linewidth=0.6, marker="o", markersize=2.5, label=label)
     last = [course[-1] for course in courses]
     axes.scatter(
         [entry[1] for entry in last], [entry[0] for entry in last], s=40, marker="D", facecolors="none",
-        edgecolors=style.black, label="after the last look", zorder=3,
+        edgecolors=style.black, label="after the last observation", zorder=3,
     )  # fmt: skip
     end_m = round_up(max((max(entry) for entry in all_m), default=1.0))
     axes.plot([0.0, end_m], [0.0, end_m], color=style.black, linestyle="--", linewidth=0.8, label="edge of the region")
     axes.set_xlim(0.0, end_m)
     axes.set_ylim(0.0, end_m)
     axes.set_xlabel(style.axis("radius of the 95 % region", "m"))
-    axes.set_ylabel(style.axis("error of the place", "m"))
+    axes.set_ylabel(style.axis("position error", "m"))
     n_in = sum(off_m <= region_m for off_m, region_m in all_m)
     n_last = sum(off_m <= region_m for off_m, region_m in last)
     return (
-        f"Below the line an object lies in the region that is stated: {n_last} of {len(last)} objects after the last "
-        f"look, {n_in} of n = {len(all_m)} estimates."
+        f"Below the line the object lies in the reported region: {n_last} of {len(last)} objects after the last "
+        f"observation, {n_in} of n = {len(all_m)} estimates."
     )
 
 
 FIGURES: tuple[Declared, ...] = (
     Figure("coverage", "Mapped share of the areas over mission time", draw_coverage, needs=("coverage",)),
     Figure(
-        "places", "Error of the places of objects over what is stated", draw_places, needs=(SIGHTINGS.name, "items")
+        "places", "Position error of objects over reported uncertainty", draw_places, needs=(SIGHTINGS.name, "items")
     ),
     Layer("mapped cells", draw_mapped_cells, needs=("coverage",)),
     Layer("objects", draw_objects),
-    Mark("mapping_stopped", "mapping given up"),
+    Mark("mapping_stopped", "mapping stopped early"),
     Mark("found", "feature found"),
-    Mark("inspected", "find inspected"),
+    Mark("inspected", "feature inspected"),
 )

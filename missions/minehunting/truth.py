@@ -109,8 +109,8 @@ def n_revisits(run: MeasuredRun) -> int:
 
 METRICS = (
     Metric("mean_classified_s", "s", Better.LOWER, "mean time until classification", mean_classified_s, headline=True),
-    Metric("wrong_fraction", "", Better.LOWER, "contacts taken for what they are not", wrong_fraction, headline=True),
-    Metric("n_revisits", "", Better.LOWER, "revisits asked for", n_revisits),
+    Metric("wrong_fraction", "", Better.LOWER, "misclassified contacts", wrong_fraction, headline=True),
+    Metric("n_revisits", "", Better.LOWER, "requested revisits", n_revisits),
 )
 """Metrics of the mission, in summary order."""
 
@@ -128,7 +128,7 @@ def draw_classified(axes: Axes, results: RunResults, style: Style) -> str:
         axes.step([0.0, *times_s, end_s], [*shares, shares[-1]], where="post", color=color, linestyle=line, label=label)
     axes.set_xlabel(style.axis("time", "s"))
     axes.set_ylabel(style.axis("share of the final number"))
-    return "Between the two lies what the channel takes, and the analyst's doubt."
+    return "The lag between the curves is due to the channel and to undecided analysts."
 
 
 FIGURES: tuple[Declared, ...] = (

@@ -291,20 +291,20 @@ def n_lost(run: MeasuredRun) -> int:
 
 METRICS = (
     Metric("serviced_fraction", "", Better.HIGHER, "share of parts serviced", serviced_fraction, headline=True),
-    Metric("n_false_claims", "", Better.LOWER, "parts falsely taken for done", n_false_claims, headline=True),
+    Metric("n_false_claims", "", Better.LOWER, "parts falsely reported as done", n_false_claims, headline=True),
     Metric(
-        "last_serviced_s", "s", Better.LOWER, "time until all is serviced", last_serviced_s, headline=True,
+        "last_serviced_s", "s", Better.LOWER, "time until all parts are serviced", last_serviced_s, headline=True,
         censored=True,
     ),
     Metric("detected_fraction", "", Better.HIGHER, "share of faults detected", detected_fraction),
     Metric(
         "time_to_detect_s", "s", Better.LOWER, "mean time to detect", time_to_detect_s, headline=True,
-        note="Faults that were not detected do not count in it.",
+        note="Undetected faults do not count.",
     ),
     Metric("n_missed", "", Better.LOWER, "faults missed", n_missed, headline=True),
     Metric("n_false_alarms", "", Better.LOWER, "false alarms", n_false_alarms, headline=True),
     Metric("n_repairs", "", Better.NEITHER, "plan repairs", n_repairs, headline=True),
-    Metric("n_lost", "", Better.LOWER, "vehicles lost for want of energy", n_lost),
+    Metric("n_lost", "", Better.LOWER, "vehicles lost without energy", n_lost),
 )  # fmt: skip
 """Metrics of the mission, in summary order."""
 
@@ -317,10 +317,10 @@ def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
     taken = {row["job"]: row["time_s"] for row in reversed(results.rows(JOBS.name))}
     serviced = {row["part"]: row["time_s"] for row in reversed(results.rows(SERVICED.name))}
     curves = (
-        ("taken for done", taken.values(), "--", style.grey), ("really serviced", serviced.values(), "-", style.black),
+        ("reported as done", taken.values(), "--", style.grey), ("truly serviced", serviced.values(), "-", style.black),
     )  # fmt: skip
     draw_counts(axes, style, last_position_s(results), curves, "parts")
-    return "Where the dashed line is above the other, a vehicle takes for done what is not."
+    return "Where the dashed line is above the other, parts are falsely reported as done."
 
 
 def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
@@ -332,7 +332,7 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
     names = list(dict.fromkeys([*(name for _, name in befell), *(row["value"] for row in findings)]))
     for time_s, name in befell:
         axes.plot(time_s, names.index(name), marker="|", markersize=14, color=style.black, linestyle="none")
-    axes.plot([], [], marker="|", color=style.black, linestyle="none", label="befell")
+    axes.plot([], [], marker="|", color=style.black, linestyle="none", label="fault or upset")
     for vehicle, look in style.looks.items():
         own = [row for row in findings if row["origin"] == vehicle]
         axes.plot([row["time_s"] for row in own], [names.index(row["value"]) for row in own], marker=look.marker,
@@ -340,7 +340,7 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_yticks(range(len(names)), names, fontsize="x-small")
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_xlabel(style.axis("time", "s"))
-    return "An upset befalls when a vehicle that works on the part comes near."
+    return "An upset occurs when a vehicle that works on the part comes near."
 
 
 def draw_upset(axes: Axes, results: RunResults, style: Style) -> str:
@@ -364,7 +364,7 @@ def draw_upset(axes: Axes, results: RunResults, style: Style) -> str:
 
 FIGURES: tuple[Declared, ...] = (
     Figure("serviced", "Parts serviced over mission time", draw_serviced, needs=(SERVICED.name,)),
-    Figure("findings", "What befell, and what vehicles found", draw_findings, needs=("items",)),
+    Figure("findings", "True faults and upsets, and findings of the vehicles", draw_findings, needs=("items",)),
     Layer("structure", draw_upset, needs=(SERVICED.name,)),
     Mark("job_done", "part done"),
 )

@@ -90,15 +90,15 @@ CONNECTED = Metric(
     Better.HIGHER,
     "connected",
     _connected_fraction,
-    note="share of windows of two slots a vehicle in which what any vehicle said could reach every other",
+    note="Share of windows of two slots per vehicle in which packets of each vehicle could reach all others.",
 )
 CUTTING = Metric(
     "n_cut_vehicles",
     "",
     Better.LOWER,
-    "vehicles without which the fleet falls apart",
+    "vehicles whose loss disconnects the fleet",
     _n_cutting,
-    note="mean over windows of two slots a vehicle, by links used both ways",
+    note="Mean over windows of two slots per vehicle, for links used in both directions.",
 )
 
 
@@ -120,11 +120,11 @@ def _draw(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_yticks(range(1, len(vehicles) + 1))
     axes.axhline(0.0, color=style.grey, linewidth=0.5)
     axes.set_xlabel(style.axis("mission time", "s"))
-    axes.set_ylabel("parts of the fleet")
+    axes.set_ylabel("connected parts of the fleet")
     share = sum(window.is_connected for window in periods) / max(len(periods), 1)
     return (
-        "Parts that are tied by links used both ways, in windows of two slots a vehicle; below, vehicles without which "
-        f"one of them would fall apart. In {share:.0%} of {len(periods)} windows what any vehicle said could reach all."
+        "Connected parts by links used in both directions, in windows of two slots per vehicle; below, vehicles whose "
+        f"loss disconnects a part. In {share:.0%} of {len(periods)} windows packets of each vehicle could reach all."
     )
 
 

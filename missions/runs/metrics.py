@@ -26,7 +26,7 @@ from remoras.recorder import Content
 from worldmodel import doubted
 
 HIGHER, LOWER = Better.HIGHER, Better.LOWER
-NEVER_RECEIVED = "What was never received is left out."
+NEVER_RECEIVED = "Items never received do not count."
 
 
 def n_doubted(run: MeasuredRun) -> int | Absent:
@@ -163,8 +163,8 @@ CORE_METRICS = (
     Metric("completed", "", HIGHER, "success rate", lambda run: run.completed, headline=True),
     Metric("goal_fraction", "", HIGHER, "goal reached", lambda run: round(run.goal_fraction, 6), headline=True),
     Metric(
-        "reachable_fraction", "", HIGHER, "goal within reach", lambda run: round(run.reachable_fraction, 6),
-        note="Of the whole goal: what was reached, and what the vehicles left were able to do.",
+        "reachable_fraction", "", HIGHER, "achievable goal", lambda run: round(run.reachable_fraction, 6),
+        note="Share of the whole goal that was achieved or that the remaining vehicles could achieve.",
     ),
     Metric("distance_m", "m", LOWER, "distance", lambda run: round(run.distance_m, 3)),
     Metric("energy_j", "J", LOWER, "energy", energy_j, headline=True),
@@ -175,53 +175,53 @@ CORE_METRICS = (
     Metric("delivery_ratio", "", HIGHER, "delivery ratio", delivery_ratio),
     Metric(
         "observations_per_min", "1/min", HIGHER, "observations received", observations_per_min,
-        note="Observations of others that a vehicle received, each once, in the mean over vehicles.",
+        note="Observations by other vehicles that a vehicle received, each counted once; mean over vehicles.",
     ),
     Metric("mean_latency_s", "s", LOWER, "latency", mean_latency_s, note=NEVER_RECEIVED),
     Metric("p95_latency_s", "s", LOWER, "95 % latency", p95_latency_s, note=NEVER_RECEIVED),
     Metric(
         "consistency_time_s", "s", LOWER, "consistency time", consistency_time_s,
-        note="What never reached everybody is left out.",
+        note="Items that did not reach all vehicles do not count.",
     ),
     Metric("consistent_fraction", "", HIGHER, "consistent fraction", consistent_fraction),
     Metric("false_beliefs", "", LOWER, "false beliefs", lambda run: run.n_false_beliefs),
     Metric(
-        "wrong_belief_fraction", "", LOWER, "wrong beliefs of who does a job", lambda run: run.wrong_belief_fraction,
-        note="Of all cases, at the end of a TDMA frame, in which a vehicle named another one as the holder of a job.",
+        "wrong_belief_fraction", "", LOWER, "wrong beliefs about job holders", lambda run: run.wrong_belief_fraction,
+        note="Share of all beliefs of a vehicle about another holder of a job, at the ends of TDMA frames.",
     ),
     Metric(
         "view_divergence", "", LOWER, "divergence of views", view_divergence,
-        note="Share of the time, over pairs of vehicles, in which the one errs on which roles the other plays.",
+        note="Share of time, over pairs of vehicles, in which one has a wrong view of the roles of the other.",
     ),
     Metric(
         "holder_conflict_fraction", "", LOWER, "holders in conflict", holder_conflict_fraction,
-        note="Share of the time in which a role has more holders, each by its own view, than it has room for.",
+        note="Share of time in which more vehicles hold a role, by their own views, than its maximum.",
     ),
     Metric(
-        "malformed_s", "s", LOWER, "organisation malformed", malformed_s,
-        note="Time in which a founding role has too few holders, a role too many, or one who may not hold it.",
+        "malformed_s", "s", LOWER, "time of malformed organisation", malformed_s,
+        note="Time with too few holders of a founding role, too many holders of a role, or a holder not allowed.",
     ),
-    Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
+    Metric("n_refused_acts", "", Better.NEITHER, "refused requests", n_refused_acts),
     Metric(
-        "n_doubted", "", LOWER, "vehicles in doubt", n_doubted,
-        note="What they say of numbers and points contradicts others, 1 % level; two of two count both.",
+        "n_doubted", "", LOWER, "vehicles with contradicting values", n_doubted,
+        note="Their numbers or points contradict those of others at the 1 % level; of two vehicles both count.",
     ),
     *(metric for feature in features().values() for metric in feature.metrics),
-    Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
+    Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles able to do a job."),
     Metric(
         "recovery_time_s", "s", LOWER, "recovery time", recovery_time_s, censored=True,
-        note="From the first fault until others hold the work; runs in which none was lost are left out.",
+        note="From the first fault until other vehicles hold the jobs; only runs with a lost vehicle count.",
     ),
     Metric(
         "closest_approach_m", "m", HIGHER, "closest approach", closest_approach_m,
-        note="Of two vehicles in one depth layer.",
+        note="Smallest distance of two vehicles in one depth layer.",
     ),
     Metric(
         "settling_s", "s", LOWER, "exchange after the mission", settling_s,
-        note="Until nobody had anything left to tell, or the time for it was over.",
+        note="Until no item was outstanding, or the time limit of the exchange.",
     ),
-    Metric("settled", "", HIGHER, "all told", is_settled),
-    Metric("conflicts", "", LOWER, "conflicts", conflicts, note="Pairs of vehicles that came too near to each other."),
+    Metric("settled", "", HIGHER, "exchange completed", is_settled),
+    Metric("conflicts", "", LOWER, "conflicts", conflicts, note="Pairs of vehicles closer than the separation."),
     *(metric for feature in features().values() for metric in feature.last_metrics),
 )  # fmt: skip
 """Metrics of every run; those of features apply only where the feature is in use."""

@@ -330,8 +330,8 @@ METRICS = (
     Metric("n_requests", "", Better.NEITHER, "requests for services", n_requests),
     Metric("n_violations", "", Better.LOWER, "violations of the choreography", n_violations),
     Metric(
-        "navigation_error_m", "m", Better.LOWER, "greatest navigation error", navigation_error_m,
-        note="Of the places that vehicles under water tell, which are rounded to 0.5 m.",
+        "navigation_error_m", "m", Better.LOWER, "largest navigation error", navigation_error_m,
+        note="Of positions reported by submerged vehicles, which are rounded to 0.5 m.",
     ),
 )  # fmt: skip
 
@@ -390,8 +390,8 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_xlim(0.0, axis_end_s(results))
     axes.set_xlabel(style.axis("mission time", "s"))
     return (
-        "Grey: the service says of itself that it works; a cross: that it has failed. Coloured: a step of the plan of "
-        "that vehicle is bound to it. Choices and fixes, which are no steps, are not shown."
+        "Grey: the service reports that it works; a cross: that it has failed. Coloured: a plan step of that vehicle "
+        "is bound to it. Choices and fixes are not shown, since they are no steps."
     )
 
 
@@ -420,7 +420,7 @@ def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_xlim(0.0, axis_end_s(results))
     axes.set_xlabel(style.axis("mission time", "s"))
     n = sum(bool(row["violation"]) for row in rows)
-    return f"A mark is a message when it is first said, by the vehicle that says it. Violations of the pattern: {n}."
+    return f"A mark is the first transmission of a message by that vehicle. Violations of the pattern: {n}."
 
 
 def draw_site(axes: Axes, results: RunResults, style: Style) -> str:
@@ -435,7 +435,7 @@ def draw_site(axes: Axes, results: RunResults, style: Style) -> str:
         corner = column * size_m, of_row * size_m
         xs = [corner[0], corner[0] + size_m, corner[0] + size_m, corner[0]]
         axes.fill(xs, [corner[1], corner[1], corner[1] + size_m, corner[1] + size_m], color=tint, linewidth=0.0)
-    return "Tiles that were really charted are tinted in the colour of the vehicle that was first."
+    return "Charted tiles (ground truth) have the colour of the vehicle that charted them first."
 
 
 FIGURES = (

@@ -242,4 +242,4 @@ def test_the_map_shades_cells_by_all_looks_and_marks_sites_by_whether_they_were_
     found, sites = found_at_s(of).keys(), sites_of(of)
     assert (drawn["site, detected"], drawn["site, not detected"]) == (len(sites & found), len(sites - found))
     assert {"AUV01", "AUV02", "AUV03"} <= drawn.keys()
-    assert f"{len(sites)} there, {len(sites & found)} detected" in caption
+    assert f"{len(sites)} true sites, {len(sites & found)} detected" in caption

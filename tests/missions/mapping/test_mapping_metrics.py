@@ -65,7 +65,7 @@ def test_objects_stand_where_they_lie_and_a_cross_where_each_was_seen(axes: Axes
     drawn = [one.get_offsets().tolist() for one in axes.collections]
     assert drawn == [[[11.0, 20.0], [9.0, 21.0], [41.0, 52.0]], [], [[10.0, 20.0]]]
     assert [one.get_text() for one in axes.texts] == ["wreck"]
-    assert axes.get_legend_handles_labels()[1] == ["seen there", "object"]
+    assert axes.get_legend_handles_labels()[1] == ["sighting", "object"]
     blind = SimpleNamespace(scenario_tables=objects, rows=lambda name: [])
     assert draw_objects(Sheet().subplots(), blind, STYLE).endswith("n = 0 sightings.")
     none = SimpleNamespace(scenario_tables={})

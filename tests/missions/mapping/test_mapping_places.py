@@ -80,7 +80,7 @@ def test_the_summary_says_how_many_objects_are_where_they_are_said_to_be() -> No
     )
     assert drifting.time_s == later.time_s
     assert later.uncertainty**2 - drifting.uncertainty**2 == pytest.approx(300.0)  # as sure as at the time asked for
-    assert f"{sum(is_in)} of {len(is_in)} objects after the last look" in run.plot("places").caption
+    assert f"{sum(is_in)} of {len(is_in)} objects after the last observation" in run.plot("places").caption
     without = remoras.run("mapping-rendezvous", set={"scenario.duration_s": 60.0})
     assert "within_region_fraction" not in without.summary
 

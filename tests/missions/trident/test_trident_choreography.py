@@ -246,7 +246,7 @@ def test_services_show_when_each_worked_and_who_used_it(results: MemoryResults) 
     assert ("IAUV00", "IAUV00 arm") not in found
     assert all(from_s <= to_s for _, _, from_s, to_s in uses(results, said))
     axes = Sheet().subplots()
-    assert draw_services(axes, results, STYLE).startswith("Grey: the service says")
+    assert draw_services(axes, results, STYLE).startswith("Grey: the service reports")
     assert [label.get_text() for label in axes.get_yticklabels()] == list(said)
 
 
