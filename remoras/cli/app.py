@@ -334,7 +334,7 @@ class Format(StrEnum):
 def figure_format(given: Format | None, out: Path | None) -> str:
     """Return the file format of figures; fail if one is given without a folder for figures."""
     if given is not None and out is None:
-        fail(f"--format {given}: is about figures, which are drawn with --out DIR alone; add it")
+        fail(f"--format {given}: applies to figures, which need --out DIR; add it")
     return (given or Format.PNG).value
 
 

@@ -82,7 +82,7 @@ def benchmark(
 
     chosen = suite_named(suite)
     if seeds is not None and split is Split.DEV:
-        fail("--seeds is of --split test alone; leave it out, or add --split test")
+        fail("--seeds applies to --split test only; leave it out, or add --split test")
     if verified is not None:
         with TemporaryDirectory() as folder:
             _verify(verified, _of_split(chosen, split, seeds, Path(folder)), drawn, draw_seed, as_json)
@@ -106,7 +106,7 @@ def benchmark(
         try:
             contest.make(out / RUNS, jobs, progress.of)
         except PartlyDoneError as error:
-            fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
+            fail(f"{error}; finished runs are kept in {out}, the same command resumes", PARTLY_DONE)
         except StudyChangedError as error:
             changed = str(error).splitlines()[1].strip()
             fail(f"--out {out}: holds other runs than these ({changed}); name another folder")
@@ -186,7 +186,7 @@ def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
     for strategy in scored:
         if n := sum(run.silenced > 0 for run in strategy.runs):
             late = f"in {n} runs of {strategy.name} a decision took more than {MOST_CPU_S:g} s of CPU time"
-            texts.append(f"{late}; its vehicle was asked no more and sent nothing from then on")
+            texts.append(f"{late}; its vehicle made no further decisions and sent nothing")
     if texts:
         fail("; ".join(texts), FAILED)
 
@@ -204,12 +204,10 @@ def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_js
     for name, codes in check.other_code.items():
         by_code.setdefault(codes, []).append(name)
     lines = [
-        f"{', '.join(names)}: made by code {theirs}, here is {ours}: judged by these runs alone"
+        f"{', '.join(names)}: made by code {theirs}, this is {ours}: compared by these runs only"
         for (theirs, ours), names in by_code.items()
     ]
-    lines += [
-        f"{len(repeated)} of {check.n_runs} runs made again, drawn by --seed {check.seed}, {len(other)} end otherwise"
-    ]
+    lines += [f"{len(repeated)} of {check.n_runs} runs repeated, sampled by --seed {check.seed}, {len(other)} differ"]
     lines += [f"{name}: {text}" for name, text in other.items()]
     report = {"verified": len(repeated), "of": check.n_runs, "seed": check.seed, "other_code": check.other_code}
     show({**report, "other": other}, as_json, lines)

@@ -263,7 +263,7 @@ def sea(
     of_scenario = {"--modem": modem, "--ranges": ranges, "--draws": draws or None, "--set": settings}
     if _is_network(name):
         if misused := [option for option, value in of_scenario.items() if value is not None]:
-            fail(f"{misused[0]}: is about the modems of a scenario, and {name} is a network")
+            fail(f"{misused[0]}: applies to the modems of a scenario, and {name} is a network")
         _describe_network(name, out, form, as_json)
     else:
         _describe_modems(name, modem, ranges or DEFAULT_RANGES, draws, seed, settings or (), out, form, as_json)
@@ -322,7 +322,7 @@ def _refuse_other_channels(settings: Sequence[str]) -> None:
     for setting in settings:
         key, _, value = setting.partition("=")
         if key_parts(key.strip()) in (["channel"], ["channel", "name"]) and value.strip(" \"'") != "acoustic":
-            allowed = "sea tells of the channel acoustic alone; allowed: its keys, such as channel.spreading=2"
+            allowed = "sea describes the channel acoustic only; allowed: its keys, such as channel.spreading=2"
             fail(f"--set {cut(setting, LONGEST_VALUE)}: {allowed}")
 
 
@@ -390,7 +390,7 @@ def _draw(
         f"fading: {channel.fading}."
     )
     if (site := channel.site) is not None and site.is_on:
-        sea += f" In the mean over a site: spread {site.spread_db:g} dB, receivers {site.receiver_db:g} dB."
+        sea += f" Mean over a site: spread {site.spread_db:g} dB, receivers {site.receiver_db:g} dB."
     lines = [
         _reach(scenario, lines_m)._replace(drawn=reach.drawn)
         for scenario, reach in zip(scenarios, reaches, strict=True)
@@ -431,7 +431,7 @@ def _describe_network(name: str, out: Path | None, file_format: str, as_json: bo
     lines = [f"{network.name}: {network.title}".removesuffix(": ")]
     sources = (("source", network.citation), ("packet", network.packet), ("assumed", network.assumption))
     lines += [f"  {label}: {text}" for label, text in sources if text]
-    lines += [f"  not known: {text}" for text in network.unknown]
+    lines += [f"  unknown: {text}" for text in network.unknown]
     for node in network.node:
         place = "" if node.position_m is None else " at {:g}, {:g} m".format(*node.position_m)
         depth = "" if node.depth_m is None else f", {node.depth_m:g} m deep"
@@ -443,10 +443,10 @@ def _describe_network(name: str, out: Path | None, file_format: str, as_json: bo
 
 def _rows(network: Network) -> Iterator[list[str]]:
     if network.per_over_range:
-        yield ["range (m)", "lost"]
+        yield ["range (m)", "loss"]
         yield from ([f"{range_m:g}", f"{per:.3f}"] for range_m, per in network.per_over_range)
         return
     names = network.nodes
-    yield ["lost: row sends, column hears", *names]
+    yield ["loss: rows send, columns receive", *names]
     for sender in names:
         yield [sender, *("-" if sender == other else f"{network.per[sender, other]:.3f}" for other in names)]

@@ -236,7 +236,7 @@ def _show_schema(key: str, scenario: str) -> None:
     from missions.sweeps.study_file import StudyFile
 
     if key not in ("", "scenario", "study"):
-        fail(f"--schema: of a whole file, scenario or study, not of {cut(key, LONGEST_VALUE)!r}")
+        fail(f"--schema: applies to a whole file, scenario or study, not to {cut(key, LONGEST_VALUE)!r}")
     if key == "study":
         show_json(schema_of(StudyFile, "REMORAS study"))
         return
@@ -386,7 +386,7 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
 
 NOTES: dict[str, str] = {
     "modems": f"{UNVERIFIED} no source was found for this number: it is an estimate",
-    "networks": "source, losses and what is not known of one: remoras sea NAME",
+    "networks": "source, losses and unknowns of a network: remoras sea NAME",
 }
 """Notes per kind."""
 

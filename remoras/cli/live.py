@@ -36,7 +36,7 @@ GREATEST_SHARE = 0.25
 LONGEST_BODY = 200
 """Maximum size of a control request in bytes."""
 NUMBER = re.compile(r"[0-9]{1,15}")
-SERVED = "served are /, /news?N and, by POST, /control; no file of this machine is"
+SERVED = "allowed: / and /news?N, and /control by POST; files are not served"
 CONTROLS = (
     'allowed are {"do": "start"}, the same with pause or step, and {"do": "speed", "speed": X}, '
     f'X {LEAST_SPEED:g} to {GREATEST_SPEED:g} times real time or "full"'
@@ -112,7 +112,7 @@ class LiveRun:
             try:
                 self._data = base64.b64encode(self._stepping.shown(self._reason)).decode()
             except Exception as error:  # invalid rows of a mission table; the run continues
-                self._message = f"what is new cannot be shown: {error}"
+                self._message = f"the update cannot be shown: {error}"
             now_s = time.monotonic()
             self._data_due_s = now_s + max(LEAST_GAP_S, (now_s - began_s) / GREATEST_SHARE)
         return {
@@ -145,7 +145,7 @@ class LiveRun:
         except (Exception, SystemExit) as error:  # plug-ins may raise anything
             traceback.print_exception(error, file=sys.stderr)
             self._phase, self._reason = "crashed", f"crashed at {self._time_s:.1f} s"
-            self._message = f"{type(error).__name__}: {error}; what had happened until then is kept on this page"
+            self._message = f"{type(error).__name__}: {error}; this page keeps the run up to then"
             return
         self._phase = "finished"
         how = "completed" if run.summary["completed"] else f"not completed: {run.summary['reason']}"
@@ -194,7 +194,7 @@ class LiveRequest(BaseHTTPRequestHandler):
         if host not in hosts:
             self.send_error(403, f"host {shown(host)} is not served; {allowed}")
         elif origin is not None and origin not in [f"http://{name}" for name in hosts]:
-            self.send_error(403, f"a page of {shown(origin)} may not ask; {allowed}")
+            self.send_error(403, f"requests from {shown(origin)} are refused; {allowed}")
         else:
             return True
         return False

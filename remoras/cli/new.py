@@ -86,7 +86,7 @@ def new(
         trial = f"remoras run {as_typed(out / f'{name}.toml')} --out first"
     else:
         if misused := [f"--{option}" for option, value in options.items() if value is not None]:
-            fail(f"{misused[0]}: is of a scenario; a {kind} has no such option")
+            fail(f"{misused[0]}: applies to scenarios; a {kind} has no such option")
         _check_plugin_name(kind, name, out)
         files = dict(plugin_files(kind, name))
         trial = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"
@@ -175,7 +175,7 @@ def _check_plugin_name(kind: str, name: str, out: Path) -> None:
     spec = find_spec(name)
     where = getattr(spec, "origin", None)
     if spec is not None and (where is None or Path(where).parent.resolve() != out.resolve()):
-        fail(f"NAME {name!r}: a module of that name is installed, and would be taken for yours; allowed: any other")
+        fail(f"NAME {name!r}: a module of that name is installed, and would be imported instead; allowed: any other")
     if name in _taken(kind):
         fail(f"NAME {name!r}: results have that name already; allowed: any other")
 

@@ -141,7 +141,7 @@ def node(
     if has_body and seat.body is not None:
         fail("--ros body: the body is that of --frontseat; leave out one of them")
     if begins_s is not None and not resume and (late_s := (now_by_machine() - begins_s) * speed - plan.end_s) > 0.0:
-        fail(f"--start: the mission was over {late_s:.0f} s ago, at {plan.end_s:.0f} s of it; let it begin later")
+        fail(f"--start: the mission was over {late_s:.0f} s ago, at {plan.end_s:.0f} s of it; give a later start")
     share: RosShare | None = None
     if ros is not None:
         from missions.nodes.ros import RosShare
@@ -150,10 +150,10 @@ def node(
     body = share if has_body else seat.body
     plan = replace(plan, epoch=epoch, is_steered=body is not None)
     if resume and out is None:
-        fail("--resume: --out is missing; name the folder of the log to go on with")
+        fail("--resume: --out is missing; name the folder of the log to resume")
     written = None if out is None else out / f"{vehicle}{ENDING}"
     if modems and (len(modems) > 1 or bind != ANY_PORT or peers):
-        fail(f"{modems[0]}: a modem takes the place of others; leave out --serial, --unet, --bind and --peers but one")
+        fail(f"{modems[0]}: a modem replaces other links; give only one of --serial, --unet, --bind and --peers")
     if modems and begins_s is None:
         fail(f"{modems[0]}: --start-utc is missing; packets of a modem do not say when the mission began")
     others = _peers(peers, vehicle, [table.name for table in loaded.vehicle])
@@ -161,7 +161,7 @@ def node(
     log: NodeLog | None = None
     if resume and written is not None and written.is_file():
         own, log, pace = gone_on(written, plan)
-        print(f"remoras: {vehicle} goes on at {pace.now_s:.1f} s of the mission", file=sys.stderr)
+        print(f"remoras: {vehicle} resumes at {pace.now_s:.1f} s of the mission", file=sys.stderr)
     else:
         own, pace = _begun(plan, begins_s, speed, port, others)
         if out is not None:
@@ -194,7 +194,7 @@ def _frontseat(reference: str, start_utc: str, has_modem: bool) -> Frontseat:
     if not isinstance(seat, Frontseat):
         fail(f"--frontseat {reference}: returns {type(seat).__name__}; allowed is a missions.nodes.Frontseat")
     if seat.modem is not None and has_modem:
-        fail("--frontseat: its modem takes the place of others; leave out --serial, --unet, --bind and --peers")
+        fail("--frontseat: its modem replaces other links; leave out --serial, --unet, --bind and --peers")
     if (seat.clock is not None or seat.modem is not None) and not start_utc:
         fail("--frontseat: --start-utc is missing; its clock and modem do not say when the mission began")
     return seat
@@ -249,7 +249,7 @@ def _driver(
 def _start(start: float | None, start_utc: str) -> float | None:
     """Return the mission start by ``time.monotonic`` (s); None if no option gives it."""
     if start is not None and start_utc:
-        fail("--start-utc: --start says it already; leave out one of them")
+        fail("--start-utc: --start gives the time, too; leave out one of them")
     now_s = now_by_machine()
     if start_utc:
         import time
@@ -317,7 +317,7 @@ def swarm(
         print(f"remoras: {started}; {plans[0].end_s / speed:.0f} s to go", file=sys.stderr)
 
     outcome = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, port, begun)
-    equal = "all who are there know the same" if outcome.equal else "they do not know the same; let --settle be longer"
+    equal = "knowledge of all vehicles is equal" if outcome.equal else "their knowledge differs; give a longer --settle"
     outcomes = [NodeOutcome(**vehicle) for vehicle in outcome.vehicles]
     show(asdict(outcome), as_json, [*_outcome_lines(outcomes), equal])
     for name, why in outcome.ended.items():
@@ -337,8 +337,8 @@ def _replay(log: Path, vehicle: str, as_json: bool) -> None:
     text = (
         f"{replayed.vehicle} differs from its log: {replayed.difference}"
         if replayed.difference
-        else f"{replayed.vehicle}: {replayed.packets_sent} packets sent as in the log, {replayed.packets_heard} heard; "
-        f"state {replayed.state_hash[:16]}"
+        else f"{replayed.vehicle}: {replayed.packets_sent} packets sent as in the log, "
+        f"{replayed.packets_heard} received; state {replayed.state_hash[:16]}"
     )
     show(asdict(replayed), as_json, [text])
     if replayed.difference:

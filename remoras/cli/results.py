@@ -85,15 +85,15 @@ def plot(
     form = figure_format(file_format, out or folder)
     if (folder / "study.json").is_file():
         if at is not None or viewer:
-            fail(f"--at and --viewer: are about the organisation of a single run, and {folder} holds a sweep")
+            fail(f"--at and --viewer: apply to the organisation of a single run, and {folder} holds a sweep")
         _plot_sweep(folder, kinds or (), out or folder, form, metric, width, draw_all)
         return
     if draw_all:
-        fail(f"--all: is about the figures of a sweep, and {folder} holds a single run, of which all are drawn")
+        fail(f"--all: applies to the figures of a sweep, and {folder} holds a single run, of which all are drawn")
     if not (folder / "summary.json").is_file():
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
     if metric is not None:
-        fail(f"--metric {metric}: is about the ranking of a sweep, and {folder} holds a single run")
+        fail(f"--metric {metric}: applies to the ranking of a sweep, and {folder} holds a single run")
     from missions.runs.results import Results
 
     results = Results.read(folder)
@@ -244,7 +244,7 @@ def _places_or_none(run: Results) -> Sequence[Place]:
     try:
         return _places(run)
     except ConfigurationError as error:
-        print(f"remoras: places are left out: {error}", file=sys.stderr)
+        print(f"remoras: places are not exported: {error}", file=sys.stderr)
         return ()
 
 

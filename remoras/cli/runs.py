@@ -138,8 +138,8 @@ def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
     if n_pairs := report["conflicts"]:
         pairs = "1 pair of vehicles" if n_pairs == 1 else f"{n_pairs} pairs of vehicles"
         print(
-            f"remoras: {pairs} came nearer than guidance.separation_m = {separation_m:g} m, down to "
-            f"{report['closest_approach_m']:.3g} m; the table faults says who and when",
+            f"remoras: {pairs} came closer than guidance.separation_m = {separation_m:g} m, down to "
+            f"{report['closest_approach_m']:.3g} m; see vehicles and times in table faults",
             file=sys.stderr,
         )
 
@@ -194,7 +194,7 @@ def live(
 
     def keep(finished: Finished) -> str:
         if out is None:
-            return "no folder was named with --out, so the results are not kept"
+            return "without --out, the results are not kept"
         try:
             return f"results in {finished.save(out, force)}"
         except MissionsError as error:
@@ -218,4 +218,4 @@ def live(
         with suppress(KeyboardInterrupt):  # the usual end
             run.serve()
     if not run.is_over and out is not None:
-        print(f"remoras: the run was not over; nothing is written to {out}", file=sys.stderr)
+        print(f"remoras: the run has not ended; nothing is written to {out}", file=sys.stderr)

@@ -140,7 +140,7 @@ def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
 
     repeated = dict(verify(study, out, count))
     other = {key: names for key, names in repeated.items() if names}
-    lines = [f"{len(repeated)} runs repeated, {len(other)} with different results"]
+    lines = [f"{len(repeated)} runs repeated, {len(other)} differ"]
     lines += [f"{key}: {', '.join(names)}" for key, names in other.items()]
     show({"verified": len(repeated), "other": other}, as_json, lines)
     if other:

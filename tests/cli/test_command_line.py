@@ -294,7 +294,7 @@ def test_figures_of_a_run_and_of_a_sweep_are_not_confused(results: Path, swept: 
     assert "holds a single run" in refused("plot", results, "--metric", "n_bytes")
     assert "are about a sweep" in refused("compare", results, "--metric", "n_bytes", "--out", "rows.csv")
     assert "holds the results of a run" in refused("swarm", "mapping-rendezvous", "--out", results)
-    assert "--all: is about the figures of a sweep" in refused("plot", results, "--all")
+    assert "--all: applies to the figures of a sweep" in refused("plot", results, "--all")
     said = refused("plot", swept, "bytes", "--metric", "n_bytes")
     assert "applies to the figures ranking and differences only" in said
     assert "did you mean 'n_bytes'" in refused("plot", swept, "ranking", "--metric", "n_byte")

@@ -135,13 +135,13 @@ def test_all_but_the_controls_of_its_own_page_is_refused_and_changes_nothing(tmp
             (403, 'host "evil.example" is not served', "POST", "/control", start, {"Host": "evil.example"}),
             (403, "is not served", "GET", "/", None, {"Host": f"evil.example:{port}"}),
             (403, "is not served", "GET", "/", None, {"Host": f"127.0.0.1:{int(port) + 1}"}),
-            (403, "may not ask", "POST", "/control", start, {"Origin": "http://evil.example"}),
-            (403, "may not ask", "POST", "/control", start, {"Origin": "null"}),
-            (403, "may not ask", "POST", "/control", start, {"Origin": f"https://{client.host}"}),
-            (404, "no file of this machine is", "GET", "/../../etc/passwd", None, {}),
-            (404, "no file of this machine is", "GET", "/summary.json", None, {}),
-            (404, "no file of this machine is", "GET", "/news?x", None, {}),
-            (404, "no file of this machine is", "POST", "/news?0", start, {}),
+            (403, "are refused", "POST", "/control", start, {"Origin": "http://evil.example"}),
+            (403, "are refused", "POST", "/control", start, {"Origin": "null"}),
+            (403, "are refused", "POST", "/control", start, {"Origin": f"https://{client.host}"}),
+            (404, "files are not served", "GET", "/../../etc/passwd", None, {}),
+            (404, "files are not served", "GET", "/summary.json", None, {}),
+            (404, "files are not served", "GET", "/news?x", None, {}),
+            (404, "files are not served", "POST", "/news?0", start, {}),
             (405, "Unsupported method", "PUT", "/control", start, {}),
             (414, "Request-URI Too Long", "GET", "/" + "x" * 70_000, None, {}),
         ):
@@ -160,7 +160,7 @@ def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path) -> None:
         client.control(START)
         last = client.when(lambda news: news["phase"] == "crashed")
         assert "the hull broke" in last["message"]
-        assert last["message"].endswith("; what had happened until then is kept on this page")
+        assert last["message"].endswith("; this page keeps the run up to then")
         assert last["data"]
     assert not (tmp_path / "live").exists()
 
@@ -198,7 +198,7 @@ def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
         page.get_by_role("button", name="Resume run").click()
         page.wait_for_function("() => R.live.state.phase === 'finished' && R.app.runs[0].header.run_id !== ''")
         page.wait_for_function("() => R.app.clock.t === 60 && !R.app.clock.playing")
-        assert "no folder was named with --out" in page.locator(".live .message").inner_text()
+        assert "without --out" in page.locator(".live .message").inner_text()
         assert window.ask("() => R.app.runs[0].packets.length") > 20
         assert window.faults == []
         assert {url.split("/")[2] for url in window.requests if url.startswith("http")} == {client.host}

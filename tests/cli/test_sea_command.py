@@ -93,7 +93,7 @@ def test_a_network_is_told_with_its_source_and_what_is_assumed() -> None:
     text = remoras("sea", "mission-2012").stdout
     assert "source: M. Chitre" in text
     assert "assumed: static links on moving vehicles" in text
-    assert "not known: which frames were counted" in text
+    assert "unknown: which frames were counted" in text
     rows = [line.split() for line in text.splitlines()]
     assert ["27", "0.326", "0.826", "-", "0.975", "0.023"] in rows
     found = json.loads(remoras("sea", "hermes-june", "--json").stdout)

@@ -72,5 +72,5 @@ def test_conflicts_are_counted_written_and_warned_about(is_kept: bool, monkeypat
         at_m = [row[2:4] for row in run.recorder.trajectories if row[0] == time_s and row[1] in (one, other)]
         assert math.dist(*at_m) < 5.0
     said = remoras("run", "mapping-rendezvous", *[part for one in IN_THE_WAY for part in ("--set", one)]).stderr
-    warned = "remoras: 1 pair of vehicles came nearer than guidance.separation_m = 5 m, down to"
+    warned = "remoras: 1 pair of vehicles came closer than guidance.separation_m = 5 m, down to"
     assert (warned in said) is not is_kept

@@ -227,7 +227,7 @@ SEAT = "from missions.nodes import Frontseat\ndef seat(): return Frontseat"
     ("def seat(): raise OSError('no port')", (), "OSError: no port"),
     (f"{SEAT}(modem=print)", (), "--start-utc is missing"),
     (f"{SEAT}(modem=print)", ("--start-utc", "2026-05-01T09:00:00", "--peers", "ASV00=127.0.0.1:1"),
-     "its modem takes the place of others; leave out --serial, --unet, --bind and --peers"),
+     "its modem replaces other links; leave out --serial, --unet, --bind and --peers"),
 ])  # fmt: skip
 def test_a_frontseat_that_cannot_be_is_a_line(
     text: str, options: tuple[str, ...], expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
