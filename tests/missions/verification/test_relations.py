@@ -12,7 +12,7 @@ import pytest
 from missions.mapping.sensors import Seabed
 from missions.runs.results import write_results
 from missions.runs.run import run
-from missions.scenarios import load
+from missions.scenarios import load, shipped
 from missions.verification import NoResults, verify
 from missions.verification.folder import COLUMNS, MISSIONS, NOT_DERIVED, OF_EVERY_RUN, columns_of
 from missions.verification.mapping import cells_of
@@ -115,6 +115,11 @@ def test_a_table_that_is_missing_is_named(name: str, made: Path, tmp_path: Path)
     shutil.copytree(made, folder)
     (folder / f"{name}.parquet").unlink()
     assert [one.table for one in verify(folder).findings if one.check == "columns"] == [name]
+
+
+def test_the_tables_of_every_shipped_mission_are_due() -> None:
+    references = {load(name).scenario.mission for name in shipped()}
+    assert MISSIONS.keys() == {name.removeprefix("missions.").removesuffix("Mission") for name in references}
 
 
 def test_every_column_of_a_run_is_checked_or_named(made: Path) -> None:
