@@ -21,7 +21,7 @@ from remoras.work import Job, Point
 ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
 FORM_GROUP, DISSOLVE_GROUP = "FormGroup", "DissolveGroup"
 ELEMENTARY_TASKS = (ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE, FORM_GROUP, DISSOLVE_GROUP)
-"""Handlers of elementary tasks; see ``SocialPart.social_domain``."""
+"""Elementary tasks; see ``SocialPart.social_domain``."""
 PURSUE = "Pursue"
 """Prefix of the task name for an objective; see ``SocialPart.activity_domain``."""
 
@@ -62,10 +62,10 @@ class SocialPart(Protocol):
     @property
     @abstractmethod
     def social_domain(self) -> Domain:
-        """HTN of group missions; elementary tasks are executed by the handler that they name.
+        """HTN of group missions, with these elementary tasks.
 
-        Handlers are ``AllocateRoles(group, ...)``, ``GiveMission(group, mission)``, ``AssignObjective(group, role,
-        objective, argument)``, ``FormGroup(group)`` and ``DissolveGroup(group)``; the default is the task name.
+        ``AllocateRoles(group, ...)``, ``GiveMission(group, mission)``, ``AssignObjective(group, role,
+        objective, argument)``, ``FormGroup(group)`` and ``DissolveGroup(group)``.
         Preconditions and effects may use the leader's beliefs and these facts:
 
         * ``("members", "Group.Role")``: present holders; ``("isA", "Instance.Class")``: inferred class;

@@ -143,7 +143,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         study, number, _ = suite.place(labels.index(case["cell"]), case["repeat"], 0, 1)
         scenario, run_seed = self._configurations[number].scenario, suite.seed(case["repeat"])
         self.bound_s, self._now_s = self._bounds.bound_s((study, number), scenario, run_seed), 0.0
-        self.dividing, self._rounds = set[str](), dict[str, tuple[greenlet, Any]]()
+        self.dividing, self._rounds = set[str](), dict[str, greenlet]()
         self.fleet = assemble(resolved(scenario, _Strategy(self)), run_seed, vehicle=partial(_Vehicle, self))
         self._run = greenlet(self.fleet.run)
         if self.fleet.clocks:
@@ -184,7 +184,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
     def close(self) -> None:
         """End the run and release its vehicles."""
         if self._run is not None:
-            for waiting in (*[round_ for round_, _ in self._rounds.values()], self._run):
+            for waiting in (*self._rounds.values(), self._run):
                 if waiting:
                     waiting.throw()
             self.fleet.close()
@@ -198,16 +198,16 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         assert self._run is not None
         self._run.switch()
 
-    def consult(self, vehicle: Vehicle, now_s: float) -> bool:
+    def consult(self, vehicle: Vehicle, now_s: float) -> None:
         """Run a consultation; the first of a frame starts all rounds and waits for the actions."""
         if not self._rounds:
             for other in self.fleet.vehicles:
-                round_ = greenlet(partial(Vehicle.consult, other))
-                self._rounds[other.name] = round_, round_.switch(now_s)
+                self._rounds[other.name] = round_ = greenlet(partial(Vehicle.consult, other))
+                round_.switch(now_s)
             if self._asked:
                 self._outside.switch()
-        round_, changed = self._rounds.pop(vehicle.name)
-        return bool(changed if round_.dead else round_.switch())
+        if not (round_ := self._rounds.pop(vehicle.name)).dead:
+            round_.switch()
 
     def negotiate(self, me: str, group: Group, situation: Situation) -> Move:
         """Wait for the action of a vehicle in its round, and return its statement."""
@@ -227,8 +227,8 @@ class _Vehicle(Vehicle):
         super().__init__(*given)
         self._env = env
 
-    def consult(self, now_s: float) -> bool:
-        return self._env.consult(self, now_s)
+    def consult(self, now_s: float) -> None:
+        self._env.consult(self, now_s)
 
 
 class _Strategy:

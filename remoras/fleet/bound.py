@@ -93,7 +93,7 @@ class InstantSharing(Observer):
         if vehicle.functional.exhausted:
             return
         now_s = self._fleet.shown_s(vehicle)
-        vehicle.take_in(_radio(vehicle).learn(emitter, blocks, now_s), now_s)
+        vehicle.consider(_radio(vehicle).learn(emitter, blocks, now_s), now_s)
         model = vehicle.beliefs.model
         early = [(emitter, block) for block in blocks if not (block.is_status or model.has_arrived(block.guid))]
         if early:

@@ -5,7 +5,7 @@ due mission is planned at once, so that the answer makes the next own slot. At t
 layer consults.
 
 The path of an observation: ``step`` records it in the world model (a Change), ``radio.tell`` makes it an item,
-``speak`` packs it; at the peer ``radio.hear`` unpacks and merges the block (a Change), ``_consider`` passes it to the
+``speak`` packs it; at the peer ``radio.hear`` unpacks and merges the block (a Change), ``consider`` passes it to the
 social layer, ``_adopt`` replans and hands activities to the functional and executive layer. Calls only go down and
 return values.
 """
@@ -218,13 +218,13 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     # Consultation --------------------------------------------------------------------------------
 
-    def consult(self, now_s: float) -> bool:
-        """Consult at the end of a TDMA frame; return whether membership or organisation changed."""
+    def consult(self, now_s: float) -> None:
+        """Consult at the end of a TDMA frame."""
         if not self.functional.is_on:
-            return False
+            return
         self.radio.tidy(now_s)
-        changed = self._look_around(now_s)
-        changed |= self._take_effect(now_s)
+        self._look_around(now_s)
+        self._take_effect(now_s)
         if self.social.says_impossible:
             for reason, facts in self.social.leave():
                 self._run_log.fault(now_s, CANNOT, reason)
@@ -233,31 +233,27 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if stated := self.social.negotiate(now_s, self.functional.believed, calls):
             for facts, is_sent in stated:
                 self.conclude(facts, now_s, is_sent)
-            changed |= self._take_effect(now_s)
+            self._take_effect(now_s)
         if taken_up := self.radio.regroup(self.social.organisation, now_s):
-            self._consider(taken_up, now_s)
-        return changed
+            self.consider(taken_up, now_s)
 
-    def _look_around(self, now_s: float) -> bool:
-        """Update membership and act on changes; return whether there were any."""
+    def _look_around(self, now_s: float) -> None:
+        """Update membership and act on changes."""
         seen = self.social.look_around(now_s)
         if seen is None:
-            return False
+            return
         self._may_have_replanned = True
         self._run_log.peers(now_s, seen.events)
         self.conclude(seen.facts, now_s)
         for fact in seen.passed_on:
             self.conclude([fact], now_s)
         self._take_on(seen, now_s)
-        return True
 
-    def _take_effect(self, now_s: float) -> bool:
-        """Apply pending requests; return whether there were any."""
-        if not self.social.is_due:
-            return False
-        self._may_have_replanned = True
-        self._take_on(self.social.consult(), now_s)
-        return True
+    def _take_effect(self, now_s: float) -> None:
+        """Apply pending requests."""
+        if self.social.is_due:
+            self._may_have_replanned = True
+            self._take_on(self.social.consult(), now_s)
 
     def _take_on(self, result: Considered, now_s: float) -> None:
         """Apply changed roles, with new activities if due."""
@@ -298,7 +294,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         reception, emitter, changes, signals = self.radio.hear(data, now_s)
         if reception.fault is not None:
             return reception
-        self._consider(changes, now_s)
+        self.consider(changes, now_s)
         shared = self._shared_with(emitter) if signals else ()
         for (group, role, addressed), value in signals:
             if group in shared:
@@ -319,10 +315,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             shared = self._shared[peer] = tuple(organisation.shared_groups(self.name, peer))
         return shared
 
-    def take_in(self, changes: Sequence[Change], now_s: float) -> None:
-        """Process changes of the world model from other sources than packets or observations."""
-        self._consider(changes, now_s)
-
     # New facts -----------------------------------------------------------------------------------
 
     def conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
@@ -333,9 +325,10 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
         self.radio.tell(change, self.social.addressed, now_s)
-        self._consider([change], now_s, told)
+        self.consider([change], now_s, told)
 
-    def _consider(self, changes: Sequence[Change], now_s: float, told: bool = True) -> None:
+    def consider(self, changes: Sequence[Change], now_s: float, told: bool = True) -> None:
+        """Process changes of the world model; ``told`` is False for statements that this vehicle does not send."""
         self.beliefs.note()
         self.radio.note(changes)
         considered = self.social.consider(changes, told)
@@ -383,4 +376,4 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if remembers:
             changes = remember(self.beliefs.model, before.beliefs.model, now_s).changes
             self.radio.manager.resume(now_s)
-            self._consider(changes, now_s)
+            self.consider(changes, now_s)

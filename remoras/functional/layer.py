@@ -12,7 +12,7 @@ from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance, Headway
-from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
+from remoras.functional.vital import VITAL, VITAL_NAMES, VITAL_SETS
 from remoras.mission_parts import FunctionalPart
 from remoras.motion import Motion
 from remoras.motion.attraction import GuidanceTable, Pulls
@@ -228,11 +228,6 @@ class FunctionalLayer:
         self.progress: dict[int, float | None] = {}
         picture.body.answering = _answering(data, ())
         self._drain_w = 0.0
-
-    @property
-    def sensing(self) -> tuple[str, ...]:
-        """Names of the sensors that were on and worked in the last motion tick."""
-        return self.sensors.looking
 
     # Faults --------------------------------------------------------------------------------------
 
@@ -488,8 +483,8 @@ def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
     activity = activity_set.activities[0]
     if layer.positioning is not None and activity_set is layer.positioning.need:
         return layer.positioning.behaviour
-    if activity.name in VITAL_NAMES:
-        return vital_behaviour(activity, layer.data, layer._bounds_m)
+    if activity_set in VITAL:
+        return VITAL[activity_set](layer.data, layer._bounds_m)
     return answer(
         layer._where(activity_set),
         "behaviour_for",

@@ -8,13 +8,14 @@ last.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import ALWAYS_DUE, CAPTURE_M, UNDUE, Behaviour, Perception, Reference, Standing, distance_m
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.motion.avoidance import Bounds
 from remoras.picture import Picture
-from remoras.work import Point
 
 ROUTINE_IMPORTANCE = 0.1
 """Importance of permanent activities."""
@@ -39,8 +40,9 @@ class ReturningHome(Behaviour):
 class ReturningToArea(Behaviour):
     """Return to the centre of the area of operations."""
 
-    def __init__(self, centre_m: Point, data: VehicleData) -> None:
-        self._centre_m = centre_m
+    def __init__(self, bounds_m: Bounds, data: VehicleData) -> None:
+        x_min, y_min, x_max, y_max = bounds_m
+        self._centre_m = (x_min + x_max) / 2.0, (y_min + y_max) / 2.0
         self._data = data
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
@@ -56,28 +58,17 @@ def _vital(name: str) -> ActivitySet:
     return ActivitySet(None, ActivityKind.VITAL, (Activity(name, ActivityType.GUIDANCE),), 1.0)
 
 
-VITAL_SETS = (
+VITAL: Mapping[ActivitySet, Callable[[VehicleData, Bounds], Behaviour]] = {
     ActivitySet(
         None,
         ActivityKind.INDIVIDUAL,
         (Activity("SendingInfluenceSignals", ActivityType.COMMUNICATION),),
         ROUTINE_IMPORTANCE,
-    ),
-    _vital("ReturningHome"),
-    _vital("ReturningToArea"),
-)
-"""Activity sets of every vehicle, in this order, before those of its objectives."""
-
-VITAL_NAMES = frozenset(activity_set.name for activity_set in VITAL_SETS)
+    ): lambda data, bounds_m: Standing(),
+    _vital("ReturningHome"): lambda data, bounds_m: ReturningHome(data),
+    _vital("ReturningToArea"): lambda data, bounds_m: ReturningToArea(bounds_m, data),
+}
+"""Behaviours of the activity sets of every vehicle, which precede those of its objectives in this order."""
+VITAL_SETS = tuple(VITAL)
+VITAL_NAMES = frozenset(activity_set.name for activity_set in VITAL)
 """Names reserved for vital activities, besides those of needs added by features."""
-
-
-def vital_behaviour(activity: Activity, data: VehicleData, bounds_m: Bounds) -> Behaviour:
-    """Return the behaviour of the set in ``VITAL_SETS`` whose first activity is given."""
-    match activity.name:
-        case "ReturningHome":
-            return ReturningHome(data)
-        case "ReturningToArea":
-            x_min, y_min, x_max, y_max = bounds_m
-            return ReturningToArea(((x_min + x_max) / 2.0, (y_min + y_max) / 2.0), data)
-    return Standing()

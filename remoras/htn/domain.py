@@ -103,7 +103,6 @@ class Operator:
         applicable: evaluated by the planner, and again at the start of the task.
         effects: facts by key; None: unknown from then on, ANY: any known value. The task ends when they hold; without
             effects it ends at once.
-        handler: name of the executing handler; the task name if empty.
         expected: ``expected(facts, *args)`` at the start of the task; None if unknown.
         lasts: True for a task that runs until the plan drops it, whatever its effects.
     """
@@ -111,14 +110,8 @@ class Operator:
     name: str
     applicable: Callable[..., bool] = always
     effects: Callable[..., Mapping[Key, Any]] = nothing
-    handler: str = ""
     expected: Callable[..., Expected | None] = at_once
     lasts: bool = False
-
-    @property
-    def handled_by(self) -> str:
-        """Name of the executing handler."""
-        return self.handler or self.name
 
     @property
     def has_effects(self) -> bool:

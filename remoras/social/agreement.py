@@ -36,11 +36,11 @@ class Agreement:
     meets_after: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     supervisors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     at_sea: Mapping[str, Group] = field(default_factory=dict)
-    groups: tuple[Group, ...] = field(init=False)
-    """All declared groups, including those formed at run time."""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "groups", (*self.organisation.groups.values(), *self.at_sea.values()))
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """All declared groups, including those formed at run time."""
+        return (*self.organisation.groups.values(), *self.at_sea.values())
 
 
 def agree(
@@ -75,14 +75,13 @@ def agree(
             opens = precedence(organisation.groups[name], mission.jobs)
             plans[name] = replace(planned, rests_on=planned.rests_on | opens)
             for task in planned.tasks:
-                handler = mission.social_domain.operators[task.name].handled_by
-                if handler == GIVE_MISSION:
+                if task.name == GIVE_MISSION:
                     if missions.setdefault(*task.args) != task.args[1]:
                         has = missions[task.args[0]]
                         raise PlanningError(f"{task} before the mission, but it has {has}: give it others at sea")
-                elif handler == ASSIGN_OBJECTIVE:
+                elif task.name == ASSIGN_OBJECTIVE:
                     objectives.append(Objective(*task.args))
-                elif handler == ALLOCATE_ROLES:
+                elif task.name == ALLOCATE_ROLES:
                     jobs, done = jobs_left(mission.jobs, NOTHING_KNOWN)
                     group = organisation.groups[name]
                     work = Work(group, organisation, database, jobs, done, starts, energy_j=energy_j)

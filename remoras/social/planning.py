@@ -211,7 +211,7 @@ class MissionPlanner:
             if group not in self._impossible:
                 execution = self.executions[group]
                 for step in execution.advance(known):
-                    facts += handlers[self._domain.operators[step.task.name].handled_by](*step.task.args)
+                    facts += handlers[step.task.name](*step.task.args)
                 if execution.has_failed:
                     self._impossible[group] = NoPlan(tasks[0], execution.rests_on)
             if group in self._impossible:

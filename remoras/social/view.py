@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 from remoras.activities import Objective
@@ -110,7 +111,7 @@ class Requests:
 AVAILABLE = "available"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Availability:
     """Vehicles that take jobs, as one vehicle knows.
 
@@ -118,16 +119,15 @@ class Availability:
         told: by vehicle and place in the order of facts, whether it takes jobs.
         blind_since: vehicles with failed sensors.
         news: vehicles with a statement since the last round.
-        since: vehicles that take no jobs; ``unavailable`` is the set of their names.
     """
 
     told: Mapping[str, Mapping[Age, bool]] = field(default_factory=dict)
     blind_since: Mapping[str, Age] = field(default_factory=dict)
     news: frozenset[str] = NOBODY
-    since: Mapping[str, Age] = field(init=False)
-    unavailable: frozenset[str] = field(init=False)
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def since(self) -> Mapping[str, Age]:
+        """Vehicles that take no jobs, and since when."""
         since: dict[str, Age] = {}
         for name, statements in self.told.items():
             for age, takes_jobs in sorted(statements.items()):
@@ -135,8 +135,12 @@ class Availability:
                     since.pop(name, None)
                 else:
                     since.setdefault(name, age)
-        object.__setattr__(self, "since", since)
-        object.__setattr__(self, "unavailable", frozenset(since))
+        return since
+
+    @cached_property
+    def unavailable(self) -> frozenset[str]:
+        """Vehicles that take no jobs."""
+        return frozenset(self.since)
 
     def hear(self, name: str, takes_jobs: bool, age: Age) -> Availability:
         """Add a vehicle's statement whether it takes jobs."""

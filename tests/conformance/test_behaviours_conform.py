@@ -40,7 +40,7 @@ MADE: dict[str, Callable[[], Behaviour]] = {
     "LeadingFollowers": lambda: LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0, AUV),
     "Positioning": lambda: Positioning(("AUV01",), "Operational", (0.0, 15.0), AUV),
     "ReturningHome": lambda: ReturningHome(AUV),
-    "ReturningToArea": lambda: ReturningToArea((0.0, 0.0), AUV),
+    "ReturningToArea": lambda: ReturningToArea((-100.0, -100.0, 100.0, 100.0), AUV),
     "ZigzagExploring": lambda: ZigzagExploring(BANK, AUV, WorkLeft([BANK], 0.0)),
 }
 

@@ -124,7 +124,7 @@ def test_energy_is_what_was_told_last_less_what_work_has_taken_since() -> None:
     survey_w = data.hotel_w + data.drag_w_per_mps3 * data.survey_speed_mps**3
     assert workload.scarce_energy_j(100.0) == {"AUV01": pytest.approx(2e5 - 100.0 * survey_w)}
     block = told.beliefs.model.record([told.beliefs.fact("AUV01", "batteryFraction", 0.5)], 60.0).block
-    head._consider(merge(head.beliefs.model, [block]).changes, 61.0)
+    head.consider(merge(head.beliefs.model, [block]).changes, 61.0)
     assert workload.scarce_energy_j(100.0) == {"AUV01": pytest.approx(1e5 - 40.0 * survey_w)}
     fleet.close()
 
@@ -135,7 +135,7 @@ def test_who_says_that_its_sensors_are_dead_is_given_nothing_that_takes_them() -
     head, blind, other = fleet.vehicles[1], fleet.vehicles[2], fleet.vehicles[3]
     for says, counts in ((other, False), (blind, True)):
         block = says.beliefs.model.record([says.beliefs.fact("AUV01", "sensorsWork", False)], 1.0).block
-        head._consider(merge(head.beliefs.model, [block]).changes, 1.0)
+        head.consider(merge(head.beliefs.model, [block]).changes, 1.0)
         workers = [data.name for data in head.social._work()["Operational"].workers]
         assert ("AUV01" not in workers) is counts
     order = [head.beliefs.fact("AUV01", "playsRole", "Operational.LeftWinger")]

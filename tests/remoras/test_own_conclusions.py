@@ -81,12 +81,12 @@ def test_what_is_no_finding_is_refused_by_name() -> None:
 def test_who_is_back_looks_at_nothing_before_it_acts_again() -> None:
     """Else what stood under a sensor that went too fast to see would be seen by it at rest."""
     whole = assemble(resolved(load("mapping-rendezvous")), 2)
-    while not any(vehicle.functional.sensing for vehicle in whole.vehicles):
+    while not any(vehicle.functional.sensors.looking for vehicle in whole.vehicles):
         whole.step()
-    vehicle = next(one for one in whole.vehicles if one.functional.sensing)
+    vehicle = next(one for one in whole.vehicles if one.functional.sensors.looking)
     for faults in ([Fault("lost", vehicle.name, 0.0, leaves=Condition(is_running=False))], []):
         vehicle.suffer(condition_under(faults))
-        assert vehicle.functional.sensing == ()
+        assert vehicle.functional.sensors.looking == ()
         assert vehicle.functional.motion.speed_mps == 0.0
     whole.step()
-    assert vehicle.functional.sensing
+    assert vehicle.functional.sensors.looking

@@ -27,7 +27,7 @@ def test_a_vehicle_goes_home_on_its_reserve_and_stays_there() -> None:
 
 
 def test_a_vehicle_outside_the_area_comes_back() -> None:
-    back, picture = ReturningToArea((350.0, 350.0), AUV), Picture()
+    back, picture = ReturningToArea((0.0, 0.0, 700.0, 700.0), AUV), Picture()
     assert back.perceive(at(0.0), picture, False).stimulus == 0.0
     picture.body.outside_m = 0.1
     assert back.perceive(at(0.0), picture, False).stimulus == 1.0

@@ -53,7 +53,7 @@ def refused_by_all(strategy: str, issuer: str, *facts: Said, settings: tuple[str
             n_rows, n_faults = len(fleet.recorder.organisation), len(fleet.recorder.faults)
             changes = merge(vehicle.beliefs.model, [block]).changes
             assert changes, "it was not heard"
-            vehicle._consider(changes, 1.0)
+            vehicle.consider(changes, 1.0)
             vehicle._take_effect(2.0)
             assert state(vehicle) == before, f"it left a trace at {vehicle.name}"
             rows = [row for row in fleet.recorder.organisation[n_rows:] if row[1] == vehicle.name]
@@ -141,7 +141,7 @@ def heard(issuer: str, claim_s: float, order_s: float, claim_first: bool) -> Org
         vehicle = named(fleet, "ASV00")
         miss(vehicle, "AUV00")
         for number, block in enumerate(blocks if claim_first else blocks[::-1]):
-            vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 10.0 + number)
+            vehicle.consider(merge(vehicle.beliefs.model, [block]).changes, 10.0 + number)
             vehicle._take_effect(10.0 + number)
         return vehicle.social.organisation
 

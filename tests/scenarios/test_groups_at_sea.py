@@ -81,7 +81,7 @@ def everything(vehicle: Vehicle) -> tuple[Any, ...]:
 
 
 def takes_in(vehicle: Vehicle, block: Block, now_s: float) -> None:
-    vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, now_s)
+    vehicle.consider(merge(vehicle.beliefs.model, [block]).changes, now_s)
 
 
 @pytest.mark.parametrize("act", FORGED)

@@ -52,7 +52,7 @@ def test_several_missions_are_the_same_in_whatever_order_they_are_heard() -> Non
         heard = fleet.vehicles[2]
         assert heard.name not in names
         for block in order:
-            heard._consider(merge(heard.beliefs.model, [block]).changes, 3.0)
+            heard.consider(merge(heard.beliefs.model, [block]).changes, 3.0)
         assert heard.social.missions["Operational"] == ("AreaMapping", "Inspection")
         fleet.close()
     by.close()
