@@ -23,7 +23,7 @@ def study_of(tmp_path: Path, **options: Any) -> Study:
 
 @pytest.mark.slow
 def test_any_executor_gives_the_same_bytes(tmp_path: Path) -> None:
-    study = study_of(tmp_path)
+    study = study_of(tmp_path, repeats=1)
     sweep(study, tmp_path / "serial", executor=Serial())
     sweep(study, tmp_path / "pool", jobs=2)
     with ProcessPoolExecutor(1) as executor:

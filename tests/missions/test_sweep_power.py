@@ -190,7 +190,7 @@ def test_a_line_is_synced_after_it_was_written(tmp_path: Path, monkeypatch: pyte
     ledger.close()
 
 
-N_KILLS = 6
+N_KILLS = 4
 
 
 def workers_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:

@@ -1,8 +1,7 @@
 """What the strategies do, and that it is gone when its cause is: on the patches."""
 
-from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any
 
 import pytest
 from recorded import flown
@@ -10,8 +9,6 @@ from recorded import flown
 from missions.mapping.metrics import area_roles
 from missions.runs.results import summary
 from missions.runs.run import Run
-from remoras.strategies.remoras import Remoras
-from remoras.strategy import Declaration
 
 CUT_OFF = 'channel.blackout=[{from_s=200.0, until_s=1200.0, vehicle="AUV00"}]'
 NEVER = 10_000
@@ -45,15 +42,14 @@ def taken_by(done: Run) -> dict[str, list[str]]:
 
 @pytest.mark.slow
 def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_loss() -> None:
-    assert max(duplicated("cbba", seed, 0.95) for seed in (1, 2, 3)) > 0.05
+    assert any(duplicated("cbba", seed, 0.95) > 0.05 for seed in (1, 2, 3))
     for strategy in ("cbba", "status-broadcast"):  # without loss nothing is drawn, so that all seeds are one run
         assert duplicated(strategy, 1, 0.0) < 0.005  # who chooses in the same frame hears of it one frame later
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("channel", ["per=0.9", "blackout=[{from_s=0.0, until_s=1e5}]"])
-def test_fixed_partition_sends_nothing_and_no_channel_changes_it(channel: str) -> None:
-    one, other = finished("fixed-partition", 1), finished("fixed-partition", 1, f"channel.{channel}")
+def test_fixed_partition_sends_nothing_and_no_channel_changes_it() -> None:
+    one, other = (finished("fixed-partition", 1, *given) for given in ((), ("channel.per=0.9",)))
     assert one.recorder.packets == other.recorder.packets == []
     assert one.recorder.trajectories == other.recorder.trajectories
     assert one.recorder.rows("coverage") == other.recorder.rows("coverage")
@@ -83,28 +79,3 @@ def test_what_a_silent_vehicle_holds_is_auctioned_anew() -> None:
         return sum(len(set(holders)) > 1 for holders in taken_by(done).values())
 
     assert passed_on(30) > passed_on(NEVER)
-
-
-# Influence signals --------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Mute(Remoras):
-    """REMORAS without influence signals."""
-
-    declaration: ClassVar[Declaration] = replace(Remoras().declaration, influences=False)
-
-
-MUTE = Mute()
-
-
-@pytest.mark.slow
-def test_only_vehicles_that_hear_influence_signals_give_up_early() -> None:
-    """AUV00 leaves the last of its area to those who wait."""
-
-    def given_up(*settings: str) -> int:
-        return sum(one.name == "mapping_stopped" for one in flown("mapping-rendezvous", *settings).milestones)
-
-    assert given_up("strategy.name=remoras") == 1
-    assert given_up(f"strategy.name={__name__}:MUTE") == 0
-    assert given_up("strategy.name=remoras", "decision.weight_external=0") == 0

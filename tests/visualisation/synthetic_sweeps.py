@@ -154,7 +154,8 @@ SWEEPS = {
     "vehicles": Sweep(SEVEN, channels=[("bernoulli", [0.4], {})], grid={"fleet.size": [2, 4, 8, 16]}, repeats=3),
     "one point": Sweep(["remoras"], channels=[("perfect", [0.0], {})], repeats=1),
     "unforeseen": Sweep(
-        SEVEN, repeats=3, unforeseen=("nothing", "speeds within 30 %", "one vehicle lost", "the head lost", "found")
+        SEVEN, channels=[("bernoulli", FEW, {})], repeats=3,
+        unforeseen=("nothing", "speeds within 30 %", "one vehicle lost", "the head lost", "found"),
     ),
     "all the same": Sweep(SEVEN, channels=[("bernoulli", FEW, {})], repeats=3, summary=flat),
 }  # fmt: skip
