@@ -81,8 +81,8 @@ def test_of_a_folder_that_lacks_tables_it_says_what_is_not_shown(results: Path, 
     result = remoras("replay", tmp_path / "run")
     assert result.exit_code == 0
     assert result.stderr == (
-        f"remoras: {tmp_path / 'run'}: tables are missing; not shown: what was said, and what each vehicle "
-        "knew of it; why a vehicle chose what it did\n"
+        f"remoras: {tmp_path / 'run'}: tables are missing; not shown: items sent, and the knowledge of "
+        "each vehicle; reasons of decisions\n"
     )
 
 

@@ -60,13 +60,13 @@ def _text(value: Any) -> str:
 FORM = 1
 """Version of the data, checked by the page."""
 SHOWS = {
-    "trajectories": "where the vehicles were",
-    "roles": "who played what",
-    "packets": "what was sent and heard",
-    "items": "what was said, and what each vehicle knew of it",
-    "organisation": "who played what in the eyes of the others",
-    "decisions": "why a vehicle chose what it did",
-    "plans": "how far plans were carried out",
+    "trajectories": "positions of the vehicles",
+    "roles": "roles of the vehicles",
+    "packets": "packets sent and received",
+    "items": "items sent, and the knowledge of each vehicle",
+    "organisation": "roles in the views of other vehicles",
+    "decisions": "reasons of decisions",
+    "plans": "progress of plans",
 }
 """Content lost without a table."""
 OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "deliveries", "unsaid"})

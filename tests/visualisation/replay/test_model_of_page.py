@@ -176,9 +176,9 @@ def test_the_list_of_events_says_all_that_drives_a_vehicle(case: tuple[Results, 
             if is_out(spells[vehicle.name], at_s):
                 continue
             if so:
-                assert last[-1] == f"{vehicle.name} is driven by {so}", at_s
+                assert last[-1] == f"{vehicle.name} has active role {so}", at_s
             else:
-                assert not last or last[-1].startswith("nothing drives"), at_s
+                assert not last or last[-1].endswith("has no active role: it waits"), at_s
     assert len(turns) > 4
 
 
@@ -406,7 +406,7 @@ def test_at_the_first_packet_that_others_heard(tmp_path: Path) -> None:
     pairs = zip(*(one.table("packets").to_pylist() for one in runs), strict=False)
     first = next(a for a, b in pairs if a["receivers"] != b["receivers"])
     told = apart(tmp_path, *runs)
-    assert told == {"time_s": first["time_s"], "text": f"slot {first['slot']} is heard by others"}
+    assert told == {"time_s": first["time_s"], "text": f"slot {first['slot']} is received by others"}
     assert apart(tmp_path, runs[0], runs[0]) is None
 
 

@@ -102,7 +102,7 @@ def test_a_role_is_named_with_its_group_where_several_groups_have_one_of_its_nam
     told = dict(zip(names, asked([data_of(results)], LABELS, tmp_path, more=["facts.js"]), strict=True))
     spells, choices, events = told["AUV00"]
     assert "West.Coordinator" in spells
-    assert any(text.startswith("AUV00 is driven by West.Coordinator") for text in events)
+    assert any(text.startswith("AUV00 has active role West.Coordinator") for text in events)
     assert "MissionAdministrator" in told["ASV00"][0]
     of_teams = [one for _, own, _ in told.values() for one in own if one[1] != "Fleet"]
     assert {group for _, group, _ in of_teams} == {"West", "Middle", "East"}

@@ -61,7 +61,7 @@ def test_the_page_asks_for_nothing(results: Results) -> None:
 
 @pytest.mark.parametrize(
     ("table", "what"),
-    [("trajectories", "where the"), ("packets", "what was sent"), ("roles", "who played"), ("knowledge", None)],
+    [("trajectories", "positions of"), ("packets", "packets sent"), ("roles", "roles of"), ("knowledge", None)],
 )
 def test_a_table_may_be_missing(results: Results, tmp_path: Path, table: str, what: str | None) -> None:
     partly = Path(shutil.copytree(results.folder, tmp_path / "partly"))
@@ -249,7 +249,7 @@ def test_giving_up_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> Non
     packet = next(one for one in results.table("packets").to_pylist() if one["slot"] == row["slot"])
     assert heard["time_s"] == dict(zip(packet["receivers"], packet["arrivals_s"], strict=True))[stopped["vehicle"]]
     assert sent["time_s"] == packet["time_s"]
-    assert sent["text"].endswith("as its Homing stood still")
+    assert sent["text"].endswith("as its Homing made no progress")
 
 
 COUNTS = "([run]) => run.layers.find((one) => one.name === 'counts').rows.map((row) => row.values[0])"
@@ -276,7 +276,7 @@ def test_what_is_vital_is_told_as_care_for_itself(tmp_path: Path) -> None:
     names = [vehicle.name for vehicle in results.scenario.vehicle]
     told = dict(zip(names, asked([data_of(results)], VITAL, tmp_path), strict=True))
     assert [at_s for at_s, _ in told["AUV01"]] == sorted({row["time_s"] for row in home})
-    assert told["AUV01"][-1][1] == ["AUV01 cared for itself: ReturningHome, stimulus 1.00"]
+    assert told["AUV01"][-1][1] == ["AUV01 performed a vital activity: ReturningHome, stimulus 1.00"]
     assert all(not of for name, of in told.items() if name != "AUV01")
 
 

@@ -102,11 +102,11 @@ globalThis.R = globalThis.R || {};
     const vital = decision.candidates.filter((one) => one.isVital);
     if (!vital.length) return;
     const what = vital.map((one) => `${one.activities}, stimulus ${one.stimulus.toFixed(2)}`).join("; ");
-    links.push(link(`${run.vehicles[v].name} cared for itself: ${what}`, decision.time_s, v));
+    links.push(link(`${run.vehicles[v].name} performed a vital activity: ${what}`, decision.time_s, v));
   }
 
   function choiceText(name, chosen, decision, before) {
-    const own = `${chosen.own.toFixed(2)} of its own`;
+    const own = `${chosen.own.toFixed(2)} internal`;
     const motivation = chosen.external > 0
       ? `motivation ${chosen.motivation.toFixed(2)}, ${chosen.external.toFixed(2)} of it by a signal, ${own}`
       : `motivation ${own}`;
@@ -119,10 +119,10 @@ globalThis.R = globalThis.R || {};
     const goesOn = (one) => decision.candidates.some((now) => now.chosen && now.label === one.label);
     const given = before.candidates.filter((one) => !goesOn(one) && (isPursued(one) || one.isVital));
     const work = given.find(isPursued);
-    if (!work) return given.length ? `after ${given[0].activities} turned to` : "chose";
+    if (!work) return given.length ? `after ${given[0].activities} chose` : "chose";
     const now = decision.candidates.find((one) => one.label === work.label);
-    let how = "which was over";
-    if (now) how = now.stimulus > 0 ? `motivation ${now.motivation.toFixed(2)}` : "for which nothing called any more";
+    let how = "which had ended";
+    if (now) how = now.stimulus > 0 ? `motivation ${now.motivation.toFixed(2)}` : "without further stimulus";
     return `left ${work.label}, ${how}, for`;
   }
 
@@ -132,7 +132,7 @@ globalThis.R = globalThis.R || {};
     const roleOf = (one) => run.roleName(one.group, one.role);
     const packet = chosen.slot < 0 ? null : run.packetOf(chosen.slot);
     if (!packet) {
-      links.push(link(`${name} had heard a signal of ${source}`, links[links.length - 1].time_s, v));
+      links.push(link(`${name} had received a signal of ${source}`, links[links.length - 1].time_s, v));
       return null;
     }
     const heard = packet.to.find((one) => one.v === v);
@@ -140,12 +140,12 @@ globalThis.R = globalThis.R || {};
     const meant = packet.signals.filter((one) => one.group === chosen.group && one.addressed.includes(chosen.role));
     const signal = meant.length ? meant.reduce((low, one) => (one.value < low.value ? one : low)) : null;
     const value = signal ? `, satisfaction ${signed(signal.value)} of ${SATISFACTION} as ${roleOf(signal)}` : "";
-    links.push(link(`${name} heard a signal of ${source} in slot ${packet.slot}${value}`, arrival_s, v, packet.slot));
+    links.push(link(`${name} received a signal of ${source} in slot ${packet.slot}${value}`, arrival_s, v, packet.slot));
     if (!signal) return null;
     const doing = run.decisionAt(chosen.source, packet.start_s);
     const aims = doing ? doing.candidates.filter((one) => one.role === signal.role && one.group === signal.group) : [];
     const still = aims.filter((one) => one.chosen).concat(aims.filter((one) => !one.chosen && one.stimulus > 0))[0];
-    const advance = signal.value < 0 ? "stood still" : "got on";
+    const advance = signal.value < 0 ? "made no progress" : "made progress";
     const as = still ? `as its ${still.activities} ${advance}` : `as ${roleOf(signal)}`;
     links.push(link(`${source} sent it in slot ${packet.slot} ${as}`, packet.start_s, chosen.source, packet.slot));
     return still && still.chosen ? { v: chosen.source, t: packet.start_s, role: signal.role } : null;
@@ -178,7 +178,7 @@ globalThis.R = globalThis.R || {};
     const brought = (one) => (one.items.includes(found) || one.status.includes(found)) && one.to.some((to) => to.v === v && to.arrival_s === heard_s);
     const packet = run.packets.find(brought), origin = run.vehicles[item.origin].name;
     const by = packet ? ` in slot ${packet.slot}` : "";
-    return link(`${name} heard${by} that ${words}, as ${origin} decided`, heard_s, v, packet ? packet.slot : -1);
+    return link(`${name} received${by} that ${words}, decided by ${origin}`, heard_s, v, packet ? packet.slot : -1);
   }
 
   function signed(value) {
@@ -204,7 +204,7 @@ globalThis.R = globalThis.R || {};
       for (const time_s of [...new Set(bars.flatMap((bar) => [bar.from_s, bar.to_s]))].sort((a, b) => a - b)) {
         const now = bars.filter((bar) => bar.from_s <= time_s && time_s < bar.to_s).map((bar) => run.roleName(bar.group, bar.role)).sort().join(" + ");
         if (now !== before && time_s < run.header.end_s && !run.outAt(v, time_s)) {
-          add(time_s, "role", v, now ? `${vehicle.name} is driven by ${now}` : `nothing drives ${vehicle.name}: it waits`);
+          add(time_s, "role", v, now ? `${vehicle.name} has active role ${now}` : `${vehicle.name} has no active role: it waits`);
         }
         before = now;
       }
@@ -235,7 +235,7 @@ globalThis.R = globalThis.R || {};
   R.divergence = function (one, two) {
     const found = [];
     for (let p = 0; p < Math.max(one.packets.length, two.packets.length); p++) {
-      const a = one.packets[p], b = two.packets[p], said = a && b ? difference(one, a, two, b) : "only one of them says more";
+      const a = one.packets[p], b = two.packets[p], said = a && b ? difference(one, a, two, b) : "only one of them sends more";
       if (!said) continue;
       found.push({ time_s: Math.min(...[a, b].filter(Boolean).map((packet) => packet.start_s)), text: said });
       break;
@@ -257,10 +257,10 @@ globalThis.R = globalThis.R || {};
   function difference(one, a, two, b) {
     if (a.slot !== b.slot || a.sender !== b.sender) return "another packet is sent";
     if (a.size_bits !== b.size_bits || saidIn(one, a) !== saidIn(two, b)) {
-      return `${one.vehicles[a.sender].name} says something else in slot ${a.slot}`;
+      return `${one.vehicles[a.sender].name} sends another content in slot ${a.slot}`;
     }
     const heard = ({ to }) => to.filter((one) => one.arrival_s !== null).map((one) => one.v).sort((x, y) => x - y);
-    return heard(a).join() === heard(b).join() ? "" : `slot ${a.slot} is heard by others`;
+    return heard(a).join() === heard(b).join() ? "" : `slot ${a.slot} is received by others`;
   }
 
   // What a packet says, as a text to compare.

@@ -3,9 +3,9 @@
 (function () {
   const LEFT_PX = 46, RIGHT_PX = 14, TOP_PX = 46, FOOT_PX = 26;
   const SERIES = [
-    ["truth", "done in truth", (theme) => theme.ink, [], 2],
-    ["known_mean", "done, as the mean vehicle knows", (theme) => theme.belief, [7, 3], 2],
-    ["agree", "vehicles that agree who plays what", (theme) => theme.muted, [2, 3], 1.5],
+    ["truth", "truly done", (theme) => theme.ink, [], 2],
+    ["known_mean", "done, mean knowledge of a vehicle", (theme) => theme.belief, [7, 3], 2],
+    ["agree", "vehicles with a correct view of roles", (theme) => theme.muted, [2, 3], 1.5],
   ];
 
   R.costScale = (facts, w) => new R.TimeScale(0, Math.max(facts.end_s, 1), LEFT_PX, w - RIGHT_PX);
@@ -135,7 +135,7 @@
     }
     const late_s = R.lateness_s(cost);
     if (late_s === null) return;
-    entry(`the price of the losses: news of work ${R.seconds(late_s)} late on average`, (left, top) => {
+    entry(`cost of losses: information on work ${R.seconds(late_s)} late on average`, (left, top) => {
       pen.globalAlpha = 0.3;
       pen.fillStyle = R.theme.loss;
       pen.fillRect(left, top - 6, 26, 12);

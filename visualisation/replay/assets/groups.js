@@ -18,11 +18,11 @@
     if (!run.has("organisation")) { body.replaceChildren(R.make("p", "hint", "This run recorded no organisation.")); return; }
     const { groups, reserves } = run.organisation(v, time_s);
     const wrong = v < 0 ? { extra: [], lacking: [] } : run.disagreements(v, time_s);
-    const whose = v < 0 ? "as every vehicle sees itself" : `as ${run.vehicles[v].name} sees it`;
+    const whose = v < 0 ? "own roles of each vehicle" : `view of ${run.vehicles[v].name}`;
     const head = R.make("div", "row");
     head.append(R.make("h2", "", `Organisation, ${whose}`));
     const nodes = [head];
-    if (v < 0) nodes.push(R.make("p", "note", "Select a vehicle to see it as that one does."));
+    if (v < 0) nodes.push(R.make("p", "note", "Select a vehicle for its view."));
     for (const group of groups) nodes.push(box(facts, group, wrong, time_s, go));
     if (reserves.length) {
       const line = R.make("p", "seats");
@@ -30,7 +30,7 @@
       for (const one of reserves) line.append(chip(facts, one, "", "", time_s, go));
       nodes.push(line);
     }
-    nodes.push(R.make("p", "note", "★ leads the group. Dashed: vacant below the minimum, or away. ≠: not so in truth."));
+    nodes.push(R.make("p", "note", "★ leads the group. Dashed: vacant below the minimum, or absent. ≠: differs from the truth."));
     const changes = run.changes(v, time_s, MOST_CHANGES);
     if (changes.length) nodes.push(R.make("h3", "", "Last changes"), list(changes, v, go));
     body.replaceChildren(...nodes);

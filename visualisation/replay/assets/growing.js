@@ -22,7 +22,7 @@
         try {
           await this.read();
         } catch (error) {
-          this.say(`What the program sent cannot be shown: ${error.message}`);
+          this.say(`The update cannot be shown: ${error.message}`);
           console.error(error);
         }
         const every_ms = (performance.now() - began_ms) / GREATEST_SHARE;
@@ -40,7 +40,7 @@
       R.app = new R.App(this.root, [run]);
       this.live = R.button("● live", () => R.app.clock.seek(R.app.clock.end_s));
       this.live.className = "follow";
-      this.live.title = "Look at the run as it goes on (End)";
+      this.live.title = "Follow the running mission (End)";
       R.app.controls.scrub.after(this.live);
       R.app.clock.onChange(() => {
         this.live.setAttribute("aria-pressed", String(R.app.clock.following));

@@ -142,9 +142,9 @@
     const held = view.facts.held[v].filter((row) => row.spells.some((s) => s.from_s <= time_s && time_s < s.to_s)).map((row) => row.role);
     const silence = view.facts.silences[v].find((s) => s.from_s <= time_s && time_s < s.to_s);
     return [`${view.run.vehicles[v].name} at ${R.seconds(time_s)}`,
-            spell ? `${spell.text} drives, ${R.seconds(spell.from_s)} to ${R.seconds(spell.to_s)}` : "waits",
+            spell ? `${spell.text} active, ${R.seconds(spell.from_s)} to ${R.seconds(spell.to_s)}` : "waits",
             held.length ? "holds " + held.join(", ") : "",
-            silence ? `deaf ${R.seconds(silence.from_s)} to ${R.seconds(silence.to_s)}: ${silence.lost} packets lost` : "",
+            silence ? `reception gap ${R.seconds(silence.from_s)} to ${R.seconds(silence.to_s)}: ${silence.lost} packets lost` : "",
             refusedNear(view, v, time_s)].filter(Boolean).join(" · ");
   }
 
@@ -179,8 +179,8 @@
       if (!hit || hit.v === hit.peer) return "";
       const { age_s, lacking } = view.run.matrix(view.app.clock.t), age = age_s[hit.v][hit.peer];
       const names = [hit.v, hit.peer].map((v) => view.run.vehicles[v].name);
-      const parts = [`${names[0]} of ${names[1]}: ${Number.isFinite(age) ? "news of " + R.seconds(age) + " ago" : "never heard"}, lacks ${lacking[hit.v][hit.peer]} items`];
-      if (view.run.isParked(hit.v, hit.peer, view.app.clock.t)) parts.push("does without it");
+      const parts = [`${names[0]} of ${names[1]}: ${Number.isFinite(age) ? "information of " + R.seconds(age) + " ago" : "never received"}, lacks ${lacking[hit.v][hit.peer]} items`];
+      if (view.run.isParked(hit.v, hit.peer, view.app.clock.t)) parts.push("declared absent");
       const links = view.run.linkAt(hit.v, hit.peer, view.app.clock.t);
       const told = (way, link) => (link ? `${way} it loses ${Math.round(100 * link.p_loss)} % (n = ${link.n})` : "");
       return [...parts, told("link from", links.incoming), told("link to", links.outgoing)].filter(Boolean).join(" · ");

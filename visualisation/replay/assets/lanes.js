@@ -101,10 +101,10 @@
   function headNotes(facts, lane, look, room) {
     if (lane.head) return [];
     const share = facts.heardShare(lane.v), spell = facts.longestSilence(lane.v);
-    const heard = share === null ? "nothing sent to it" : `heard ${Math.round(100 * share)} %`;
-    if (look !== ROOMY) return [heard + (spell ? `, deaf ≤ ${R.seconds(spell.to_s - spell.from_s)}` : "")];
-    if (room <= NARROW_HEAD_PX) return [heard, spell ? `deaf ≤ ${R.seconds(spell.to_s - spell.from_s)}` : ""];
-    return [heard + " of packets", spell ? `deaf for up to ${R.seconds(spell.to_s - spell.from_s)}` : "never deaf for long"];
+    const heard = share === null ? "nothing sent to it" : `received ${Math.round(100 * share)} %`;
+    if (look !== ROOMY) return [heard + (spell ? `, gap ≤ ${R.seconds(spell.to_s - spell.from_s)}` : "")];
+    if (room <= NARROW_HEAD_PX) return [heard, spell ? `gap ≤ ${R.seconds(spell.to_s - spell.from_s)}` : ""];
+    return [heard + " of packets", spell ? `gaps of up to ${R.seconds(spell.to_s - spell.from_s)}` : "no long gaps"];
   }
 
   /** What the vehicles of folded lanes do now, under their names: "26 waiting, 4 Cartographers". */

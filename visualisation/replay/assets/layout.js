@@ -108,7 +108,7 @@
       x += all + 12;
     };
     if (mind) {
-      entry("last heard", 12, (left) => { pen.lineWidth = 1.6; R.drawGlyph(pen, left + 6, y, 0, 0, 5, null, R.theme.ink); });
+      entry("last received", 12, (left) => { pen.lineWidth = 1.6; R.drawGlyph(pen, left + 6, y, 0, 0, 5, null, R.theme.ink); });
       entry(isCrowded ? "may be: point at one" : "may be", 14, (left) => {
         pen.beginPath();
         pen.arc(left + 7, y, 6, 0, 2 * Math.PI);
@@ -141,12 +141,12 @@
   ];
   const MEANINGS = [
     "A colour is a vehicle, as in the figures; a mark is a role, on the icon of the vehicle that it drives and all over its bar.",
-    "Lanes: the labelled bar is the role that drives the vehicle; thin rows below are roles it holds; a small triangle marks a change of choice: click it for the reasons.",
-    "Strip below: a full tick upwards is a packet heard, a hollow one upwards one that arrived and was refused; a hollow tick downwards one lost, a full one downwards one that collided; a dot one sent. Zoomed out: shares. Hatched: deaf, every packet lost for three frames or more.",
-    "Arrows between lanes: influence signals, in the colour of their sender, from the sender's slot to the choice they moved; zoomed in, every signal that was heard.",
-    "Map: a full line is a packet heard, a broken line with a cross one lost, with a ring around the cross one that collided, with a square one that was refused; where many fade at once, of the older ones the crosses stay. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); squares: finds.",
-    "With a vehicle selected, what it believes is hollow: symbols where it last heard its peers, discs where they may be (of more than eight vehicles that of the one you point at), dotted lines to where they are, hatching for work it has not heard of, ≠ for roles it has wrong.",
-    "Organisation: who plays what, with a vehicle selected as that one sees it; ≠ is not so in truth. Plans: ↻ is a branch that another method has mended. Why: ◆ is the mean of the best combination with a candidate; the highest is performed.",
+    "Lanes: the labelled bar is the active role; thin rows below are roles it holds; a small triangle marks a decision: click it for the reasons.",
+    "Strip below: a full tick upwards is a packet received, a hollow one upwards one that was refused; a hollow tick downwards one lost, a full one downwards one that collided; a dot one sent. Zoomed out: shares. Hatched: a reception gap, every packet lost for three frames or more.",
+    "Arrows between lanes: influence signals, in the colour of their sender, from the sender's slot to the decision they changed; zoomed in, every signal received.",
+    "Map: a full line is a packet received, a broken line with a cross one lost, with a ring around the cross one that collided, with a square one that was refused; where many fade at once, of the older ones the crosses stay. By slot, rings are the sound in the water. Diamonds and dots: rows of the mission's own tables (see Tables); squares: finds.",
+    "With a vehicle selected, its beliefs are hollow: symbols at the last received positions of its peers, discs where they may be (of more than eight vehicles that of the one you point at), dotted lines to where they are, hatching for work unknown to it, ≠ for wrong roles.",
+    "Organisation: roles and their holders, in the view of a selected vehicle; ≠ differs from the truth. Plans: ↻ is a branch repaired with another method. Why: ◆ is the mean of the best combination with a candidate; the highest is performed.",
     "Wheel: zoom. Drag: move. Double click: whole map, whole run. Lanes of alike vehicles fold; click one to open it.",
   ];
 

@@ -5,7 +5,7 @@ globalThis.R = globalThis.R || {};
 
 (function () {
   const HEARD_AGAIN = "heard again", ANEW = "begins anew", CONFLICT = "slot conflict";
-  const OTHERS = [HEARD_AGAIN, ANEW, CONFLICT]; // what else is noticed of a peer says why a vehicle does without it
+  const OTHERS = [HEARD_AGAIN, ANEW, CONFLICT]; // other events are reasons to declare a peer absent
 
   // Adds to a run: refusals, rows {time_s, vehicle, sender, slot, reason}; contacts, rows {time_s, vehicle, peer, event, text};
   // parked; and what the methods below answer from.
@@ -17,7 +17,7 @@ globalThis.R = globalThis.R || {};
   };
 
   Object.assign(R.Run.prototype, {
-    // Whether a vehicle does without a peer at t, since it is silent for too long.
+    // Whether a vehicle declares a peer absent at t, after a long silence.
     isParked(v, peer, t) {
       return this.parked.some((one) => one.v === v && one.peer === peer && one.from_s <= t && t < one.to_s);
     },
@@ -35,12 +35,12 @@ globalThis.R = globalThis.R || {};
   // What a vehicle notes of a peer, in words.
   function textOf(run, { peer, event }) {
     const name = peer >= 0 ? run.vehicles[peer].name : "?";
-    if (!OTHERS.includes(event)) return "does without " + name;
-    if (event === HEARD_AGAIN) return "hears " + name + " again";
-    return event === CONFLICT ? "two speak as " + name : name + " " + event;
+    if (!OTHERS.includes(event)) return "declares absent: " + name;
+    if (event === HEARD_AGAIN) return "receives " + name + " again";
+    return event === CONFLICT ? "two send as " + name : name + " " + event;
   }
 
-  // [{v, peer, from_s, to_s}]: spells in which a vehicle does without a peer.
+  // [{v, peer, from_s, to_s}]: spells in which a vehicle declares a peer absent.
   function parkedOf(run) {
     const spells = [], open = new Map();
     for (const { event, vehicle, peer, time_s } of run.contacts) {

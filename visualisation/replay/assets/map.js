@@ -67,7 +67,7 @@
     facts.run.world.places.forEach((place, n) => {
       if (!place.points_m.length) return;
       const [x, y] = middleOf(frame, place);
-      const text = place.name + (done.has(n) ? (known.has(n) ? " ✓" : " ? done, unheard") : "");
+      const text = place.name + (done.has(n) ? (known.has(n) ? " ✓" : " ? done, unknown") : "");
       const colour = done.has(n) && !known.has(n) ? R.theme.belief : R.theme.muted;
       R.placeText(pen, frame, text, x, y, taken, { colour, gap: place.points_m.length > 1 ? 0 : 11, centred: place.points_m.length > 1 });
     });

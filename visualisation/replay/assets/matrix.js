@@ -71,8 +71,8 @@
     pen.fillStyle = R.theme.muted;
     pen.font = R.FONT;
     pen.textAlign = "left";
-    const framed = facts.run.parked.length ? "; framed: does without it" : "";
-    pen.fillText("row: who knows; column: of whom" + framed, LEFT_PX, 10);
+    const framed = facts.run.parked.length ? "; framed: declared absent" : "";
+    pen.fillText("row: vehicle; column: its peer" + framed, LEFT_PX, 10);
     facts.run.vehicles.forEach((vehicle, v) => {
       pen.font = v === selected ? R.BOLD : R.FONT;
       pen.fillStyle = v === selected ? R.theme.ink : R.theme.muted;
@@ -100,7 +100,7 @@
       pen.fillText(text, x + 18, y);
       x += 30 + pen.measureText(text).width;
     });
-    if (x + 60 < w) pen.fillText(facts.n > 12 ? "dot: lacks items" : "age of its news", x, y);
+    if (x + 60 < w) pen.fillText(facts.n > 12 ? "dot: lacks items" : "age of information", x, y);
   }
 
   /** The square under a point: {v, peer}, or null. */

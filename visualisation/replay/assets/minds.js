@@ -38,7 +38,7 @@
     pen.font = R.FONT;
     pen.fillStyle = wrong.length ? R.theme.warn : R.theme.muted;
     pen.textAlign = "right";
-    const long = (wrong.length ? `≠ ${wrong.length} wrong on roles` : "roles agree") + (unheard ? `, ${unheard} unheard` : "");
+    const long = (wrong.length ? `≠ ${wrong.length} wrong roles` : "roles agree") + (unheard ? `, ${unheard} unknown` : "");
     const room = w - nameW - 10;
     const note = pen.measureText(long).width <= room ? long : wrong.length ? `≠ ${wrong.length}` : "✓";
     pen.fillText(R.fitted(pen, note, room), x + w, y + TITLE_PX / 2);

@@ -10,7 +10,7 @@
     const mind = run.mind(v, time_s);
     const wrong = new Map(R.disagreements(facts, v, time_s).map((entry) => [entry.peer, entry]));
     const head = R.make("div", "row");
-    head.append(R.make("h2", "", `What ${run.vehicles[v].name} knows at ${R.seconds(time_s)}`));
+    head.append(R.make("h2", "", `Knowledge of ${run.vehicles[v].name} at ${R.seconds(time_s)}`));
     body.replaceChildren(head, R.make("p", "", summary(facts, v, mind, wrong, time_s)), silenceLine(facts, v, go),
                          table(facts, v, mind, wrong, time_s));
   };
@@ -20,13 +20,13 @@
     const parts = [], out = facts.run.outAt(v, time_s);
     if (out) parts.push(`It is out of the mission: ${outText(out)}.`);
     parts.push(...knownJobs(facts, v, time_s));
-    if (done) parts.push(unheard.length ? `Of ${R.plural(done, "square")} done it has not heard of ${unheard.length}: ${byPlace(facts, unheard)} (hatched on the map).` : `It knows of ${all(done, "square")} done.`);
-    if (facts.n > 1) parts.push(wrong.size ? `It has the roles of ${wrong.size} of ${R.plural(facts.n - 1, "peer")} wrong.` : "It has the roles of all peers right.");
+    if (done) parts.push(unheard.length ? `Of ${R.plural(done, "square")} done ${unheard.length} are unknown to it: ${byPlace(facts, unheard)} (hatched on the map).` : `It knows ${all(done, "square")} done.`);
+    if (facts.n > 1) parts.push(wrong.size ? `Its view of roles is wrong for ${wrong.size} of ${R.plural(facts.n - 1, "peer")}.` : "Its view of the roles of all peers is right.");
     const age_s = facts.run.matrix(time_s).age_s[v];
     const oldest = age_s.reduce((worst, age, peer) => (peer !== v && (worst < 0 || age > age_s[worst]) ? peer : worst), -1);
     if (oldest >= 0) {
       const name = facts.run.vehicles[oldest].name;
-      parts.push(Number.isFinite(age_s[oldest]) ? `Its oldest news is of ${name}: ${R.seconds(age_s[oldest])}.` : `It has never heard of ${name}.`);
+      parts.push(Number.isFinite(age_s[oldest]) ? `Its oldest information is on ${name}: ${R.seconds(age_s[oldest])}.` : `It has no information on ${name}.`);
     }
     return parts.join(" ");
   }
@@ -49,7 +49,7 @@
     const done = facts.run.jobs.filter((job) => job.done_s !== null && job.done_s <= time_s);
     const unheard = done.filter((job) => job.known_s[v] > time_s);
     if (!done.length) return [];
-    return [unheard.length ? `Of ${R.plural(done.length, "job")} done it has not heard of ${unheard.length}: ${listed(unheard)}.` : `It knows of ${all(done.length, "job")} done.`];
+    return [unheard.length ? `Of ${R.plural(done.length, "job")} done ${unheard.length} are unknown to it: ${listed(unheard)}.` : `It knows ${all(done.length, "job")} done.`];
   }
 
   /* How it stands with the jobs in truth; of one that nobody has found the record has the name alone. */
@@ -60,7 +60,7 @@
     const hidden = jobs.filter((job) => job.cameUp_s > time_s), open = jobs.length - done.length - hidden.length;
     const parts = [`Of ${R.plural(jobs.length, "job")} ${done.length} ${done.length === 1 ? "is" : "are"} done`, open ? `${open} known and not done` : "",
                    hidden.length ? `${hidden.length} ${isLast ? "never found" : "not found yet"}: ${listed(hidden)}` : ""].filter(Boolean);
-    const where = hidden.some((job) => job.cameUp_s === Infinity) ? " Where a job lies that nobody finds, the record does not say." : "";
+    const where = hidden.some((job) => job.cameUp_s === Infinity) ? " Positions of jobs that no vehicle finds are not recorded." : "";
     return [R.make("p", "", parts.join(", ") + "." + where)];
   }
 
@@ -71,7 +71,7 @@
   function silenceLine(facts, v, go) {
     const line = R.make("p", "spells");
     const spells = [...facts.silences[v]].sort((a, b) => (b.to_s - b.from_s) - (a.to_s - a.from_s));
-    line.append(R.make("span", "", spells.length ? `Deaf ${spells.length === 1 ? "once" : spells.length + " times"}, ${R.seconds(facts.deaf_s(v))} in all, longest first: ` : "It was never deaf for three frames or more."));
+    line.append(R.make("span", "", spells.length ? `Reception gaps: ${spells.length}, ${R.seconds(facts.deaf_s(v))} in total, longest first: ` : "It had no reception gap of three frames or more."));
     for (const [n, spell] of spells.slice(0, MOST_SPELLS).entries()) {
       line.append(n ? "; " : "", R.button(`${R.seconds(spell.to_s - spell.from_s)} from ${R.seconds(spell.from_s)}`, () => go(spell.from_s, v), "link"));
     }
@@ -86,12 +86,12 @@
     const rows = run.vehicles.map((_, peer) => peer).filter((peer) => peer !== v).map((peer) => {
       const so = run.at(peer, time_s), ghost = ghosts.get(peer);
       const off_m = ghost ? Math.hypot(so.x - ghost.x, so.y - ghost.y) : null;
-      return [[run.vehicles[peer].name], [Number.isFinite(age_s[v][peer]) ? R.seconds(age_s[v][peer]) : "never heard"],
-              [ghost ? `${Math.round(off_m)} m (said ${R.seconds(time_s - ghost.since_s)} ago)` : "unknown"],
-              [String(lacking[v][peer])], [mind.absent.includes(peer) ? "taken for absent" : rolesOf(peer)],
+      return [[run.vehicles[peer].name], [Number.isFinite(age_s[v][peer]) ? R.seconds(age_s[v][peer]) : "never received"],
+              [ghost ? `${Math.round(off_m)} m (sent ${R.seconds(time_s - ghost.since_s)} ago)` : "unknown"],
+              [String(lacking[v][peer])], [mind.absent.includes(peer) ? "declared absent" : rolesOf(peer)],
               run.outAt(peer, time_s) ? [outText(run.outAt(peer, time_s))] : mistake(wrong.get(peer))];
     });
-    return R.table(["peer", "age of news", "place is off by", "items lacking", "roles as it believes", "truth"], rows);
+    return R.table(["peer", "age of information", "position error", "missing items", "believed roles", "true roles"], rows);
   }
 
   /* Why a vehicle is out of the mission: "lost since 600 s". */
@@ -119,8 +119,8 @@
               [times ? `${R.seconds(facts.deaf_s(v))}, ${times} ${times === 1 ? "time" : "times"}` : "never"],
               [wrong ? `≠ ${wrong}` : "✓ none", wrong ? "wrong" : ""], [String(R.unheardTiles(facts, mind, time_s).length)]];
     });
-    return [R.make("h2", "", `The fleet at ${R.seconds(time_s)}`), R.make("p", "", "Select a vehicle to see its world beside the truth. What was heard, and how long each was deaf, is told of the whole run."), ...jobsLine(facts, time_s),
-            R.table(["vehicle", "is driven by", "heard", "longest deaf", "deaf in all", "peers' roles wrong", "squares unheard"], rows)];
+    return [R.make("h2", "", `The fleet at ${R.seconds(time_s)}`), R.make("p", "", "Select a vehicle to compare its knowledge with the truth. Receptions and reception gaps are of the whole run."), ...jobsLine(facts, time_s),
+            R.table(["vehicle", "active role", "heard", "longest gap", "gaps in total", "wrong peer roles", "unknown squares"], rows)];
   }
 
   /** The list of what happened, of one vehicle and of groups, or of all. */
@@ -130,7 +130,7 @@
     const rows = shown.map((event) => [
       [R.seconds(event.time_s, 1), "", () => go(event.time_s, event.vehicle < 0 ? v : event.vehicle)],
       [event.vehicle < 0 ? "" : run.vehicles[event.vehicle].name], [event.kind], [event.text]]);
-    const name = v < 0 ? "What happened" : `What happened to ${run.vehicles[v].name}, and to groups`;
+    const name = v < 0 ? "Events" : `Events of ${run.vehicles[v].name} and of groups`;
     const table = R.table(["time", "vehicle", "kind", "what"], rows);
     const at = shown.findIndex((event) => event.time_s > time_s + 1e-6);
     const now = table.rows[at < 0 ? shown.length : at];

@@ -37,7 +37,7 @@
   function nameSilence(pen, spell, scale, y, h) {
     const [left, right] = edges(spell, scale);
     pen.font = R.FONT;
-    const text = "deaf " + R.seconds(spell.to_s - spell.from_s), w = pen.measureText(text).width;
+    const text = "gap " + R.seconds(spell.to_s - spell.from_s), w = pen.measureText(text).width;
     if (right - left < w + 10 || h < 14) return;
     pen.fillStyle = R.theme.paper;
     pen.fillRect((left + right - w) / 2 - 3, y + h / 2 - 7, w + 6, 14);

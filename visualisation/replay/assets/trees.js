@@ -20,7 +20,7 @@
   R.showPlans = function (body, facts, v, shown, go, time_s) {
     const { run } = facts;
     if (!run.has("plans")) { body.replaceChildren(R.make("p", "hint", "This run recorded no plans.")); return; }
-    const title = v < 0 ? "Plans of the heads of groups" : `Plans of ${run.vehicles[v].name}, and of the heads of its groups`;
+    const title = v < 0 ? "Plans of group leaders" : `Plans of ${run.vehicles[v].name}, and of the leaders of its groups`;
     const head = R.make("div", "row"), nodes = [head];
     head.append(R.make("h2", "", title));
     if (!shown.length) nodes.push(R.make("p", "hint", "Nothing is planned."));
@@ -29,7 +29,7 @@
       nodes.push(R.make("h3", "", `${run.vehicles[plan.vehicle].name} ${what}`), tree(plan, go, time_s));
     }
     const key = Object.entries(GLYPHS).map(([status, glyph]) => `${glyph} ${WORDS[status] || status}`);
-    nodes.push(R.make("p", "note", [...key, "↻ mended: another method was found"].join("   ")));
+    nodes.push(R.make("p", "note", [...key, "↻ repaired with another method"].join("   ")));
     body.replaceChildren(...nodes);
   };
 

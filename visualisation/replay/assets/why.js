@@ -32,7 +32,7 @@
     const won = wonBy(decision);
     if (won) nodes.push(R.make("p", "note won", won));
     nodes.push(chainOf(run, v, decision, go));
-    nodes.push(R.make("h3", "", "What it could choose from"), bars(facts, decision, go), keyOfBars());
+    nodes.push(R.make("h3", "", "Candidates of the decision"), bars(facts, decision, go), keyOfBars());
     body.replaceChildren(...nodes);
   };
 
@@ -44,10 +44,10 @@
 
   function said(decision, number) {
     const chosen = decision.candidates.find((c) => c.chosen && c.role) || decision.candidates.find((c) => c.chosen);
-    if (!chosen) return number ? "It had nothing to choose." : "Before its first choice.";
-    const doing = chosen.activities ? `It does ${chosen.activities}. ` : "";
-    return doing + (chosen.external ? `${signed(chosen.external)} of its motivation of ${signed(chosen.motivation)} is owed to a peer's signal.`
-      : `Its motivation of ${signed(chosen.motivation)} is its own.`);
+    if (!chosen) return number ? "It had no candidates." : "Before its first choice.";
+    const doing = chosen.activities ? `It performs ${chosen.activities}. ` : "";
+    return doing + (chosen.external ? `${signed(chosen.external)} of its motivation of ${signed(chosen.motivation)} is due to a peer's signal.`
+      : `Its motivation of ${signed(chosen.motivation)} has no external part.`);
   }
 
   /* By how much the combination that is performed won over the best one with something that was left aside. */
@@ -56,8 +56,8 @@
     const won = weighed.find((c) => c.chosen), rival = weighed.find((c) => !c.chosen && c.motivation > 0);
     if (!won) return "";
     const parts = candidates.filter((c) => c.chosen && c.bestMean !== null).map((c) => c.label).join(", ");
-    const mean = `What it combines (${parts}) has a mean motivation of ${signed(won.bestMean)}`;
-    return rival ? `${mean}; the best combination with ${rival.label}: ${signed(rival.bestMean)}.` : `${mean}; nothing else called.`;
+    const mean = `The combination (${parts}) has a mean motivation of ${signed(won.bestMean)}`;
+    return rival ? `${mean}; the best combination with ${rival.label}: ${signed(rival.bestMean)}.` : `${mean}; no other candidate had a stimulus.`;
   }
 
   const signed = (x) => (x < 0 ? "−" : "") + Math.abs(x).toFixed(2);
@@ -105,7 +105,7 @@
 
   function keyOfBars() {
     const key = R.make("p", "note key");
-    for (const [name, text] of [["own", "its own motivation"], ["external", "owed to a peer's signal"], ["stimulus", "stimulus now"]]) {
+    for (const [name, text] of [["own", "its own motivation"], ["external", "due to a peer's signal"], ["stimulus", "stimulus now"]]) {
       key.append(R.make("i", name), R.make("span", "", text));
     }
     key.append(R.make("span", "", "◆ mean of the best combination with it  ● chosen  ○ not chosen"));
