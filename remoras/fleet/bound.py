@@ -36,7 +36,7 @@ class RadioAtOnce(Radio):
             super().tell(change, who, now_s)
             return
         self._told.append(block)
-        self._record_facts(block, name_of(block), "status" if block.is_status else "told", now_s)
+        self.log.facts(block, name_of(block), "status" if block.is_status else "told", now_s)
 
     def told(self) -> tuple[Block, ...]:
         """Return and clear the blocks stated since the last call."""

@@ -19,9 +19,9 @@ from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance, length
 from exchange.manager.manager import ExchangeManager
-from exchange.packets import Fragment, InfluenceSignal, ItemUid, Met, Reception, Transmission, name_of
+from exchange.packets import InfluenceSignal, ItemUid, Met, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
-from remoras.fleet.run_log import Contacts, note_acknowledged, note_expired, note_slot
+from remoras.fleet.run_log import RadioLog
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Content, Recorder, content_of
@@ -97,7 +97,7 @@ class Radio:
         top_speeds_mps: Mapping[int, float] = MappingProxyType({}),
     ) -> None:
         self.manager = manager
-        self._contacts = Contacts(names, beliefs.model.owner, manager)
+        self.log = RadioLog(names, beliefs, manager, recorder)
         self.needs = needs
         self.communicates = declaration.communicates
         self.influences = declaration.influences
@@ -107,8 +107,7 @@ class Radio:
         self._beliefs = beliefs
         self._me = names[beliefs.model.owner]
         self._peers = peers
-        peers.links = self._contacts.links
-        self._recorder = recorder
+        peers.links = self.log.links
         self._position = beliefs.model.tbox.attribute_named("position").uid
         self._jumps = Jumps(self._position, top_speeds_mps)
         self._news = _news_attributes(beliefs.model.tbox)
@@ -122,15 +121,11 @@ class Radio:
         self._roles = {(signal.group, signal.role): uid for uid, signal in self._signalling.items()}
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by (vehicle, item): roles assigned in the item
 
-    def record_into(self, recorder: Recorder) -> None:
-        """Write rows of items, signals and faults to another recorder."""
-        self._recorder = recorder
-
     def tidy(self, now_s: float) -> None:
         """Discard blocks pending too long and old values; record missing instances once."""
         model = self._beliefs.model
         for fault in tidy(model, now_s) if model.pruning or model.arrivals.waiting or model.arrivals.dropped else ():
-            self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
+            self.log.fault(now_s, f"dropped block: {fault.code}", fault.detail)
             self.manager.give_up([fault.guid])
         if not model.arrivals.waiting and not self._lacking:
             return
@@ -138,7 +133,7 @@ class Radio:
         for uid in sorted(lacking.keys() - self._lacking):
             lacked = lacking[uid]
             owner = "" if lacked.origin is None else f" of {self._names[lacked.origin]}"
-            self._record_fault(now_s, "lacking", f"instance {uid}{owner}; blocks that wait for it: {len(lacked.guids)}")
+            self.log.fault(now_s, "lacking", f"instance {uid}{owner}; blocks that wait for it: {len(lacked.guids)}")
         self._lacking = set(lacking)
 
     # Out -----------------------------------------------------------------------------------------
@@ -154,15 +149,15 @@ class Radio:
         """
         block = change.block
         if block.sequence < STATUS:
-            self._record_facts(block, name_of(block), "kept", now_s)
+            self.log.facts(block, name_of(block), "kept", now_s)
             return
         if block.sequence == STATUS:
-            self._record_facts(block, name_of(block), "status", now_s)
+            self.log.facts(block, name_of(block), "status", now_s)
         addressed = {} if block.sequence == STATUS else who(change)
         for fragment in self.manager.offer([change], [self._names.index(name) for name in addressed]):
             uid = fragment.uid
-            self._record_facts(fragment, str(uid), "told", now_s)
-            self._record_item(now_s, uid, "observed")
+            self.log.facts(fragment, str(uid), "told", now_s)
+            self.log.item(now_s, uid, "observed")
             if addressed:
                 self._unheard |= {(name, uid): set(roles) for name, roles in addressed.items()}
                 self._note_unheard()
@@ -183,15 +178,15 @@ class Radio:
         queue = self.manager.queue
         offered = []
         for role, value in signals:
-            self._recorder.satisfaction.append((now_s, self._me, *role, value))
+            self.log.recorder.satisfaction.append((now_s, self._me, *role, value))
             offered.append(InfluenceSignal(self._roles[role], value))
         if offered:
             self.manager.offer_signals(offered)
         sent = self.manager.packet_to_send(now_s)
         self._count_bits(sent)
         if queue.unsaid or queue.expired:
-            note_slot(self._recorder, self._me, queue, sent.slot, now_s)
-        self._contacts.sent(sent, now_s, self._recorder)
+            self.log.unsent(queue, sent.slot, now_s)
+        self.log.sent(sent, now_s)
         return sent
 
     def _count_bits(self, sent: Transmission) -> None:
@@ -210,25 +205,25 @@ class Radio:
         """Process a received packet."""
         reception = self.manager.receive(data, now_s)
         if reception.met is not Met.USUAL or reception.conflict is not None:
-            self._contacts.heard(reception, now_s, self._recorder)
+            self.log.met(reception, now_s)
         if reception.fault is not None:
-            self._record_fault(now_s, "bad packet", reception.fault)
+            self.log.fault(now_s, "bad packet", reception.fault)
             refusal = self._names[reception.sender], reception.slot, reception.fault
-            self._recorder.refused.append((now_s, self._me, *refusal))
+            self.log.recorder.refused.append((now_s, self._me, *refusal))
             if reception.is_stranger:
-                self._record_fault(now_s, "another definition", f"{self._names[reception.sender]}: {STRANGER}")
+                self.log.fault(now_s, "another definition", f"{self._names[reception.sender]}: {STRANGER}")
             return HeardPacket(reception)
         for uid in reception.items:
-            self._record_item(now_s, uid, "received")
+            self.log.item(now_s, uid, "received")
         for fragment in reception.aside:
-            self._record_item(now_s, fragment.uid, "set aside")
+            self.log.item(now_s, fragment.uid, "set aside")
         aside = [fact for fragment in reception.aside for fact in fragment.facts] if reception.aside else ()
         if self._unheard and reception.beliefs:
             for peer, uid in reception.beliefs:
                 self._unheard.pop((self._names[peer], uid), None)
             self._note_unheard()
         if reception.settled:
-            note_acknowledged(self._recorder, self._names, self._beliefs.model, reception.settled, now_s)
+            self.log.acknowledged(reception.settled, now_s)
         emitter = self._names[reception.sender]
         self._peers.heard_s[emitter] = now_s
         for node, spoke_s in reception.told:
@@ -247,7 +242,7 @@ class Radio:
         jump = self._jumps.suspected(status)
         if jump is not None:
             far = f"{jump.distance_m:.0f} m from where it was {jump.after_s:g} s before; {name_of(status)}"
-            self._record_fault(now_s, SUSPECTED, f"{self._names[status.origin]}: {far}")
+            self.log.fault(now_s, SUSPECTED, f"{self._names[status.origin]}: {far}")
         return jump is not None
 
     def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
@@ -256,16 +251,16 @@ class Radio:
             return ()
         renewal = self.manager.renew(now_s)
         for uid in renewal.items:
-            self._record_item(now_s, uid, "received")
-        note_acknowledged(self._recorder, self._names, self._beliefs.model, renewal.settled, now_s)
-        note_expired(self._recorder, self._me, renewal.unneeded, now_s)
+            self.log.item(now_s, uid, "received")
+        self.log.acknowledged(renewal.settled, now_s)
+        self.log.expired(renewal.unneeded, now_s)
         return self._merged(renewal.blocks, now_s)
 
     def _merged(self, blocks: Sequence[Block], now_s: float, aside: Iterable[PropertyValue] = ()) -> tuple[Change, ...]:
         """Merge received blocks; note new information about jobs, also in facts set ``aside``."""
         merged = merge(self._beliefs.model, blocks, now_s, checked=True)  # by the codec, once for all receivers
         for fault in merged.faults:
-            self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
+            self.log.fault(now_s, f"refused block: {fault.code}", fault.detail)
             if fault.code in GIVEN_UP:
                 self.manager.give_up([fault.guid])
         for facts in (aside, *[change.block.facts for change in merged.changes]):
@@ -286,20 +281,6 @@ class Radio:
         for (name, _), roles in self._unheard.items():
             unheard.setdefault(name, set()).update(roles)
         self._peers.unheard = unheard
-
-    # Recording -----------------------------------------------------------------------------------
-
-    def _record_facts(self, block: Block | Fragment, name: str, kind: str, now_s: float) -> None:
-        append, as_text = self._recorder.items.append, self._beliefs.as_text
-        for fact in block.facts:
-            uncertainty = "" if fact.uncertainty is None else repr(fact.uncertainty)
-            append((name, self._me, block.time_s, now_s, *as_text(fact), kind, uncertainty))
-
-    def _record_item(self, now_s: float, uid: ItemUid, event: str) -> None:
-        self._recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))
-
-    def _record_fault(self, now_s: float, kind: str, detail: str) -> None:
-        self._recorder.faults.append((now_s, self._me, kind, detail))
 
 
 SLACK_M = 50.0

@@ -18,46 +18,17 @@ from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
 from remoras.work import Computed
 
 if TYPE_CHECKING:
-    from exchange.packets import ItemUid
+    from exchange.packets import Fragment, ItemUid
     from exchange.policy.limits import Expiry
     from exchange.policy.queue import Queue
-    from worldmodel import WorldModel
+    from remoras.beliefs import Beliefs
+    from worldmodel import Block
 
 
 LINK_FRAMES = 8
 """TDMA frames between rows of a link."""
 EVENTS = {Met.BACK: "heard again", Met.NEW_LIFE: "begins anew"}
 SLOT_CONFLICT = "slot conflict"
-
-
-class Contacts:
-    """Rows of one vehicle about its peers."""
-
-    def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
-        self._names = names
-        self._me = me
-        nodes = {name: node for node, name in enumerate(names) if node != me}
-        self.links = Computed(nodes, lambda name: manager.links(nodes[name]), anew=True)
-
-    def sent(self, sent: Transmission, now_s: float, recorder: Recorder) -> None:
-        """Write events of peers noticed in a slot, and every ``LINK_FRAMES`` frames the state of links."""
-        me = self._names[self._me]
-        for node, event in sent.noticed:
-            recorder.peers.append((now_s, me, self._names[node], event))
-        if sent.slot // len(self._names) % LINK_FRAMES == LINK_FRAMES - 1:
-            for name, links in self.links.items():
-                for direction, link in links._asdict().items():
-                    if link.n:
-                        recorder.links.append((now_s, me, name, direction, link.p_loss, link.n))
-
-    def heard(self, reception: Reception, now_s: float, recorder: Recorder) -> None:
-        """Write events of the sender that a packet reveals."""
-        me, rows = self._names[self._me], recorder.peers
-        if reception.met in EVENTS:
-            rows.append((now_s, me, self._names[reception.sender], EVENTS[reception.met]))
-        if reception.conflict is not None:
-            rows.append((now_s, me, self._names[reception.conflict], SLOT_CONFLICT))
-            recorder.faults.append((now_s, me, SLOT_CONFLICT, f"another speaks as {self._names[reception.conflict]}"))
 
 
 DELIVERIES = Table("deliveries", (
@@ -76,31 +47,70 @@ UNSAID = Table("unsaid", (
 """Queued items and statuses not sent in a slot, by reason (``exchange.policy.limits.Unsaid``)."""
 
 
-def note_acknowledged(
-    recorder: Recorder, names: Sequence[str], model: WorldModel, uids: Iterable[ItemUid], now_s: float
-) -> None:
-    """Write rows for items that all interested nodes hold, as ``model``'s vehicle knows."""
-    rows, vehicle = recorder.rows(DELIVERIES.name), names[model.owner]
-    for uid in uids:
-        recorder.knowledge.append((now_s, vehicle, str(uid), names[uid.origin], "acknowledged"))
-        block = model.arrived((uid.origin, uid.epoch, uid.sequence))
-        latency_s = None if block is None else now_s - block.time_s
-        rows.append((now_s, vehicle, str(uid), "acknowledged", "", latency_s))
+class RadioLog:
+    """Rows of one vehicle about packets, items and peers; ``recorder`` takes them, and may be replaced."""
 
+    def __init__(self, names: Sequence[str], beliefs: Beliefs, manager: ExchangeManager, recorder: Recorder) -> None:
+        self._names, self._beliefs, self.recorder = names, beliefs, recorder
+        self._me = names[beliefs.model.owner]
+        nodes = {name: node for node, name in enumerate(names) if name != self._me}
+        self.links = Computed(nodes, lambda name: manager.links(nodes[name]), anew=True)
 
-def note_expired(recorder: Recorder, vehicle: str, expired: Iterable[Expiry], now_s: float) -> None:
-    """Write rows for items that a vehicle no longer sends."""
-    rows = recorder.rows(DELIVERIES.name)
-    for expiry in expired:
-        event = "postponed" if expiry.comes_back else "expired"
-        rows.append((now_s, vehicle, str(expiry.uid), event, expiry.reason.value, expiry.latency_s))
+    def fault(self, now_s: float, kind: str, detail: str) -> None:
+        """Write a fault that the vehicle noticed."""
+        self.recorder.faults.append((now_s, self._me, kind, detail))
 
+    def facts(self, block: Block | Fragment, name: str, kind: str, now_s: float) -> None:
+        """Write the facts of a block or item that the vehicle recorded."""
+        append, as_text = self.recorder.items.append, self._beliefs.as_text
+        for fact in block.facts:
+            uncertainty = "" if fact.uncertainty is None else repr(fact.uncertainty)
+            append((name, self._me, block.time_s, now_s, *as_text(fact), kind, uncertainty))
 
-def note_slot(recorder: Recorder, vehicle: str, queue: Queue, slot: int, now_s: float) -> None:
-    """Write rows for items not sent in an own slot, and for expired ones."""
-    note_expired(recorder, vehicle, queue.take_expired(), now_s)
-    rows = recorder.rows(UNSAID.name)
-    rows.extend([(slot, now_s, vehicle, reason.value, count) for reason, count in queue.unsaid.items()])
+    def item(self, now_s: float, uid: ItemUid, event: str) -> None:
+        """Write an event of an item."""
+        self.recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))
+
+    def sent(self, sent: Transmission, now_s: float) -> None:
+        """Write events of peers noticed in a slot, and every ``LINK_FRAMES`` frames the state of links."""
+        for node, event in sent.noticed:
+            self.recorder.peers.append((now_s, self._me, self._names[node], event))
+        if sent.slot // len(self._names) % LINK_FRAMES == LINK_FRAMES - 1:
+            for name, links in self.links.items():
+                for direction, link in links._asdict().items():
+                    if link.n:
+                        self.recorder.links.append((now_s, self._me, name, direction, link.p_loss, link.n))
+
+    def unsent(self, queue: Queue, slot: int, now_s: float) -> None:
+        """Write items not sent in an own slot, and expired ones."""
+        self.expired(queue.take_expired(), now_s)
+        rows = self.recorder.rows(UNSAID.name)
+        rows.extend([(slot, now_s, self._me, reason.value, count) for reason, count in queue.unsaid.items()])
+
+    def expired(self, expired: Iterable[Expiry], now_s: float) -> None:
+        """Write items that the vehicle no longer sends."""
+        rows = self.recorder.rows(DELIVERIES.name)
+        for expiry in expired:
+            event = "postponed" if expiry.comes_back else "expired"
+            rows.append((now_s, self._me, str(expiry.uid), event, expiry.reason.value, expiry.latency_s))
+
+    def met(self, reception: Reception, now_s: float) -> None:
+        """Write events of the sender that a packet reveals."""
+        rows = self.recorder.peers
+        if reception.met in EVENTS:
+            rows.append((now_s, self._me, self._names[reception.sender], EVENTS[reception.met]))
+        if reception.conflict is not None:
+            rows.append((now_s, self._me, self._names[reception.conflict], SLOT_CONFLICT))
+            self.fault(now_s, SLOT_CONFLICT, f"another speaks as {self._names[reception.conflict]}")
+
+    def acknowledged(self, uids: Iterable[ItemUid], now_s: float) -> None:
+        """Write items that all interested nodes hold, as the vehicle knows."""
+        rows = self.recorder.rows(DELIVERIES.name)
+        for uid in uids:
+            self.item(now_s, uid, "acknowledged")
+            block = self._beliefs.model.arrived((uid.origin, uid.epoch, uid.sequence))
+            latency_s = None if block is None else now_s - block.time_s
+            rows.append((now_s, self._me, str(uid), "acknowledged", "", latency_s))
 
 
 RoleKey = tuple[str, str]

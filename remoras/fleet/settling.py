@@ -31,14 +31,14 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
     began_s, record = fleet.now_s, Recorder()
     fleet.recorder.declare(SETTLING)
     for vehicle in fleet.vehicles:
-        vehicle.radio.record_into(fleet.medium.recorder_of(vehicle.data.node, record))
+        vehicle.radio.log.recorder = fleet.medium.recorder_of(vehicle.data.node, record)
     resting = _Resting(fleet, record)
     fleet.clock.keep(Priority.SLOT, Priority.ARRIVAL)
     while not _is_settled(fleet) and (event := fleet.clock.next_before(began_s + settle_s)) is not None:
         event(resting)
     complete = _is_settled(fleet)
     for vehicle in fleet.vehicles:
-        vehicle.radio.record_into(fleet.recorder)
+        vehicle.radio.log.recorder = fleet.recorder
     fleet.recorder.rows(SETTLING.name).extend(record.knowledge)
     fleet.recorder.faults.extend(record.faults)
     fleet.recorder.refused.extend(record.refused)
