@@ -209,17 +209,12 @@ def _is_able_to_map(scenario: MappingScenario, area: Area) -> bool:
     return any(vehicle.depth_limit_m >= (area.depth_m or 0.0) for vehicle in able)
 
 
-COLLECTIVE = frozenset({*OBJECTIVES, "Positioning"})
-
 ACTIVITY_TYPES = {
     "Positioning": ActivityType.GUIDANCE,
     "ZigzagExploring": ActivityType.GUIDANCE,
     "Inspecting": ActivityType.GUIDANCE,
     "Mapping": ActivityType.PRODUCTIVE,
 }
-
-LEADS_SET = ("Positioning", "ZigzagExploring")
-"""Activities whose behaviour represents the set in which they are performed."""
 
 SENSING = ("Mapping", "Inspecting")
 """Activities that switch the sensors on."""
@@ -228,8 +223,6 @@ NO_FINDS = FindsTable.usual()
 FINDS_WORDS = Path(__file__).with_name("finds.ttl")
 
 SENSORS: Mapping[str, type[SensorSettings]] = {"mapping": SwathSettings, "classifier": ClassifierSettings}
-
-ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
 
 
 class MappingMission(JobMission):
@@ -340,7 +333,7 @@ class MappingMission(JobMission):
 
     def is_individual(self, objective: Objective) -> bool:
         """Return True for exploring and mapping."""
-        return objective.name not in COLLECTIVE
+        return objective.name not in (*OBJECTIVES, "Positioning")
 
     def activity_sets(
         self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
@@ -361,20 +354,17 @@ class MappingMission(JobMission):
         facts: FactsLike,
         position_m: Point,
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Activities of Table II with the vehicle's own characteristics."""
+        """One activity of Table II per step, with the vehicle's own characteristics."""
         rests_on: set[Key] = set()
         sets = []
-        for names in ([step.name for step in together] for together in steps):
-            activities = []
-            for name in names:
-                parameters, keys = self._parameters(name, objective, data, facts, position_m)
-                rests_on |= keys
-                activities.append(Activity(name, ACTIVITY_TYPES[name], parameters, _switched_on(name, data)))
-            activities.sort(key=lambda activity: activity.name not in LEADS_SET)
-            kind = ActivityKind.INDIVIDUAL if self.is_individual(objective) else ActivityKind.COLLECTIVE
-            needs = next((ACTIVITY_NEEDS[name] for name in names if name in ACTIVITY_NEEDS), None)
-            importance = importance_of(self.meeting.importance, objective)
-            sets.append(ActivitySet(objective, kind, tuple(activities), importance, needs))
+        kind = ActivityKind.INDIVIDUAL if self.is_individual(objective) else ActivityKind.COLLECTIVE
+        importance = importance_of(self.meeting.importance, objective)
+        for name in (task.name for together in steps for task in together):
+            parameters, keys = self._parameters(name, objective, data, facts, position_m)
+            rests_on |= keys
+            activity = Activity(name, ACTIVITY_TYPES[name], parameters, _switched_on(name, data))
+            needs = "ZigzagExploring" if name == "Mapping" else None
+            sets.append(ActivitySet(objective, kind, (activity,), importance, needs))
         return tuple(sets), frozenset(rests_on)
 
     def _parameters(

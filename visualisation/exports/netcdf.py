@@ -32,10 +32,11 @@ def write(voyage: Voyage, target: Path) -> Counts:
         file.setncatts(_about(voyage))
         file.createDimension("trajectory", len(names) or None)
         file.createDimension("obs", sum(sizes) or None)
-        text = max((len(name.encode()) for name in names), default=1)
-        file.createDimension("name_length", text)
+        encoded = np.array([name.encode() for name in names], dtype="S")
+        letters = encoded.view("S1").reshape(len(names), encoded.itemsize)
+        file.createDimension("name_length", encoded.itemsize)
         _variable(
-            file, "trajectory", "S1", ("trajectory", "name_length"), _letters(names, text),
+            file, "trajectory", "S1", ("trajectory", "name_length"), letters,
             cf_role="trajectory_id", long_name="name of the vehicle",
         )  # fmt: skip
         _variable(
@@ -63,14 +64,6 @@ def _about(voyage: Voyage) -> dict[str, Any]:
         "comment": "positions are true ones, not those that a vehicle estimates",
         **{f"remoras_{name}": text for name, text in provenance.items() if name != "version"},
     }
-
-
-def _letters(names: list[str], length: int) -> Any:
-    made = np.zeros((len(names), length), dtype="S1")
-    for row, name in enumerate(names):
-        encoded = name.encode()
-        made[row, : len(encoded)] = np.frombuffer(encoded, dtype="S1")
-    return made
 
 
 def _variable(file: Any, name: str, kind: str, dimensions: tuple[str, ...], values: Any, **attributes: Any) -> None:
