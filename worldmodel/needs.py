@@ -9,17 +9,11 @@ demands it.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from worldmodel.errors import NeedError
 from worldmodel.facts import PropertyValue
 from worldmodel.ontology.tbox import TBox
-
-Wanted = tuple[int, int]
-"""(bit mask of the peers that need a fact, highest priority among them)."""
-
-NOBODY: Wanted = (0, 0)
-"""Result for a fact that no peer needs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,15 +71,31 @@ PLAIN = Terms()
 """Default: no limits, longest queued first, acknowledged."""
 
 
+class Wanted(NamedTuple):
+    """Peers that need a fact (bit mask), their highest priority and merged delivery requirements."""
+
+    peers: int
+    priority: int
+    terms: Terms = PLAIN
+
+    def merged(self, other: "Wanted") -> "Wanted":
+        """Return the peers of both, with requirements that serve all of them."""
+        if not (self.peers and other.peers):
+            terms = self.terms if self.peers else other.terms
+        else:
+            terms = self.terms.merged(other.terms)
+        return Wanted(self.peers | other.peers, max(self.priority, other.priority), terms)
+
+
+NOBODY = Wanted(0, 0)
+"""Result for a fact that no peer needs."""
+
+
 class Needs(Protocol):
     """Needs of all peers as estimated by one vehicle; answers may change during the run."""
 
-    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Return the peers that need a fact about a ``class_uid`` and their highest priority."""
-        ...
-
-    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """Return the merged delivery requirements of the peers that need a fact; else ``PLAIN``."""
+    def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
+        """Return the need for a fact about an instance of ``class_uid``."""
         ...
 
 
@@ -120,8 +130,6 @@ class NeedsIndex:
         """Index the needs of each peer (0, 1, ...); raises NeedError for an unknown uid."""
         self._of_class: dict[tuple[int, int], Wanted] = {}
         self._of_instance: dict[tuple[int, int], Wanted] = {}
-        self._terms_of_class: dict[tuple[int, int], Terms] = {}
-        self._terms_of_instance: dict[tuple[int, int], Terms] = {}
         for peer, needs in needs_by_peer.items():
             for need in needs:
                 self._add(tbox, peer, need)
@@ -129,33 +137,19 @@ class NeedsIndex:
     def _add(self, tbox: TBox, peer: int, need: InformationNeed) -> None:
         if not 0 <= need.attribute < len(tbox.attributes):
             raise NeedError(f"peer {peer} needs attribute {need.attribute}; allowed: 0..{len(tbox.attributes) - 1}")
-        wanted = (1 << peer, need.priority)
+        wanted = Wanted(1 << peer, need.priority, need.terms)
         if need.instance is not None:
             key = (need.instance, need.attribute)
-            self._of_instance[key] = _together(self._of_instance.get(key, NOBODY), wanted)
-            self._terms_of_instance[key] = need.terms.merged(self._terms_of_instance.get(key, need.terms))
+            self._of_instance[key] = wanted.merged(self._of_instance.get(key, NOBODY))
         elif need.class_uid is not None:
             if not 0 <= need.class_uid < len(tbox.classes):
                 raise NeedError(f"peer {peer} needs class {need.class_uid}; allowed: 0..{len(tbox.classes) - 1}")
             for class_uid in tbox.subclasses(need.class_uid):
                 key = (class_uid, need.attribute)
-                self._of_class[key] = _together(self._of_class.get(key, NOBODY), wanted)
-                self._terms_of_class[key] = need.terms.merged(self._terms_of_class.get(key, need.terms))
+                self._of_class[key] = wanted.merged(self._of_class.get(key, NOBODY))
 
-    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Return the peers that need a fact, of any value, and their highest priority."""
+    def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
+        """Return the need for a fact of any value."""
         by_class = self._of_class.get((class_uid, fact.attribute), NOBODY)
         by_instance = self._of_instance.get((fact.subject, fact.attribute))
-        return by_class if by_instance is None else _together(by_class, by_instance)
-
-    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """Return the merged delivery requirements of the peers that need a fact of any value."""
-        by_class = self._terms_of_class.get((class_uid, fact.attribute))
-        by_instance = self._terms_of_instance.get((fact.subject, fact.attribute))
-        if by_class is None or by_instance is None:
-            return by_class or by_instance or PLAIN
-        return by_class.merged(by_instance)
-
-
-def _together(a: Wanted, b: Wanted) -> Wanted:
-    return (a[0] | b[0], max(a[1], b[1]))
+        return by_class if by_instance is None else by_class.merged(by_instance)

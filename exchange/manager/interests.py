@@ -19,8 +19,7 @@ from exchange.policy.acknowledgement import members
 from exchange.policy.limits import Expired, Expiry
 from exchange.policy.queue import Queue
 from exchange.policy.values import item_candidate
-from worldmodel import PLAIN, Block, Needs, PropertyValue, Stated, Terms, ValueKind, WorldModel
-from worldmodel.needs import Wanted
+from worldmodel import NOBODY, Block, Needs, PropertyValue, Stated, ValueKind, Wanted, WorldModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,24 +68,22 @@ class Interests:
         self.undecided: dict[int, None] = {}
         """Columns of items about instances of unknown class."""
         self._wanted: dict[tuple[int, int], Wanted] = {}  # by instance and attribute, until needs change
-        self._terms: dict[tuple[int, int], Terms] = {}
 
-    def of(self, facts: tuple[PropertyValue, ...]) -> tuple[int, int]:
-        """Return the nodes (bit mask) that need any of the facts, and their highest priority."""
-        nodes, priority = 0, 0
+    def of(self, facts: tuple[PropertyValue, ...]) -> Wanted:
+        """Return the need for any of the facts."""
+        needed = NOBODY
         for fact in facts:
-            mask, value = self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, facts)
-            nodes |= mask
-            priority = max(priority, value)
-        return nodes, priority
+            wanted = self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, facts)
+            needed = wanted if needed is NOBODY else needed.merged(wanted)
+        return needed
 
     def is_of_use(self, facts: Iterable[Stated]) -> bool:
         """True if these facts have an attribute that is exchanged, regardless of present needs."""
-        return self.of(tuple([PropertyValue(*fact) for fact in facts]))[1] > 0
+        return self.of(tuple([PropertyValue(*fact) for fact in facts])).priority > 0
 
     def _ask(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> Wanted:
         """Return the need of a fact; cache it until needs change if it is independent of the value."""
-        wanted = self._needs.priority_of(fact, self._class_of(fact, block))
+        wanted = self._needs.wanted(fact, self._class_of(fact, block))
         if self._is_lasting(fact):
             self._wanted[fact.subject, fact.attribute] = wanted
         return wanted
@@ -96,21 +93,6 @@ class Interests:
         attribute = self._model.tbox.attributes[fact.attribute]
         is_common = 0 <= fact.subject < len(self._model.common_instances)
         return is_common and attribute.kind is not ValueKind.LINK and attribute.kind is not ValueKind.TYPE
-
-    def terms_of(self, facts: tuple[PropertyValue, ...]) -> Terms:
-        """Return delivery requirements that serve all nodes that need any of the facts."""
-        terms: Terms | None = None
-        for fact in facts:
-            slot = fact.subject, fact.attribute
-            if not (self._wanted.get(slot) or self._ask(fact, facts))[0]:
-                continue
-            of_fact = self._terms.get(slot)
-            if of_fact is None:
-                of_fact = self._needs.terms_of(fact, self._class_of(fact, facts))
-                if self._is_lasting(fact):
-                    self._terms[slot] = of_fact
-            terms = of_fact if terms is None else terms.merged(of_fact)
-        return terms or PLAIN
 
     def _class_of(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> int:
         instance = self._model.instance(fact.subject)
@@ -122,8 +104,8 @@ class Interests:
 
     def priority_here(self, column: int) -> int:
         """Priority of an item that this node needs; 0 if only others need it."""
-        nodes, priority = self.of(self._beliefs.entry(column).about)
-        return priority if nodes >> self._me & 1 else 0
+        needed = self.of(self._beliefs.entry(column).about)
+        return needed.priority if needed.peers >> self._me & 1 else 0
 
     # Sending -------------------------------------------------------------------------------------
 
@@ -138,10 +120,10 @@ class Interests:
     def take_status(self, block: Block) -> None:
         """Queue the newest value of a status in place of the older one; drop it if no node needs it."""
         facts = block.facts
-        nodes, priority = self.of(facts)
+        nodes, priority, terms = self.of(facts)
         if nodes & ~(1 << self._me):
             fragment = Fragment(block.origin, block.sequence, block.time_s, facts, 0, 1, block.epoch)
-            self._queue.take_status(fragment, priority, self._size_bits(fragment), self.terms_of(facts))
+            self._queue.take_status(fragment, priority, self._size_bits(fragment), terms)
         else:
             self._queue.drop_status((facts[0].subject, facts[0].attribute), block.time_s)
 
@@ -175,13 +157,12 @@ class Interests:
             if beliefs.ease(column):
                 self._addressed.discard(column)
                 entry = beliefs.entry(column)
-                self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
+                self._queue.revalue(column, entry.priority, self.of(entry.about).terms)
         return tuple(sorted([beliefs.uids[column] for column in settled])) if settled else ()
 
     def renew(self, now_s: float) -> Renewal:
         """Evaluate all items again after a change of needs."""
         self._wanted.clear()
-        self._terms.clear()
         before = self._queue.open
         settled: list[ItemUid] = []
         unneeded: list[Expiry] = []
@@ -195,7 +176,7 @@ class Interests:
                     continue
                 if entry.is_eased:
                     entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
-                self._queue.revalue(column, entry.priority, self.terms_of(entry.about), now_s)
+                self._queue.revalue(column, entry.priority, self.of(entry.about).terms, now_s)
             elif was_open:
                 self._queue.drop(column)
                 self._addressed.discard(column)
@@ -226,13 +207,13 @@ class Interests:
         entry.candidate.priority = entry.priority
         if entry.addressed:
             self._addressed.add(column)
-        self._queue.take(entry.candidate, self.terms_of(entry.about), now_s, is_new_need)
+        self._queue.take(entry.candidate, self.of(entry.about).terms, now_s, is_new_need)
 
     def _judge(self, column: int, entry: Sendable) -> bool:
         """Update priority and needs of an item; return True if another node is to receive it."""
-        nodes, entry.priority = self.of(entry.about)
+        nodes, entry.priority, _ = self.of(entry.about)
         if entry.fragment.facts is not entry.about:
-            entry.priority = self.of(entry.fragment.facts)[1] or entry.priority
+            entry.priority = self.of(entry.fragment.facts).priority or entry.priority
         mine = nodes >> self._me & 1 or entry.fragment.origin == self._me
         is_needed = entry.priority > 0 and (mine or not self._selective)
         nodes = (nodes | entry.addressed) & self._others if is_needed else 0
@@ -246,13 +227,13 @@ class Interests:
 
     def keeps(self, block: Block, completed_by: ItemUid) -> bool:
         """Return True if this node needs a received block; else filter it out."""
-        if not self._selective or self.of(block.facts)[0] >> self._me & 1:
+        if not self._selective or self.of(block.facts).peers >> self._me & 1:
             return True
         self._aside.append((block, completed_by))
         return False
 
     def _taken_up(self) -> tuple[list[Block], list[ItemUid]]:
         """Take blocks that were filtered out and are needed now, with the items that completed them."""
-        taken = [kept for kept in self._aside if self.of(kept[0].facts)[0] >> self._me & 1]
+        taken = [kept for kept in self._aside if self.of(kept[0].facts).peers >> self._me & 1]
         self._aside = [kept for kept in self._aside if kept not in taken]
         return [block for block, _ in taken], [uid for _, uid in taken]

@@ -197,21 +197,10 @@ class NeedsInForce:
         """Node and need of each valid stated need."""
         return tuple(self._in_force.values())
 
-    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Return the nodes (bit mask) that need a fact, with its priority; (0, 1) if on demand."""
-        common, stated = self._common.priority_of(fact, class_uid), self._stated.priority_of(fact, class_uid)
-        if common == NOBODY == stated:
-            return (0, 1) if fact.attribute in self._on_demand else NOBODY
-        return common[0] | stated[0], max(common[1], stated[1])
-
-    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """Return the merged delivery requirements of all needs for a fact."""
-        if not self._common.priority_of(fact, class_uid)[0]:
-            return self._stated.terms_of(fact, class_uid)
-        terms = self._common.terms_of(fact, class_uid)
-        if not self._stated.priority_of(fact, class_uid)[0]:
-            return terms
-        return terms.merged(self._stated.terms_of(fact, class_uid))
+    def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
+        """Return the merged need for a fact; of no node, with priority 1, if on demand."""
+        needed = self._common.wanted(fact, class_uid).merged(self._stated.wanted(fact, class_uid))
+        return Wanted(0, 1) if needed == NOBODY and fact.attribute in self._on_demand else needed
 
     def _read(self, uid: int) -> tuple[int, InformationNeed] | None:
         """Return node and need of an instance; None if withdrawn, not stated or invalid."""

@@ -33,7 +33,7 @@ from dataclasses import dataclass, field
 
 from remoras.organisation import Group, Organisation
 from remoras.organisation.leadership import HEAD_TERM, HEADED_BY, ROLE_ATTRIBUTES
-from worldmodel import NOBODY, PLAIN, PropertyValue, TBox, Terms, Wanted
+from worldmodel import NOBODY, PropertyValue, TBox, Wanted
 
 Path = tuple[str, str]
 """Group and role, or two groups."""
@@ -140,14 +140,10 @@ class GroupNeeds:
             company.append(shared or self._everybody)
         return _Words(members, heads, above, informed, players, tied, company)
 
-    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
+    def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
         """Return the nodes that need a fact, and the priority of its attribute."""
         priority = self._priorities.get(fact.attribute)
-        return NOBODY if priority is None else (self._nodes(fact), priority)
-
-    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """Return the plain delivery requirements."""
-        return PLAIN
+        return NOBODY if priority is None else Wanted(self._nodes(fact), priority)
 
     def _nodes(self, fact: PropertyValue) -> int:
         subject, subjects, now = fact.subject, self._subjects, self._now

@@ -7,7 +7,7 @@ from storms import creates, storm_of
 
 from benchmarks.manager_fleet import MAPPED_CELL, ManagerFleet, bay
 from exchange.policy.policies import POLICIES
-from worldmodel import PLAIN, PropertyValue, Terms, Wanted, merge
+from worldmodel import NOBODY, PropertyValue, Wanted, merge
 
 
 class Team:
@@ -16,11 +16,8 @@ class Team:
     def __init__(self, *nodes: int) -> None:
         self.nodes = set(nodes)
 
-    def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        return (sum(1 << node for node in self.nodes), 1) if fact.attribute == MAPPED_CELL else (0, 0)
-
-    def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        return PLAIN
+    def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
+        return Wanted(sum(1 << node for node in self.nodes), 1) if fact.attribute == MAPPED_CELL else NOBODY
 
 
 def knows(fleet: ManagerFleet, node: int, cell: int) -> bool:
@@ -87,8 +84,8 @@ def test_views_that_differ_do_no_harm_once_they_agree(policy: str) -> None:
 
 def test_a_status_that_only_its_own_vehicle_needs_never_waits() -> None:
     class Positions(Team):
-        def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-            return sum(1 << node for node in self.nodes), 1
+        def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
+            return Wanted(sum(1 << node for node in self.nodes), 1)
 
     fleet = ManagerFleet(2, who_needs=Positions(0))
     fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))

@@ -33,7 +33,7 @@ def who(asked: GroupNeeds, subject: str, attribute: str, value: Value | str = 0.
     """Nodes that need the fact."""
     told = UIDS[value] if isinstance(value, str) else value
     fact = PropertyValue(UIDS[subject], SETUP.tbox.attribute_named(attribute).uid, told)
-    return asked.priority_of(fact, 0)[0]
+    return asked.wanted(fact, 0).peers
 
 
 def moved(*changes: tuple[str, str, str, bool]) -> Organisation:

@@ -42,7 +42,7 @@ def test_the_index_answers_as_asking_each_need(by_peer: dict[int, list[Informati
                 if need.attribute == attribute and is_about(need, instance)
             ]
             expected = (sum(1 << p for p in {p for p, _ in matching}), max((q for _, q in matching), default=0))
-            assert index.priority_of(told(instance.uid, attribute), instance.class_uid) == expected
+            assert index.wanted(told(instance.uid, attribute), instance.class_uid)[:2] == expected
 
 
 def test_bad_needs() -> None:
