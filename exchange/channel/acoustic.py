@@ -8,10 +8,10 @@ fraction x of a frame is lost with probability 1 - (1 - PER)^x. A measured curve
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 
@@ -191,15 +191,11 @@ class AcousticChannel(ChannelModel):
         depth_m = _mean_depth_m(deployment)
         return francois_garrison_db_per_km(frequency_khz, self.temperature_c, self.salinity_psu, depth_m, self.ph)
 
-    @classmethod
-    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """Yield a fault if two keys give the source level."""
-        if settings.get("source_level_db") is not None and settings.get("acoustic_power_w") is not None:
-            allowed = "given beside source_level_db, which says the same: leave one of them out"
-            yield SettingFault("acoustic_power_w", str(settings["acoustic_power_w"]), allowed)
-
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """Yield faults for a modem without source level, band or modulation."""
+        """Yield faults for two source levels, and for a modem without source level, band or modulation."""
+        if self.source_level_db is not None and self.acoustic_power_w is not None:
+            allowed = "given beside source_level_db, which says the same: leave one of them out"
+            yield SettingFault("acoustic_power_w", f"{self.acoustic_power_w:g}", allowed)
         modem = deployment.modem
         lacking = ["band_khz"] if modem.band_khz is None else []
         lacking += ["modulation"] if modem.modulation is None and not modem.per_at_snr else []

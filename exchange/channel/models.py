@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -154,15 +154,7 @@ class ChannelModel(BaseModel):
         return ""
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """Yield faults between settings and fleet, when a scenario is checked. Optional."""
-        yield from ()
-
-    @classmethod
-    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """Yield faults between individually valid settings, when a scenario is checked. Optional.
-
-        ``settings`` are as in the file, without defaults; other checks report malformed values, so ignore these.
-        """
+        """Yield faults between individually valid settings, or with the fleet, at the check of a scenario. Optional."""
         yield from ()
 
 
@@ -225,15 +217,11 @@ class MatrixChannel(BernoulliChannel):
         n_links = len(deployment.nodes) * (len(deployment.nodes) - 1)
         return self.per + math.fsum(link.per - self.per for link in self.link) / n_links
 
-    @classmethod
-    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
+    def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """Yield faults for links of a vehicle to itself and duplicates."""
-        links = settings.get("link", ())
         pairs: set[tuple[str, str]] = set()
-        for number, link in enumerate(links if isinstance(links, Sequence) else (), 1):
-            sender, receiver = (link.get("sender"), link.get("receiver")) if isinstance(link, Mapping) else (None, None)
-            if not isinstance(sender, str) or not isinstance(receiver, str):
-                continue
+        for number, link in enumerate(self.link, 1):
+            sender, receiver = link.sender, link.receiver
             if sender == receiver:
                 yield SettingFault(f"link.{number}.receiver", f'"{receiver}"', "must not be the sender")
             elif (sender, receiver) in pairs:
@@ -267,13 +255,10 @@ class GilbertElliottChannel(ChannelModel):
     def _chain(self, seed: int) -> GilbertElliott:
         return GilbertElliott(self.p_good_to_bad, self.p_bad_to_good, self.per_good, self.per_bad, seed)
 
-    @classmethod
-    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
+    def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """Yield a fault if the sum of both transition probabilities is not in (0, 1]."""
-        keys = ("p_good_to_bad", "p_bad_to_good")
-        rates = {key: settings.get(key, cls.model_fields[key].default) for key in keys}
-        if all(isinstance(rate, int | float) and 0.0 <= rate <= 1.0 for rate in rates.values()):
-            greater = max(rates, key=lambda key: rates[key])
-            if not 0.0 < math.fsum(rates.values()) <= 1.0:
-                allowed = f"{' + '.join(rates)} must be above 0 and at most 1, not {math.fsum(rates.values()):g}"
-                yield SettingFault(greater, str(rates[greater]), allowed)
+        rates = {"p_good_to_bad": self.p_good_to_bad, "p_bad_to_good": self.p_bad_to_good}
+        total, greater = math.fsum(rates.values()), max(rates, key=lambda key: rates[key])
+        if not 0.0 < total <= 1.0:
+            allowed = f"{' + '.join(rates)} must be above 0 and at most 1, not {total:g}"
+            yield SettingFault(greater, f"{rates[greater]:g}", allowed)

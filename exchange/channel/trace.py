@@ -132,29 +132,21 @@ class TraceChannel(ChannelModel):
         trace = trace_of(self.file, self.sha256)
         return math.fsum(series.mean(trace.until_s) for series in trace.links.values()) / len(trace.links)
 
-    @classmethod
-    def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """Yield a fault if no file is given."""
-        if not settings.get("file"):
-            yield SettingFault("file", "", f"missing: a CSV or Parquet file of {', '.join(KEYS)}, and lost or per")
-
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """Yield a fault for an unreadable file, or one that does not fit the fleet or the duration.
+        """Yield a fault for a missing or unreadable file, or one that does not fit the fleet or the duration.
 
         With ``sha256``, a missing or changed file is no fault here: results stay readable, only a new run fails.
         """
         if not self.file:
+            yield SettingFault("file", "", f"missing: a CSV or Parquet file of {', '.join(KEYS)}, and lost or per")
             return
         try:
             trace = trace_of(self.file, self.sha256)
-        except LinkFileGoneError as error:
-            if not self.sha256:
-                yield SettingFault("file", f'"{self.file}"', str(error))
-            return
+            misfit = _misfit(trace, deployment, self.repeat)
         except LinkFileError as error:
-            yield SettingFault("file", f'"{self.file}"', str(error))
-            return
-        if misfit := _misfit(trace, deployment, self.repeat):
+            is_gone = isinstance(error, LinkFileGoneError) and self.sha256
+            misfit = "" if is_gone else str(error)
+        if misfit:
             yield SettingFault("file", f'"{self.file}"', misfit)
 
 

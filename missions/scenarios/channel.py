@@ -275,16 +275,14 @@ def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[C
             yield ConfigurationFault(f"channel.{fault.key}", fault.given, fault.allowed)
         return
     yield from _vehicle_faults("channel", settings, scenario.vehicle_names)
-    deployment = deployment_in(scenario)
-    used = json.loads(json.dumps({key: table[key] for key in table if key not in OF_EVERY_CHANNEL}, default=_plain))
+    if (deployment := deployment_in(scenario)) is None:
+        return
     try:
-        faults = list(model.faults({key: value for key, value in used.items() if key in model.model_fields}))
-        if not faults and deployment is not None:
-            faults += settings.misfits(deployment)
+        faults = list(settings.misfits(deployment))
         if wrong := [fault for fault in faults if not isinstance(fault, SettingFault)]:
             raise TypeError(f"expected SettingFaults, not {wrong[0]!r}")
         yield from map(_as_configured, faults)
-        if name not in CHANNELS and deployment is not None:
+        if name not in CHANNELS:
             yield from _trial_faults(name, settings, deployment)
     except Exception as error:  # user code may raise anything
         allowed = f"its checks of settings raised {type(error).__name__}: {error}"

@@ -1,7 +1,7 @@
 """Channel models that break one rule each, and one from outside that keeps to all: they prove that checks can fail."""
 
 import random
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -37,12 +37,10 @@ class Mud(ChannelModel):
         share = 2 / len(deployment.nodes) if self.in_mud else 0.0
         return share + (1.0 - share) * self.clear_per
 
-    @classmethod
-    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+    def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """Layers have to lie in order."""
-        layers = given.get("layers_m", [])
-        if isinstance(layers, list) and layers != sorted(layers):
-            yield SettingFault("layers_m", str(layers), "must be in order")
+        if list(self.layers_m) != sorted(self.layers_m):
+            yield SettingFault("layers_m", str([*self.layers_m]), "must be in order")
 
 
 NO_CLASS = Bernoulli(0.1)
@@ -96,4 +94,4 @@ WrongMean = wrong(mean_per=lambda *_: 20.0)
 Standing = wrong(sound_speed_mps=lambda *_: 0.0)
 Telling = wrong(sound_speed_mps=lambda *_: "1500 m/s")
 Misfitting = wrong(misfits=lambda *_: iter(["too deep"]))
-Grumbling = wrong(faults=classmethod(raising))
+Grumbling = wrong(misfits=raising)

@@ -131,5 +131,5 @@ def test_a_trace_of_another_fleet_or_a_shorter_time_is_one_clear_fault(file, cha
 
 
 def test_a_trace_without_a_file_is_a_fault():
-    (fault,) = TraceChannel.faults({})
+    (fault,) = TraceChannel().misfits(POND)
     assert (fault.key, fault.allowed[:8]) == ("file", "missing:")
