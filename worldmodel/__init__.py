@@ -33,7 +33,7 @@ from worldmodel.ontology import (
 )
 from worldmodel.ontology.fields import Field, Value
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
-from worldmodel.world_model import Knowledge, Reception, Stated, WorldModel, prune, tidy
+from worldmodel.world_model import Knowledge, Reception, Stated, WorldModel, tidy
 
 __all__ = [
     "EPOCHS",
@@ -81,7 +81,6 @@ __all__ = [
     "fused",
     "merge",
     "ontology_path",
-    "prune",
     "reaching",
     "read_tbox",
     "suggestion",

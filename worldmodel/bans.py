@@ -17,15 +17,16 @@ from collections.abc import Iterable, Mapping
 from typing import cast
 
 from worldmodel.facts import Observation
-from worldmodel.ontology.tbox import TBox, ValueKind
+from worldmodel.ontology.tbox import Attribute, TBox, ValueKind
 
 BANNED_FROM = "bannedFrom"
 """Attribute name; without it an ontology has no exclusions."""
 
 
-def deciding(tbox: TBox) -> frozenset[int]:
-    """Return the uids of the attributes that exclude origins; their values are never pruned."""
-    return frozenset(attribute.uid for attribute in tbox.attributes if attribute.name == BANNED_FROM)
+def ban_attribute(tbox: TBox) -> Attribute | None:
+    """Return the attribute that excludes origins; None if the ontology declares none."""
+    declared = (a for a in tbox.attributes if a.name == BANNED_FROM and a.kind is ValueKind.NUMBER)
+    return next(declared, None)
 
 
 def decided(facts: Iterable[Observation], revokes_s: float = math.inf) -> dict[int, float]:
@@ -51,14 +52,10 @@ class Bans:
     __slots__ = ("_revokes_s", "attribute", "from_s")
 
     def __init__(self, tbox: TBox) -> None:
-        declared = [
-            attribute
-            for attribute in tbox.attributes
-            if attribute.name == BANNED_FROM and attribute.kind is ValueKind.NUMBER
-        ]
-        self.attribute = declared[0].uid if declared else -1
+        declared = ban_attribute(tbox)
+        self.attribute = -1 if declared is None else declared.uid
         """Attribute uid; -1, which no fact has, if the ontology declares none."""
-        self._revokes_s = declared[0].fields[0].maximum if declared else math.inf
+        self._revokes_s = math.inf if declared is None else declared.fields[0].maximum
         self.from_s: Mapping[int, float] = {}
         """Start (s) of the exclusion of each excluded origin; replaced on each change."""
 

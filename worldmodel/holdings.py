@@ -6,7 +6,7 @@ A pending block is discarded after ``waiting_s``, or as the oldest if more than 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from worldmodel.bans import deciding
+from worldmodel.bans import ban_attribute
 from worldmodel.errors import FactError
 from worldmodel.facts import Block, Guid, Merged, PropertyValue
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox
@@ -20,8 +20,7 @@ WAITING_BLOCKS = 64
 
 def prunable(tbox: TBox) -> tuple[Attribute, ...]:
     """Return the attributes whose old values may be dropped: all but ``type`` and exclusions."""
-    kept = deciding(tbox)
-    return tuple(attribute for attribute in tbox.attributes if attribute.uid != TYPE_UID and attribute.uid not in kept)
+    return tuple(a for a in tbox.attributes if a.uid != TYPE_UID and a != ban_attribute(tbox))
 
 
 class PruneRule(NamedTuple):

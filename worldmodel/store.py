@@ -493,25 +493,19 @@ class Store:
         """Index a new, checked item or private block. Callers use ``merge`` instead."""
         self.hold(block.guid, block)
         self.version += 1
-        return self._indexed(block)
-
-    def _indexed(self, block: Block) -> Change:
         entries = [Observation(block, position) for position in range(len(block.facts))]
         for entry in entries:
             self.index.enter(entry)
-        self._note(entries)
-        return Change(block, self._turned() if self.index.turned else self._latest_of(entries))
+        latest = self._noted(entries)
+        return Change(block, self._turned() if self.index.turned else latest)
 
-    def _note(self, entries: Iterable[Observation]) -> None:
-        for entry in entries:
-            subject, attribute, *_ = entry.block.facts[entry.position]
-            if (subject, attribute) in self.watched:
-                self.news.append(entry)
-
-    def _latest_of(self, entries: Iterable[Observation]) -> tuple[PropertyValue, ...]:
+    def _noted(self, entries: Iterable[Observation]) -> tuple[PropertyValue, ...]:
+        """Note the watched ones of new observations; return the facts that are now the latest."""
         latest = []
         for entry in entries:
             fact = entry.block.facts[entry.position]
+            if (fact.subject, fact.attribute) in self.watched:
+                self.news.append(entry)
             if self.index.slots.get(fact.attribute, EMPTY).get(fact.subject, _NONE)[-1] is entry:
                 latest.append(fact)
         return tuple(latest)
@@ -526,8 +520,7 @@ class Store:
         """Replace older statuses of the origin by a checked status."""
         placed = self.index.place(block)
         self.version += bool(placed)
-        self._note(placed)
-        return Change(block, self._latest_of(placed))
+        return Change(block, self._noted(placed))
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a property, excluded origins included."""
@@ -541,7 +534,7 @@ class Store:
             self.index.leave(Observation(block, position))
 
     def prune(self, block: Block) -> None:
-        """Drop the content of an item, for ``worldmodel.world_model.prune``, which checks the rules."""
+        """Drop the content of an item, for ``worldmodel.tidy``, which applies the rules."""
         self.content_of_pruned += int.from_bytes(self.content(block), "big")
         self.take_out(block)
 

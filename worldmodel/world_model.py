@@ -14,8 +14,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from worldmodel.errors import FactError
-from worldmodel.facts import EPOCHS, STATUS, Block, Change, Fault, Guid, Merged, Observation, PropertyValue
-from worldmodel.holdings import PruneRule
+from worldmodel.facts import EPOCHS, STATUS, Block, Change, Fault, Merged, Observation, PropertyValue
 from worldmodel.merge import CheckResult, check_fit, check_form, enter, expire, merge
 from worldmodel.ontology.fields import Value
 from worldmodel.ontology.tbox import TYPE_UID
@@ -124,37 +123,25 @@ class Knowledge(NamedTuple):
     receptions: tuple[Reception, ...] = ()
 
 
-def prune(store: Store, class_uid: int, attribute: int, before_s: float) -> int:
-    """Drop old values of an attribute in instances of a class; return the number of items.
-
-    Values observed at ``before_s`` (s) or later stay, and so does the newest value of each origin. Raises FactError for
-    an unknown class or an attribute that is not ``prunable``.
-    """
-    PruneRule(class_uid, attribute, 0.0).check(store.tbox)
-    return _drop(store, [(class_uid, attribute, before_s)])
-
-
 def tidy(store: Store, now_s: float) -> tuple[Fault, ...]:
     """Discard blocks pending too long at ``now_s`` (s), one fault each; apply the pruning rules."""
     if store.pruning:
-        _drop(store, [(rule.class_uid, rule.attribute, now_s - rule.older_than_s) for rule in store.pruning])
+        _prune(store, now_s)
     return expire(store, now_s)
 
 
-def _drop(store: Store, limits: Iterable[tuple[int, int, float]]) -> int:
-    """Drop items whose facts all match a (class, attribute, before_s); return their number."""
-    may_go: dict[Guid, set[int]] = {}
-    blocks: dict[Guid, Block] = {}
-    for class_uid, attribute, before_s in limits:
+def _prune(store: Store, now_s: float) -> None:
+    """Drop items whose facts all match some pruning rule."""
+    may_go: dict[Block, set[int]] = {}
+    for class_uid, attribute, older_than_s in store.pruning:
         for uid in store.instance_uids():
             if store.class_mask(uid) >> class_uid & 1:
-                for entry in _outdated(store.index.slots.get(attribute, EMPTY).get(uid, []), before_s):
-                    blocks[entry.block.guid] = entry.block
-                    may_go.setdefault(entry.block.guid, set()).add(entry.position)
-    gone = [block for guid, block in blocks.items() if len(may_go[guid]) == len(block.facts)]
-    for block in gone:
-        store.prune(block)
-    return len(gone)
+                entries = store.index.slots.get(attribute, EMPTY).get(uid, [])
+                for entry in _outdated(entries, now_s - older_than_s):
+                    may_go.setdefault(entry.block, set()).add(entry.position)
+    for block, positions in may_go.items():
+        if len(positions) == len(block.facts):
+            store.prune(block)
 
 
 def _outdated(entries: list[Observation], before_s: float) -> Iterator[Observation]:

@@ -102,7 +102,7 @@ class BroadcastChannel:
         if self.carries_beyond_range:
             reach_m = math.inf
             slot_ends_s = now_s + self.modem.packet_s(self.modem.payload_bits) + self.range_m / self.sound_speed_mps
-        draws: int | None = None  # no draw without a loss probability
+        draws: int | None = None  # no draw without a loss probability: results state whether the seed was used
         arrivals = []
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
             if receiver == sender or receiver in cut_off:
@@ -205,29 +205,3 @@ class Collisions:
         still = [hearing for hearing in self._hearings.get(receiver, ()) if hearing.arrival.time_s > now_s]
         self._hearings[receiver] = still
         return still
-
-
-@dataclass(slots=True)
-class CachedLinks:
-    """Links between static vehicles, with one query per receiver."""
-
-    links: LinkModel
-    known: dict[int, float] = field(default_factory=dict)
-
-    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Return the first answer of the links for this receiver."""
-        if receiver not in self.known:
-            self.known[receiver] = self.links.p_loss(packet, receiver, range_m)
-        return self.known[receiver]
-
-
-def n_arrived(links: LinkModel, modem: Modem, ranges_m: Sequence[float], n_packets: int, seed: int) -> list[int]:
-    """Return the number of full packets, one per slot, that arrive at each receiver."""
-    channel = BroadcastChannel(modem, CachedLinks(links), seed, carries_beyond_range=True)
-    positions_m = [(0.0, 0.0), *((range_m, 0.0) for range_m in ranges_m)]
-    counts = [0] * len(ranges_m)
-    data = bytes(modem.payload_bytes)
-    for slot in range(n_packets):
-        for arrival in channel.transmit(slot, 0, data, 0.0, positions_m):
-            counts[arrival.receiver - 1] += 1
-    return counts

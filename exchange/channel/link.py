@@ -37,15 +37,6 @@ class LinkModel(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Perfect:
-    """Links without loss: the upper bound."""
-
-    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Return 0."""
-        return 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class Bernoulli:
     """Independent losses with one probability ``per`` on all links."""
 

@@ -7,11 +7,12 @@ and Francois and Garrison (1982); noise by Coates (1989) from the curves of Wenz
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Protocol, Self
 
 from exchange.arithmetic import exp, log, log10, power_of_10
+from exchange.channel import loss
 from exchange.channel.link import Transmission
 
 
@@ -134,12 +135,6 @@ def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km:
     return spreading * 10.0 * log10(away_m) + absorption_db_per_km * away_m / 1000.0
 
 
-@lru_cache(maxsize=64)
-def _per_bit_db(band_hz: float, rate_bps: float) -> float:
-    """Return B / R in dB, cached since every packet needs it."""
-    return 10.0 * log10(band_hz / rate_bps)
-
-
 @dataclass(frozen=True, slots=True)
 class Budget:
     """Parameters of the signal-to-noise ratio of a link, except its range.
@@ -179,7 +174,7 @@ class Budget:
 
     def ebn0_db(self, range_m: float) -> float:
         """Return Eb/N0: the effective in-band ratio times B / R."""
-        return self.effective_snr_db(range_m) + _per_bit_db(self.band_hz, self.rate_bps)
+        return self.effective_snr_db(range_m) + 10.0 * log10(self.band_hz / self.rate_bps)
 
 
 class Links(Protocol):
@@ -208,3 +203,13 @@ class BudgetLinks(Links):
     def shifted(self, excess_db: float) -> Self:
         """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
         return replace(self, budget=self.budget.shifted(excess_db))
+
+
+def n_arrived(links: Links, size_bits: int, ranges_m: Sequence[float], n_packets: int, seed: int) -> list[int]:
+    """Return the number of packets of node 0, one per slot, that arrive at a receiver at each range."""
+    draws = [loss.slot_key(loss.trial_key(seed, 0), slot) for slot in range(n_packets)]
+    counts = []
+    for receiver, range_m in enumerate(ranges_m, 1):
+        p_loss = links.loss_at(range_m, size_bits)
+        counts.append(sum(loss.link_uniform(key, 0, receiver) >= p_loss for key in draws))
+    return counts

@@ -15,7 +15,7 @@ from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from exchange.channel.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect
+from exchange.channel.link import Bernoulli, GilbertElliott, LinkModel, Matrix
 from exchange.channel.modems import Modem, Probability
 
 
@@ -27,19 +27,15 @@ class LinkFileGoneError(LinkFileError):
     """Missing file, or one that differs from the file used before."""
 
 
-def hash_of(file: str, kinds: str) -> str:
-    """Return the sha256 of a file; raises LinkFileGoneError if unreadable."""
+def hash_of(file: str, kinds: str, sha256: str = "") -> str:
+    """Return the sha256 of a file; raises LinkFileGoneError if unreadable or not ``sha256``, if given."""
     try:
-        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+        digest = hashlib.sha256(Path(file).read_bytes()).hexdigest()
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else str(error)
         where = "from the folder of the scenario; with an option or in a study from the current one"
         raise LinkFileGoneError(f"cannot be read: {why}; allowed: {kinds}, {where}") from None
 
-
-def same_hash(file: str, sha256: str, kinds: str) -> str:
-    """Return the sha256 of a file; raises LinkFileGoneError if unreadable or not ``sha256``."""
-    digest = hash_of(file, kinds)
     if sha256 and digest != sha256:
         raise LinkFileGoneError(f"is not the file that was used: its sha256 is {digest}, not {sha256}")
     return digest
@@ -165,7 +161,7 @@ class PerfectChannel(ChannelModel):
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Return links without loss."""
-        return Perfect()
+        return Bernoulli(0.0)
 
     def mean_per(self, deployment: Deployment) -> float:
         """Return 0."""

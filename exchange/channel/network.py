@@ -50,8 +50,8 @@ from exchange.channel.models import (
     LinkFileError,
     LinkFileGoneError,
     SettingFault,
+    hash_of,
     number_in,
-    same_hash,
 )
 from exchange.channel.modems import Probability
 
@@ -318,7 +318,7 @@ def network_of(setting: str, sha256: str = "") -> Network:
             return _shipped()[setting]
         raise LinkFileGoneError(f"is no network; allowed: {', '.join(_shipped())}, or {KINDS}")
     name = setting.removeprefix(file).removeprefix(":")
-    networks = _read(file, same_hash(file, sha256, KINDS))
+    networks = _read(file, hash_of(file, KINDS, sha256))
     if not name and len(networks) == 1:
         return networks[0]
     if name in (names := [network.name for network in networks]):

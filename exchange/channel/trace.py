@@ -33,8 +33,8 @@ from exchange.channel.models import (
     LinkFileError,
     LinkFileGoneError,
     SettingFault,
+    hash_of,
     number_in,
-    same_hash,
 )
 
 ROUNDING_S = 0.001
@@ -177,7 +177,7 @@ def trace_of(file: str, sha256: str = "") -> Trace:
     ``sha256`` is the required hash, if not empty. Raises LinkFileGoneError for a missing file or another hash,
     LinkFileError for invalid content.
     """
-    return _read(file, same_hash(file, sha256, KINDS))
+    return _read(file, hash_of(file, KINDS, sha256))
 
 
 @lru_cache(maxsize=16)

@@ -355,11 +355,11 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
 
 
 def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:
-    from exchange.channel.channel import n_arrived
+    from exchange.channel.link_budget import n_arrived
     from visualisation.reach import DrawnPackets
 
-    deployment = scenario.deployment
-    arrived = n_arrived(_acoustic(scenario).links(deployment), deployment.modem, ranges_m, n_packets, seed)
+    deployment, bits = scenario.deployment, scenario.deployment.modem.payload_bits
+    arrived = n_arrived(_acoustic(scenario).links(deployment), bits, ranges_m, n_packets, seed)
     return tuple(DrawnPackets(range_m, n_packets, n) for range_m, n in zip(ranges_m, arrived, strict=True))
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from exchange.channel.acoustic import AcousticChannel
 from exchange.channel.channel import BroadcastChannel
-from exchange.channel.link import Perfect, Transmission
+from exchange.channel.link import Bernoulli, Transmission
 from exchange.channel.models import Deployment
 from exchange.channel.modems import modems
 from exchange.schedule import TdmaSchedule
@@ -74,7 +74,7 @@ def test_a_packet_is_taken_from_afar_if_it_ends_with_its_slot():
 @given(st.integers(0, 100_000), st.floats(0.0, 6000.0), st.integers(1, 64), st.floats(1400.0, 1600.0))
 def test_what_is_taken_from_afar_is_told_from_the_slot_that_it_was_sent_in(slot, range_m, n_bytes, speed_mps):
     schedule = TdmaSchedule(4, NANO.packet_s(NANO.payload_bits), 1000.0 / speed_mps)
-    channel = BroadcastChannel(NANO, Perfect(), 1, 0, speed_mps, 1000.0, carries_beyond_range=True)
+    channel = BroadcastChannel(NANO, Bernoulli(0.0), 1, 0, speed_mps, 1000.0, carries_beyond_range=True)
     for arrival in channel.transmit(slot, 0, bytes(n_bytes), schedule.start_s(slot), [(0.0, 0.0), (range_m, 0.0)]):
         assert schedule.slot_of_arrival(arrival.time_s) == slot
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.channel.channel import Blackout, BroadcastChannel
-from exchange.channel.link import Bernoulli, Perfect
+from exchange.channel.link import Bernoulli
 from exchange.channel.loss import uniform
 from exchange.channel.modems import modems
 
@@ -18,7 +18,7 @@ TOGETHER_M = [(0.0, 0.0)] * 4
 
 def test_a_packet_is_complete_after_its_duration_and_the_way():
     """64 B at 463 bit/s last 1.1058 s; 500 m at 1500 m/s take 0.3333 s, 900 m 0.6 s and 1500 m 1 s."""
-    arrivals = BroadcastChannel(MODEM, Perfect(), seed=1).transmit(0, 0, bytes(64), 10.0, SQUARE_M)
+    arrivals = BroadcastChannel(MODEM, Bernoulli(0.0), seed=1).transmit(0, 0, bytes(64), 10.0, SQUARE_M)
     assert [arrival.receiver for arrival in arrivals] == [1, 2, 3]
     expected_s = [10.0 + 512 / 463 + 1 / 3, 10.0 + 512 / 463 + 0.6, 10.0 + 512 / 463 + 1.0]
     assert [arrival.time_s for arrival in arrivals] == pytest.approx(expected_s, rel=1e-12)
@@ -27,14 +27,14 @@ def test_a_packet_is_complete_after_its_duration_and_the_way():
 
 def test_the_head_of_a_packet_takes_its_time():
     """Benthos: one second before the payload, 64 B at 800 bit/s."""
-    channel = BroadcastChannel(modems()["atm-900"], Perfect(), seed=1)
+    channel = BroadcastChannel(modems()["atm-900"], Bernoulli(0.0), seed=1)
     assert channel.transmit(0, 0, bytes(64), 0.0, TOGETHER_M)[0].time_s == pytest.approx(1.0 + 0.64)
 
 
 def test_beyond_its_range_nobody_hears_and_at_its_range_everybody():
-    channel = BroadcastChannel(MODEM, Perfect(), seed=1, range_m=900.0)
+    channel = BroadcastChannel(MODEM, Bernoulli(0.0), seed=1, range_m=900.0)
     assert [arrival.receiver for arrival in channel.transmit(0, 0, b"x", 0.0, SQUARE_M)] == [1, 2]
-    just_short = BroadcastChannel(MODEM, Perfect(), seed=1, range_m=math.nextafter(900.0, 0.0))
+    just_short = BroadcastChannel(MODEM, Bernoulli(0.0), seed=1, range_m=math.nextafter(900.0, 0.0))
     assert [arrival.receiver for arrival in just_short.transmit(0, 0, b"x", 0.0, SQUARE_M)] == [1]
 
 
