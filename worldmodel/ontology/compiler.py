@@ -80,7 +80,6 @@ _EXPRESSIONS = (
     "of another declared attribute owl:hasValue a literal of its datatype that is stored as it is"
 )
 _NAME, _OF_INDIVIDUAL = re.compile(r"[A-Za-z]\w*", re.ASCII), re.compile(r"[A-Za-z][\w-]*", re.ASCII)
-_POINT = re.compile(r"POINT \((\S+) (\S+)\)")
 
 
 @dataclass(frozen=True)
@@ -600,17 +599,7 @@ def _stored(attribute: Attribute, term: Node) -> Value | None:
     if own != asked and not is_whole:
         return None
     try:
-        if attribute.kind is ValueKind.SYMBOL:
-            return attribute.symbols.index(value)
-        if attribute.kind is ValueKind.BOOLEAN:
-            return bool(value)
-        if attribute.kind is ValueKind.TEXT:
-            return attribute.quantise(str(value))
-        if attribute.kind is ValueKind.POINT:
-            match = _POINT.fullmatch(str(value))
-            point = None if match is None else (float(match[1]), float(match[2]))
-            return point if point is not None and attribute.quantise(point) == point else None
-        number = float(value)
-        return number if attribute.quantise(number) == number else None
-    except (TypeError, ValueError):
+        stored = attribute.value_of(str(term))
+    except ValueError:
         return None
+    return stored if attribute.stores(stored) else None

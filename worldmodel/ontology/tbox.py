@@ -7,6 +7,7 @@ data. Built in are the class ``Thing`` (owl:Thing), above every class, and the a
 
 import hashlib
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -18,6 +19,7 @@ from worldmodel.ontology.axioms import NO_AXIOMS, Axioms, CompiledAxioms
 from worldmodel.ontology.fields import Field, Value, bytes_of, decoded_text
 
 TYPE_UID = 0
+_POINT = re.compile(r"POINT \((\S+) (\S+)\)")
 
 
 class ValueKind(Enum):
@@ -119,6 +121,36 @@ class Attribute:
             return self.quantise(value) == value
         except (TypeError, ValueError):
             return False
+
+    def text_of(self, stored: Value) -> str:
+        """Return a stored value, but no type or link, as text that ``value_of`` restores exactly.
+
+        Numbers by ``repr``, ``true`` and ``false``, symbols as they are, points as ``POINT (east north)``.
+        """
+        match self.kind:
+            case ValueKind.SYMBOL:
+                return self.symbols[cast(int, stored)]
+            case ValueKind.POINT:
+                east, north = cast(tuple[float, float], stored)
+                return f"POINT ({east!r} {north!r})"
+            case ValueKind.BOOLEAN:
+                return str(stored).lower()
+        return stored if isinstance(stored, str) else repr(stored)
+
+    def value_of(self, text: str) -> Value:
+        """Parse a text of ``text_of``; raises ValueError for any other."""
+        match self.kind:
+            case ValueKind.SYMBOL:
+                return self.symbols.index(text)
+            case ValueKind.TEXT:
+                return text
+            case ValueKind.POINT:
+                if (point := _POINT.fullmatch(text)) is None:
+                    raise ValueError(f"{text!r} is not a point such as POINT (3.5 4.0)")
+                return (float(point[1]), float(point[2]))
+            case ValueKind.BOOLEAN:
+                return ("false", "true").index(text) == 1
+        return float(text)
 
     def encode_uncertainty(self, uncertainty: float) -> int:
         """Return the integer of an uncertainty; 0 and certainty are not representable.
@@ -241,38 +273,12 @@ class TBox:
             raise unknown_name("attribute", name, self._attribute_named) from None
 
     def text_of(self, attribute: Attribute, stored: Value) -> str:
-        """Return a stored value, but no link, as text of tables that ``value_of`` restores exactly.
-
-        Numbers by ``repr``, ``true`` and ``false``, symbols as they are, points as ``POINT (east north)``, classes by
-        name.
-        """
-        match attribute.kind:
-            case ValueKind.TYPE:
-                return self.classes[cast(int, stored)].name
-            case ValueKind.SYMBOL:
-                return attribute.symbols[cast(int, stored)]
-            case ValueKind.POINT:
-                east, north = cast(tuple[float, float], stored)
-                return f"POINT ({east!r} {north!r})"
-            case ValueKind.BOOLEAN:
-                return str(stored).lower()
-        return stored if isinstance(stored, str) else repr(stored)
+        """Return a stored value, but no link, as text of tables; classes by name, others by ``Attribute.text_of``."""
+        return self.classes[cast(int, stored)].name if attribute.uid == TYPE_UID else attribute.text_of(stored)
 
     def value_of(self, attribute: Attribute, text: str) -> Value:
         """Parse a text of ``text_of``; raises ValueError or UnknownNameError for any other."""
-        match attribute.kind:
-            case ValueKind.TYPE:
-                return self.class_named(text).uid
-            case ValueKind.SYMBOL:
-                return attribute.symbols.index(text)
-            case ValueKind.TEXT:
-                return text
-            case ValueKind.POINT:
-                east, north = text.removeprefix("POINT (").removesuffix(")").split()
-                return (float(east), float(north))
-            case ValueKind.BOOLEAN:
-                return ("false", "true").index(text) == 1
-        return float(text)
+        return self.class_named(text).uid if attribute.uid == TYPE_UID else attribute.value_of(text)
 
     def is_a(self, c: int, d: int) -> bool:
         """True if class ``c`` is class ``d`` or a subclass of it."""

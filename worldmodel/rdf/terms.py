@@ -28,22 +28,17 @@ def attribute_iri(attribute: Attribute) -> URIRef:
 
 def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
     """Return a stored value: IRI for a uid, else a literal of the attribute's datatype."""
-    stored: Any = attribute.quantise(value)
+    stored: Any = value
     match attribute.kind:
         case ValueKind.TYPE:
             return URIRef(tbox.classes[stored].iri)
         case ValueKind.LINK:
             return instance_iri(stored)
-        case ValueKind.SYMBOL:
-            return Literal(attribute.symbols[stored])
-        case ValueKind.TEXT:
-            return Literal(stored)
-        case ValueKind.POINT:
-            return Literal(f"POINT ({stored[0]} {stored[1]})")
-        case ValueKind.BOOLEAN:
-            return Literal(stored)
         case ValueKind.NUMBER:
             return _number_literal(stored, attribute.datatype)
+        case ValueKind.BOOLEAN:
+            return Literal(stored)
+    return Literal(attribute.text_of(stored))
 
 
 def _number_literal(number: float, datatype: str) -> Literal:
