@@ -239,11 +239,9 @@ class Radio:
 
     def _jumps_away(self, status: Block, now_s: float) -> bool:
         """Return whether a status is a position outlier, which is recorded as a fault."""
-        jump = self._jumps.suspected(status)
-        if jump is not None:
-            far = f"{jump.distance_m:.0f} m from where it was {jump.after_s:g} s before; {name_of(status)}"
-            self.log.fault(now_s, SUSPECTED, f"{self._names[status.origin]}: {far}")
-        return jump is not None
+        if far := self._jumps.suspected(status):
+            self.log.fault(now_s, SUSPECTED, f"{self._names[status.origin]}: {far}; {name_of(status)}")
+        return bool(far)
 
     def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
         """Apply needs of a new organisation; merge blocks set aside that are needed now."""
@@ -297,13 +295,6 @@ class PositionReport(NamedTuple):
     y_m: float
 
 
-class Jump(NamedTuple):
-    """Suspected report: distance (m) and delay (s) from the last one."""
-
-    distance_m: float
-    after_s: float
-
-
 class Jumps:
     """Filter for position outliers in peers' reports about themselves.
 
@@ -313,10 +304,10 @@ class Jumps:
     >>> jumps = Jumps(3, {1: 2.0})
     >>> def said(time_s, x_m): return Block(1, -1, time_s, (PropertyValue(1, 3, (x_m, 0.0)),))
     >>> [jumps.suspected(said(7.0 * n, x_m)) for n, x_m in enumerate((0.0, 500.0, 14.0, 21.0))]
-    [None, Jump(distance_m=500.0, after_s=7.0), None, None]
-    >>> [jumps.suspected(said(7.0 * n, x_m)) is None for n, x_m in enumerate((0.0, 900.0, 910.0), 4)]
+    ['', '500 m from where it was 7 s before', '', '']
+    >>> [not jumps.suspected(said(7.0 * n, x_m)) for n, x_m in enumerate((0.0, 900.0, 910.0), 4)]
     [True, False, True]
-    >>> [jumps.suspected(said(7.0 * n, x_m)) is None for n, x_m in ((7, 100.0), (7, 100.0), (5, 900.0))]
+    >>> [not jumps.suspected(said(7.0 * n, x_m)) for n, x_m in ((7, 100.0), (7, 100.0), (5, 900.0))]
     [False, False, True]
     """
 
@@ -326,21 +317,21 @@ class Jumps:
         self._last: dict[int, PositionReport] = {}
         self._aside: dict[int, PositionReport] = {}
 
-    def suspected(self, block: Block) -> Jump | None:
-        """Return the jump of a status to set aside, or None."""
+    def suspected(self, block: Block) -> str:
+        """Return the jump of a status to set aside, as text; empty if none."""
         origin, _, time_s, facts, _ = block
         for fact in facts:
             if fact.attribute == self._position:
                 break
         else:
-            return None
+            return ""
         subject, _, value, _ = fact
         if subject != origin or subject not in self._top_speeds_mps:
-            return None
+            return ""
         now = PositionReport(time_s, *value)  # type: ignore[misc]
         last, aside = self._last.get(subject), self._aside.get(subject)
         if last is not None and now.time_s < last.time_s:
-            return None
+            return ""
         is_next = aside is None or aside.time_s < now.time_s
         if (
             last is None
@@ -351,10 +342,10 @@ class Jumps:
             self._last[subject] = now
             if is_next and aside:
                 del self._aside[subject]
-            return None
+            return ""
         if is_next:
             self._aside[subject] = now
-        return Jump(distance(last[1:], now[1:]), now.time_s - last.time_s)
+        return f"{distance(last[1:], now[1:]):.0f} m from where it was {now.time_s - last.time_s:g} s before"
 
     def _fits(self, vehicle: int, one: PositionReport, other: PositionReport) -> bool:
         reach_m = SLACK_M + MARGIN * self._top_speeds_mps[vehicle] * abs(other.time_s - one.time_s)

@@ -109,6 +109,7 @@ class Guidance:
         error_m: believed minus true position; guidance uses the believed one.
         passage: through a reef that cannot be crossed elsewhere; None without one.
         flow_mps: velocity of the water, (x east, y north).
+        most_mps: greatest speed that the vehicle can reach now.
         withdraws, yields_to: whether it yields to a call stronger than its own, and its strength, 0..1.
         queues: True while the vehicle ahead, in its way, goes the same way.
         hindered_s: remaining time (s) for which it counts as obstructed by an oncoming vehicle.
@@ -136,12 +137,7 @@ class Guidance:
         self.yields_to = self.hindered_s = 0.0
         self._yielded: str | None = None  # vehicle it yielded to in the last tick
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
-        self._speed_factor = 1.0
-
-    @property
-    def most_mps(self) -> float:
-        """Greatest speed that the vehicle can reach now (m/s)."""
-        return self._speed_factor * self._greatest_speed_mps
+        self.slow_down(1.0)
 
     @property
     def ground_mps(self) -> float:
@@ -150,7 +146,7 @@ class Guidance:
 
     def slow_down(self, factor: float) -> None:
         """Reduce every speed to this share, 0..1."""
-        self._speed_factor = factor
+        self._speed_factor, self.most_mps = factor, factor * self._greatest_speed_mps
 
     def heed(self, pulls: Pulls, peers: Peers) -> None:
         """Set attraction and repulsion inputs until the next decision."""
@@ -203,7 +199,7 @@ class Guidance:
         """Return the velocity (m/s) after signals and avoidance; ``goal`` itself if unchanged."""
         weights, pulls = self.constants, self._pulls
         position_m = self.motion.x_m + self.error_m[0], self.motion.y_m + self.error_m[1]
-        most_mps = self._speed_factor * self._greatest_speed_mps
+        most_mps = self.most_mps
         walls = self.walls(position_m)
         preferred = goal
         if self._detour.is_on and not pulls.equals:
@@ -260,7 +256,7 @@ class Guidance:
             neighbours,
             self.constants.separation_m * (PRESSED if self._pulls.is_among_equals else 1.0),
             self.data.turn_rate_radps,
-            self._speed_factor * self._greatest_speed_mps,
+            self.most_mps,
             walls,
         )
 

@@ -1,4 +1,4 @@
-"""Organisational strategies: each module that defines ``STRATEGY`` is one.
+"""Organisational strategies: each module that defines ``STRATEGY`` is one, with the name of the module.
 
 To add one, add a file here or name ``package.module:object`` in a scenario.
 """
@@ -34,26 +34,19 @@ class Parameter:
 
 def strategies() -> dict[str, Strategy]:
     """Return the shipped strategies by name."""
-    shipped: dict[str, Strategy] = {}
-    for module_info in pkgutil.iter_modules(__path__):
-        module = importlib.import_module(f"{__name__}.{module_info.name}")
-        strategy: Strategy | None = getattr(module, "STRATEGY", None)
-        if strategy is not None:
-            shipped[strategy.name] = strategy
-    return dict(sorted(shipped.items()))
+    return {name: strategy for name in _names() if (strategy := shipped(name)) is not None}
 
 
 def shipped(name: str) -> Strategy | None:
-    """Return the shipped strategy of a name, or None.
+    """Return the shipped strategy of a name, or None; load no other."""
+    if name not in _names():
+        return None
+    return getattr(importlib.import_module(f"{__name__}.{name.replace('-', '_')}"), "STRATEGY", None)
 
-    Load all strategies only if no module has that name, since loading is slow.
-    """
-    module = name.replace("-", "_")
-    if any(module_info.name == module for module_info in pkgutil.iter_modules(__path__)):
-        strategy: Strategy | None = getattr(importlib.import_module(f"{__name__}.{module}"), "STRATEGY", None)
-        if strategy is not None and strategy.name == name:
-            return strategy
-    return strategies().get(name)
+
+def _names() -> list[str]:
+    """Return the possible names of strategies: those of modules, with hyphens."""
+    return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(__path__))
 
 
 def bounds() -> frozenset[str]:

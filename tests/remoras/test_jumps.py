@@ -16,7 +16,7 @@ def said(frame: int, x_m: float, subject: int = PEER, origin: int = PEER) -> Blo
 
 def suspected(*blocks: Block) -> list[bool]:
     jumps = Jumps(POSITION, {PEER: SPEED_MPS})
-    return [jumps.suspected(one) is not None for one in blocks]
+    return [bool(jumps.suspected(one)) for one in blocks]
 
 
 @pytest.mark.parametrize(("beyond_m", "is_suspected"), [(0.0, False), (0.1, True)])

@@ -58,8 +58,7 @@ def raise_at_a_jump(patch: Patch) -> None:
     sound = Jumps.suspected
 
     def suspected(self: Jumps, block: Any) -> Any:
-        jump = sound(self, block)
-        return None if jump is None else 1 // 0
+        return 1 // 0 if sound(self, block) else ""
 
     patch.setattr(Jumps, "suspected", suspected)
 
