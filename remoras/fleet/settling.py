@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from exchange.packets import name_of
 from remoras.events import Priority
 from remoras.fleet.fleet import Fleet
-from remoras.fleet.vehicle import Vehicle
 from remoras.recorder import SETTLING, Recorder
 
 if TYPE_CHECKING:
@@ -51,7 +50,7 @@ def _is_settled(fleet: Fleet) -> bool:
     Nor may a vehicle in contact lack a postponed item that another holds. Every incarnation must be known to all, since
     otherwise its missing items are unknown.
     """
-    speaking = [vehicle for vehicle in fleet.vehicles if _speaks(vehicle)]
+    speaking = [vehicle for vehicle in fleet.vehicles if vehicle.exchanges]
     if any(vehicle.radio.manager.n_open for vehicle in speaking):
         return False
     in_contact = [vehicle for vehicle in speaking if not (vehicle.condition.is_mute or vehicle.condition.is_deaf)]
@@ -71,10 +70,6 @@ def _is_settled(fleet: Fleet) -> bool:
     return not any(m.holds(uid) and (node, uid) not in lacking for node, m in managers.items() for uid in items)
 
 
-def _speaks(vehicle: Vehicle) -> bool:
-    return vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent
-
-
 class _Resting:
     """Fleet after its mission, as the events of its traffic see it."""
 
@@ -86,7 +81,7 @@ class _Resting:
         """Let a vehicle send outstanding items."""
         fleet, sender = self._fleet, self._fleet.vehicles[node]
         shown_s = fleet.traffic.opened(slot, sender, fleet.now_s)
-        if shown_s is None or not _speaks(sender):
+        if shown_s is None or not sender.exchanges:
             return
         sent = sender.radio.manager.packet_to_send(shown_s)
         if not sender.condition.is_mute:

@@ -33,7 +33,8 @@ class Sent(NamedTuple):
 class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
     """Single vehicle; ``n_refused`` counts refused packets.
 
-    From ``until_s`` it only exchanges outstanding items. ``introductions`` are for encrypted packets.
+    All is processed before ``horizon_s``; packets arrive then or later. From ``until_s`` it only exchanges outstanding
+    items. ``introductions`` are for encrypted packets.
     """
 
     def __init__(
@@ -50,7 +51,7 @@ class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.clock = Clock()
         self._said: list[Sent] = []
-        self._horizon_s = 0.0
+        self.horizon_s = 0.0
         self.make_anew = make_anew
         self._schedule = schedule
         self._tick_s, self._until_s, self.last_s = tick_s, until_s, math.nextafter(until_s, -math.inf)
@@ -62,17 +63,12 @@ class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
             start(self)
         self._await_tick(0)
         self._await_frame(1)
-        self.await_slot(self.vehicle.data.node)
+        self._await_slot(self.vehicle.data.node)
 
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle."""
         return self.vehicles[0]
-
-    @property
-    def horizon_s(self) -> float:
-        """Time (s) before which all is processed; packets arrive then or later."""
-        return self._horizon_s
 
     @property
     def next_s(self) -> float:
@@ -85,7 +81,7 @@ class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
 
     def note(self, event: Event, time_s: float) -> float:
         """Schedule an external event at a time or as soon as possible after it; return when (s)."""
-        time_s = max(time_s, self._horizon_s)
+        time_s = max(time_s, self.horizon_s)
         self.clock.schedule(time_s, Priority.ARRIVAL, event)
         return time_s
 
@@ -94,12 +90,11 @@ class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
         self._said = []
         while (event := self.clock.next_before(until_s, Priority.FAULT)) is not None:
             event(self)
-        self._horizon_s = max(self._horizon_s, until_s)
+        self.horizon_s = max(self.horizon_s, until_s)
         return self._said
 
-    def await_slot(self, node: int) -> None:
-        """Schedule the own slot with that number."""
-        self.clock.schedule(self._schedule.start_s(node), Priority.SLOT, lambda solo: solo.transmit(node))
+    def _await_slot(self, number: int) -> None:
+        self.clock.schedule(self._schedule.start_s(number), Priority.SLOT, lambda solo: solo.transmit(number))
 
     # Interface for events ------------------------------------------------------------------------
 
@@ -129,7 +124,7 @@ class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
 
     def transmit(self, slot: int) -> None:
         """Send in an own slot that opens now."""
-        self.await_slot(slot + self._schedule.n_nodes)
+        self._await_slot(slot + self._schedule.n_nodes)
         sent = self._introduction(slot, self.now_s) or self._packet(self.now_s)
         if sent is not None and not self.vehicle.condition.is_mute:
             self._said.append(Sent(self.now_s, sent))
@@ -139,16 +134,12 @@ class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
         vehicle = self.vehicle
         if now_s < self._until_s:
             return vehicle.speak(now_s)
-        if vehicle.is_alive and vehicle.radio.communicates and not vehicle.social.is_silent:
-            return vehicle.radio.speak((), now_s)
-        return None
+        return vehicle.radio.speak((), now_s) if vehicle.exchanges else None
 
     def _introduction(self, slot: int, now_s: float) -> Transmission | None:
         """Return the handshake packet for an own slot; None if another packet may be sent."""
         vehicle = self.vehicle
-        if self._introductions is None or not vehicle.is_alive or not vehicle.radio.communicates:
-            return None
-        if vehicle.social.is_silent:
+        if self._introductions is None or not vehicle.exchanges:
             return None
         data = self._introductions.packet(slot)
         if data is None:

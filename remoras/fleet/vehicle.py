@@ -86,6 +86,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return self.functional.is_on
 
     @property
+    def exchanges(self) -> bool:
+        """True while it is alive, communicates and may send."""
+        return self.functional.is_on and self.radio.communicates and not self.social.is_silent
+
+    @property
     def real(self) -> VehicleData:
         """True data of the vehicle."""
         return self.functional.data
