@@ -64,7 +64,7 @@ class Document:
         """Parse a TOML text; ``path`` is its name in messages.
 
         Raises:
-            ConfigurationError: it is not TOML, or exceeds the limits of ``missions.files``.
+            ConfigurationError: it is not TOML, or exceeds the limits of ``missions.files.parsed``.
         """
         return cls(path, text, tables_of(text, path))
 

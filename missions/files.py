@@ -101,11 +101,6 @@ def tables_of(text: str, path: str) -> dict[str, Any]:
         raise ConfigurationError.of(path, "TOML", "", str(error), line) from None
 
 
-def too_large(n_bytes: int) -> str:
-    """Message for a file of that size."""
-    return f"has {n_bytes / 1e6:.1f} MB; allowed: up to {LARGEST_BYTES / 1e6:g} MB"
-
-
 def file_of(kind: str, name_or_path: str, known: Mapping[str, Path]) -> Path:
     """Return the file of a shipped name or a path; ``kind`` is "scenario" or "study".
 
@@ -193,7 +188,8 @@ def text_of(path: Path, most_bytes: int | None = None) -> str:
     """
     try:
         if most_bytes is not None and (n_bytes := path.stat().st_size) > most_bytes:
-            raise ConfigurationError.of(str(path), "file", "", too_large(n_bytes))
+            allowed = f"has {n_bytes / 1e6:.1f} MB; allowed: up to {most_bytes / 1e6:g} MB"
+            raise ConfigurationError.of(str(path), "file", "", allowed)
         content = path.read_bytes()
         if other := _other_encoding(content):
             raise ConfigurationError.of(str(path), "file", "", f"cannot be read: it is {other}; save it as UTF-8")

@@ -229,12 +229,8 @@ def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     columns.add("items.late", recorded_s - times_s, 0, TIME_STEP_S)
     columns.add("items.kind", [names.text(row["kind"]) for row in heads])
     columns.add("items.facts", [len(item) for item in facts])
-    _add_facts(columns, names, [fact for item in facts for fact in item])
-
-
-def _add_facts(columns: Columns, names: Names, facts: Sequence[Mapping[str, Any]]) -> None:
     for name in ("subject", "attribute", "value"):
-        columns.add(f"facts.{name}", [names.text(fact[name]) for fact in facts])
+        columns.add(f"facts.{name}", [names.text(fact[name]) for item in facts for fact in item])
 
 
 UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
