@@ -9,6 +9,7 @@ log-likelihood of packets, p log q + (1 - p) log (1 - q), for predicted loss q a
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,7 +23,7 @@ from exchange.channel.link import Transmission
 from exchange.channel.models import Deployment
 from exchange.channel.modems import modems
 from exchange.channel.network import network_of
-from exchange.channel.site import SiteTable, correlation
+from exchange.channel.site import PlaceM, SiteTable
 
 NETWORK = "mission-2012"
 MODEM = "s2c-18-34"
@@ -38,6 +39,23 @@ Array = npt.NDArray[np.float64]
 SPREADS_DB: Array = np.arange(0.0, 12.1, 0.5)
 RECEIVERS_DB: Array = np.arange(0.0, 8.1, 0.5)
 LEVELS_DB: Array = np.arange(-48.0, -42.0, 0.5)
+
+
+def correlation(one: tuple[PlaceM, PlaceM], other: tuple[PlaceM, PlaceM], distance_m: float) -> float:
+    """Return the correlation of the transmission losses of two simultaneous links.
+
+    Each loss is the sum of a term along the link and its reciprocal.
+
+    >>> round(correlation(((0.0, 0.0), (900.0, 0.0)), ((900.0, 0.0), (0.0, 200.0)), 200.0), 4)
+    0.6065
+    """
+
+    def along(link: tuple[PlaceM, ...], way: tuple[PlaceM, ...]) -> float:
+        squares = [math.dist(a, b) ** 2 for a, b in zip(link, way, strict=True)]
+        return math.exp(-math.fsum(squares) / (2.0 * distance_m * distance_m))
+
+    variances = [1.0 + along(link, link[::-1]) for link in (one, other)]
+    return (along(one, other) + along(one, other[::-1])) / math.sqrt(math.prod(variances))
 
 
 def quartiles(losses: Array) -> Array:

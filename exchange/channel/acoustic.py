@@ -16,7 +16,7 @@ from typing import Literal
 from pydantic import Field
 
 from exchange.arithmetic import power_of_10
-from exchange.channel.error_rates import Fading, Modulation, block_loss, delivered_share, packet_loss
+from exchange.channel.error_rates import Fading, Modulation, block_loss, packet_loss
 from exchange.channel.link import LinkModel
 from exchange.channel.link_budget import (
     Budget,
@@ -61,12 +61,6 @@ class MeasuredLinks(BudgetLinks):
         per = per_at(self.curve, self.budget.effective_snr_db(range_m))
         return per if per in (0.0, 1.0) else block_loss(per, size_bits / self.frame_bits)
 
-    def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Return the mean share of a packet that arrives if frames are received one by one."""
-        n_whole, rest_bits = divmod(size_bits, self.frame_bits)
-        whole, rest = self.loss_at(range_m, self.frame_bits), self.loss_at(range_m, rest_bits)
-        return 1.0 - (n_whole * self.frame_bits * whole + rest_bits * rest) / size_bits if size_bits else 1.0
-
 
 RANGES = 200
 
@@ -80,14 +74,8 @@ class AcousticLinks(BudgetLinks):
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
         """Return the loss probability of a packet that is received as a whole."""
-        return packet_loss(self.modulation, self.fading, size_bits, self.frame_bits, self._ebn0(range_m))
-
-    def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Return the mean share of a packet that arrives if frames are received one by one."""
-        return delivered_share(self.modulation, self.fading, size_bits, self.frame_bits, self._ebn0(range_m))
-
-    def _ebn0(self, range_m: float) -> float:
-        return power_of_10(self.budget.ebn0_db(range_m) / 10.0)
+        ebn0 = power_of_10(self.budget.ebn0_db(range_m) / 10.0)
+        return packet_loss(self.modulation, self.fading, size_bits, self.frame_bits, ebn0)
 
 
 class AcousticChannel(ChannelModel):

@@ -13,7 +13,6 @@ mean: few points and positive weights, so P lies in [0, 1] and decreases with g.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from enum import Enum
 from functools import lru_cache
 from math import ldexp
@@ -135,16 +134,6 @@ def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, ...],
     return tuple(x for x, _ in weighted), tuple(whole * weight / total for _, weight in weighted)
 
 
-def frames(n_bits: int, frame_bits: int) -> Iterator[int]:
-    """Yield the frame sizes of a packet; the last may be shorter.
-
-    >>> list(frames(1100, 512))
-    [512, 512, 76]
-    """
-    for begun in range(0, n_bits, frame_bits):
-        yield min(frame_bits, n_bits - begun)
-
-
 def frame_loss(modulation: Modulation, fading: Fading, n_bits: int, ebn0: float) -> float:
     """Return the loss probability of one frame."""
     match fading:
@@ -163,11 +152,3 @@ def packet_loss(modulation: Modulation, fading: Fading, n_bits: int, frame_bits:
     n_whole, rest_bits = divmod(n_bits, frame_bits)
     intact = power(1.0 - frame_loss(modulation, fading, frame_bits, ebn0), n_whole)
     return 1.0 - intact * (1.0 - frame_loss(modulation, fading, rest_bits, ebn0))
-
-
-def delivered_share(modulation: Modulation, fading: Fading, n_bits: int, frame_bits: int, ebn0: float) -> float:
-    """Return the mean share of a packet's bits that arrive if frames are received one by one."""
-    if n_bits == 0:
-        return 1.0
-    intact = (size * (1.0 - frame_loss(modulation, fading, size, ebn0)) for size in frames(n_bits, frame_bits))
-    return math.fsum(intact) / n_bits

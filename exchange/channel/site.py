@@ -75,22 +75,6 @@ class Wave(NamedTuple):
     phase_rad: float
 
 
-def correlation(one: tuple[PlaceM, PlaceM], other: tuple[PlaceM, PlaceM], distance_m: float) -> float:
-    """Return the correlation of the transmission losses of two simultaneous links.
-
-    >>> round(correlation(((0.0, 0.0), (900.0, 0.0)), ((900.0, 0.0), (0.0, 200.0)), 200.0), 4)
-    0.6065
-    """
-
-    def along(places: tuple[PlaceM, PlaceM]) -> float:
-        apart = zip(one, places, strict=True)
-        squares = [(a[axis] - b[axis]) * (a[axis] - b[axis]) for a, b in apart for axis in (0, 1)]
-        return exp(-math.fsum(squares) / (2.0 * distance_m * distance_m))
-
-    norm = math.sqrt(_doubling(*one, distance_m) * _doubling(*other, distance_m))
-    return (along(other) + along((other[1], other[0]))) / norm
-
-
 def _doubling(a: PlaceM, b: PlaceM, distance_m: float) -> float:
     """Return the variance of a wave plus its reciprocal, relative to one wave: 2 if a equals b."""
     east_m, north_m = a[0] - b[0], a[1] - b[1]

@@ -18,7 +18,7 @@ import csv
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -76,21 +76,9 @@ class Trace:
     until_s: float
 
     @property
-    def vehicles(self) -> list[str]:
-        """Sorted names of all vehicles."""
-        return sorted({name for link in self.links for name in link})
-
-    @property
-    def start_s(self) -> float:
-        """Time of the first row (s)."""
-        return min(series.times_s[0] for series in self.links.values())
-
-    @property
-    def longest_gap_s(self) -> float:
-        """Longest time between successive rows of a link (s)."""
-        return max(
-            (end - begin for series in self.links.values() for begin, end in pairwise(series.times_s)), default=0.0
-        )
+    def gaps_s(self) -> list[float]:
+        """Times between successive rows of a link (s)."""
+        return [end - begin for series in self.links.values() for begin, end in pairwise(series.times_s)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +140,7 @@ class TraceChannel(ChannelModel):
 
 def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
     fleet = list(deployment.nodes)
-    others = [name for name in trace.vehicles if name not in deployment.nodes]
+    others = sorted({name for link in trace.links for name in link} - deployment.nodes.keys())
     if others:
         return f"is of vehicle {', '.join(others)}; those of the scenario are {', '.join(fleet)}: rename them in either"
     missing = [
@@ -161,8 +149,9 @@ def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
     if missing:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         return f"has no row of the link from {missing[0][0]} to {missing[0][1]}{more}: every link needs one at least"
-    if trace.start_s > trace.longest_gap_s:
-        return f"begins at {trace.start_s:g} s only: subtract that from time_s, which counts from the start of the run"
+    start_s = min(series.times_s[0] for series in trace.links.values())
+    if start_s > max(trace.gaps_s, default=0.0):
+        return f"begins at {start_s:g} s only: subtract that from time_s, which counts from the start of the run"
     if trace.until_s < deployment.duration_s and not repeat:
         return (
             f"ends at {trace.until_s:g} s, the run at {deployment.duration_s:g} s: "
@@ -200,11 +189,10 @@ def _read(file: str, sha256: str) -> Trace:
     if not losses:
         raise LinkFileError("has no rows")
     links = {link: LossSeries(*zip(*sorted(of_link.items()), strict=True)) for link, of_link in sorted(losses.items())}
-    gaps_s = [end - begin for series in links.values() for begin, end in pairwise(series.times_s)]
-    latest_s = max(series.times_s[-1] for series in links.values())
+    trace = Trace(links, max(series.times_s[-1] for series in links.values()))
     from statistics import median
 
-    return Trace(links, latest_s + (median(gaps_s) if gaps_s else 0.0))
+    return replace(trace, until_s=trace.until_s + median(trace.gaps_s or [0.0]))
 
 
 Rows = Iterable[tuple[str, list[Any]]]

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.site import correlation
 from exchange.channel.acoustic import AcousticChannel
 from exchange.channel.link import Transmission
 from exchange.channel.models import Deployment
 from exchange.channel.modems import modems
-from exchange.channel.site import Site, SiteLinks, SiteTable, correlation
+from exchange.channel.site import Site, SiteLinks, SiteTable
 
 FLEET = Deployment({"Boat": 0, "Diver": 1, "Buoy": 2}, (5.0, 5.0, 5.0), modems()["whoi-psk-1"], 4000.0, 3600.0)
 TABLE = SiteTable(spread_db=6.0, distance_m=300.0, time_h=0.5, receiver_db=3.0)

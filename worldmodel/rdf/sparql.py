@@ -32,7 +32,6 @@ from worldmodel.store import Store
 from worldmodel.world_model import Knowledge
 
 QueryValue = str | float | bool | None
-Row = dict[str, Node]
 _GRAPH = re.compile(r"\bGRAPH\b", re.IGNORECASE)
 _GROUP_BY = re.compile(r"\bGROUP\s+BY\b", re.IGNORECASE)
 _UNKNOWN_PREFIX = re.compile(r"Unknown namespace prefix : (\S*)")
@@ -76,7 +75,17 @@ def _answer(
     known: Store | Knowledge, sparql: str, most_rows: int | None
 ) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
     model = known.model if isinstance(known, Knowledge) else known
-    columns, rows = _rows(known, _prepared(model.tbox, sparql), sparql, most_rows)
+    prepared = _prepared(model.tbox, sparql)
+    try:
+        result = evalQuery(as_dataset(known) if _GRAPH.search(sparql) else as_graph(known), prepared, {})
+        if result["type_"] == "ASK":
+            return ("answer",), [(bool(result["askAnswer"]),)]
+        columns = tuple(str(variable) for variable in result.get("vars_") or ())
+        rows = [{str(name): term for name, term in row.items()} for row in islice(result["bindings"], most_rows)]
+    except Exception as error:  # rdflib's evaluator raises many kinds of errors
+        raise _fault(error, dict(prepared.prologue.namespace_manager.namespaces())) from error
+    if rows == [{}] and _GROUP_BY.search(sparql):
+        rows = []  # without solutions rdflib returns one empty group; SPARQL 1.1 has none (section 11.2)
     shown = _Shown(model)
     return columns, [tuple(shown.value(row.get(name)) for name in columns) for row in rows]
 
@@ -116,22 +125,6 @@ def _fault(error: Exception, prefixes: Mapping[str, str]) -> QueryError:
     return QueryError(
         f"the query cannot be answered: {reason}; allowed: a SPARQL 1.1 SELECT or ASK; prefixes known: {known}"
     )
-
-
-def _rows(
-    known: Store | Knowledge, prepared: Query, sparql: str, most_rows: int | None
-) -> tuple[tuple[str, ...], list[Row]]:
-    try:
-        result = evalQuery(as_dataset(known) if _GRAPH.search(sparql) else as_graph(known), prepared, {})
-        if result["type_"] == "ASK":
-            return ("answer",), [{"answer": Literal(bool(result["askAnswer"]))}]
-        columns = tuple(str(variable) for variable in result.get("vars_") or ())
-        bindings = islice(result["bindings"], most_rows)
-        rows: list[Row] = [{str(name): term for name, term in binding.items()} for binding in bindings]
-        # without solutions rdflib returns one empty group; SPARQL 1.1 has none (section 11.2)
-        return columns, [] if rows == [{}] and _GROUP_BY.search(sparql) else rows
-    except Exception as error:  # rdflib's evaluator raises many kinds of errors
-        raise _fault(error, dict(prepared.prologue.namespace_manager.namespaces())) from error
 
 
 class _Shown:
