@@ -105,9 +105,7 @@ def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
         top = goodput.get_ylim()[1]
         goodput.plot([0, top], [0, top], color=style.GREY, linewidth=0.6, linestyle=(0, (1, 1.5)), zorder=1)
         goodput.set_ylim(top=top)
-        goodput.text(
-            0.80 * top, 0.84 * top, "all that is offered", color=style.GREY, fontsize=style.TINY_PT, ha="right"
-        )
+        goodput.text(0.80 * top, 0.84 * top, "all offered items", color=style.GREY, fontsize=style.TINY_PT, ha="right")
         for axes in panels[2:]:
             axes.set_xlabel(words.axis("offered load", "items per slot"))
         page.lay_out(drawn, panels[::2], [LOADED_BODY_IN] * 2)
@@ -117,18 +115,18 @@ def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
 def caption(rows: Sequence[StudyRow], kind: str) -> str:
     """Return the caption: content, conditions, trials and seed."""
     first = rows[0]
-    evidence = "taken" if first.carrier_evidence else "not taken"
+    evidence = "counts" if first.carrier_evidence else "does not count"
     trials = f"n = {first.trials} trials per point, seed {first.seed}; bands: 95 % confidence intervals of the means"
-    carrying = f"carrying an item {evidence} as evidence of holding it"
+    carrying = f"sending an item {evidence} as evidence of holding it"
     censored = sum(row.censored_senders for row in rows)
-    note = f" Censored, and not in the means: {censored}." if censored else ""
+    note = f" Censored trials, not in the means: {censored}." if censored else ""
     if any(row.policy == BOUND.name for row in rows):
-        note += " Dotted, the bound: each hearer takes what it lacks of what the sender holds, and knowledge is free."
+        note += " Dotted, the bound: receivers take all items they lack from the sender, and knowledge is free."
     if kind == "loaded":
         return (
             f"Loaded exchange: N = {first.nodes} nodes, packet error rate {first.per:g}, items of {first.item_bits} "
             f"bits generated at every node (Poisson), packets of {first.capacity_bits} bits, headers charged. "
-            f"Latencies from an item's generation to its delivery to all nodes, and to its source's knowing it. "
+            f"Latencies from an item's generation to its delivery to all nodes, and to the knowledge of its source. "
             f"A node keeps a bounded queue of own items and refuses more. {trials}; {carrying}.{note}"
         )
     return (

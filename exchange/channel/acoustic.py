@@ -182,7 +182,7 @@ class AcousticChannel(ChannelModel):
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """Yield faults for two source levels, and for a modem without source level, band or modulation."""
         if self.source_level_db is not None and self.acoustic_power_w is not None:
-            allowed = "given beside source_level_db, which says the same: leave one of them out"
+            allowed = "given beside source_level_db, which has the same meaning: leave one of them out"
             yield SettingFault("acoustic_power_w", f"{self.acoustic_power_w:g}", allowed)
         modem = deployment.modem
         lacking = ["band_khz"] if modem.band_khz is None else []

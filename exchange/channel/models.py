@@ -139,7 +139,7 @@ class ChannelModel(BaseModel):
 
     def mean_per(self, deployment: Deployment) -> float:
         """Return the mean packet error rate over time and links in range, possibly estimated."""
-        raise NotImplementedError(f"{type(self).__name__} does not say what it loses: define mean_per(deployment)")
+        raise NotImplementedError(f"{type(self).__name__} lacks mean_per(deployment), its mean loss")
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
         """Return the sound speed (m/s) from the settings; None for that of the world. Optional."""

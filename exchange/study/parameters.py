@@ -20,7 +20,8 @@ def no_bits(n_nodes: int, frame: int, sender: int, row: int, column: int) -> boo
 
 
 BOUND = AckPolicy(
-    Acknowledgement("bound", "each hearer takes what it lacks; knowledge is free", no_bits, ACK.header), repeat=False
+    Acknowledgement("bound", "receivers take the items they lack; knowledge is free", no_bits, ACK.header),
+    repeat=False,
 )
 """Placeholder policy of the bound (`exchange.study.trials.pass_freely`), not for vehicles."""
 

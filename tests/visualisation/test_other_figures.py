@@ -67,7 +67,7 @@ def test_a_figure_stands_with_a_single_point_and_with_none(tmp_path: Path) -> No
     write_figure(run(ExchangeStudy(per=(0.2,), trials=1, policies=("ack",))), "source", tmp_path, "one")
     censored = run(ExchangeStudy(per=(0.9,), trials=3, max_slots=2, load=StudyLoad()))
     _, text, _ = write_figure(censored, "senders", tmp_path, "none")
-    assert "Censored, and not in the means: 18" in text.read_text(encoding="utf-8")
+    assert "Censored trials, not in the means: 18" in text.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

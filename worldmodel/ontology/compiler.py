@@ -161,7 +161,7 @@ def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
     read = {*union.subjects(RDF.type, OWL.Ontology), *union.objects(None, OWL.versionIRI)}
     allowed = ", ".join(sorted(map(str, union.subjects(RDF.type, OWL.Ontology))))
     return [
-        f"{file_of[importing]}: it imports <{imported}>, which is none of the files that are read; "
+        f"{file_of[importing]}: it imports <{imported}>, which is not among the files read; "
         f"allowed: {allowed}{suggestion(str(imported), allowed.split(', '))}; name the file that holds it, too"
         for importing, imported in sorted(union.subject_objects(OWL.imports), key=str)
         if imported not in read and not (imported == CORE and MARINE in read)

@@ -64,7 +64,7 @@ def query(
         columns, answer = _answer(knowledge, sparql, left)
         if "vehicle" in columns:
             raise QueryError(
-                "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
+                "the variable ?vehicle is taken: the column 'vehicle' names the world model of a row; "
                 "give the variable another name"
             )
         rows += [(vehicle, *row) for row in answer]
