@@ -143,7 +143,7 @@ def _of_role(organisation: Organisation, group: Group, role: RoleSpecification) 
         both = tuple(name for name in holders if organisation.is_excluded(name, role))
         if both:
             paths = ", ".join(sorted(".".join(other) for other in role.incompatible))
-            yield _malformed(Defect.INCOMPATIBLE, group, role, both, f"who plays none of {paths}")
+            yield _malformed(Defect.INCOMPATIBLE, group, role, both, f"holder of none of {paths}")
 
 
 def _malformed(

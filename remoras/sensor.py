@@ -174,4 +174,4 @@ class SensorSettings(BaseModel):
 
     def make(self, data: VehicleData) -> Sensor:
         """Return a new sensor for a run; ``data`` are the true properties of the vehicle."""
-        raise NotImplementedError(f"{type(self).__name__} does not say how its sensor is made: define make(data)")
+        raise NotImplementedError(f"{type(self).__name__} lacks make(data), which makes its sensor")

@@ -193,7 +193,7 @@ class Stepping:
     def _step(self) -> None:
         """Step one tick; raise OutputError if an earlier step was interrupted."""
         if not self._is_whole:
-            raise OutputError("the run was interrupted within a step, so nothing follows from it; begin it anew")
+            raise OutputError("the run was interrupted within a step, so it has no results; restart it")
         self._is_whole = False
         began = time.perf_counter()
         self._fleet.step()

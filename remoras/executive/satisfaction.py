@@ -55,7 +55,7 @@ class DecisionTable(Section):
             yield (
                 "weight_continuing",
                 f"must be below {1.0 + self.weight_external:g} = 1 + weight_external; else a vehicle could never leave "
-                "what it performs, whatever is due and whoever calls",
+                "its activity, whatever is pending and whichever peer requests help",
             )
 
     def constants(self, frame_s: float) -> DecisionConstants:

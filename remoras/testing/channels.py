@@ -192,22 +192,22 @@ def carries_packets_whole(one: Driver, other: Driver, pace: Pace, least_bytes: i
             if any(packet.data == data for packet in received):
                 break
         else:
-            raise AssertionError(f"{data!r} was never heard in {TRIES} tries")
+            raise AssertionError(f"{data!r} was never received in {TRIES} tries")
         for packet in received:
-            assert packet.data in PACKETS, f"{packet.data!r} was heard, and nobody sent it"
-            assert 0.0 <= packet.time_s < math.inf, f"heard at {packet.time_s} s"
+            assert packet.data in PACKETS, f"{packet.data!r} was received, but not sent"
+            assert 0.0 <= packet.time_s < math.inf, f"received at {packet.time_s} s"
 
 
 def does_not_hear_itself(one: Driver, other: Driver, pace: Pace) -> None:
     """Check that a driver does not receive own packets, which would indicate a duplicate node id."""
     one.send(PACKETS[2], 0.0)
     other.receive(_soon_s(pace))
-    assert list(one.receive(_soon_s(pace))) == [], "it hears what it sent"
+    assert list(one.receive(_soon_s(pace))) == [], "it receives its own packet"
 
 
 def waits_no_longer_than_it_is_told(one: Driver, other: Driver, pace: Pace) -> None:
     """Check that without packets a driver returns nothing at the deadline, and at once if that is past."""
-    for until_s, what in ((-1.0, "although the time is past"), (_soon_s(pace), "longer than it was told")):
+    for until_s, what in ((-1.0, "although the time is past"), (_soon_s(pace), "longer than the given time")):
         began_s = time.monotonic()
         assert list(one.receive(until_s)) == []
         assert time.monotonic() - began_s < PATIENCE_S, f"it waits {what}"

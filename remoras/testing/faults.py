@@ -61,7 +61,7 @@ def _befallen(fleet: Fleet) -> Vehicle:
 
 def check_it_is_declared(name: str, keys: Mapping[str, Any]) -> None:
     """Check the required parts, and that a scenario accepts the fault."""
-    assert kind_named(name).TEXT, "lacks TEXT, a line that says what befalls"
+    assert kind_named(name).TEXT, "lacks TEXT, a line that describes the fault"
     _setup(_table(name, keys))
 
 
@@ -74,7 +74,7 @@ def check_its_rows(name: str, keys: Mapping[str, Any]) -> None:
     rows = [(row[0], row[3]) for row in first["faults"] if row[1:3] == (VEHICLE, name)]
     due = [(fault.from_s, fault.detail), (fault.until_s, "over")]
     assert rows == due, f"its rows in the table of faults are {rows}; expected: {due}"
-    assert first == again, "the same run gives other rows when it is made again: draw nothing unseen"
+    assert first == again, "the same run gives other rows when repeated: draw only by the given seed"
 
 
 def check_what_is_over_is_over(name: str, keys: Mapping[str, Any]) -> None:
@@ -93,8 +93,8 @@ def check_it_holds_for_what_begins_anew(name: str, keys: Mapping[str, Any]) -> N
     first, second, over = (
         _befallen(_sailed(setup, at_s)) for at_s in (AGAIN_S[0] - 2.0, AGAIN_S[1] + 2.0, UNTIL_S + 5.0)
     )
-    assert second.condition == first.condition, f"a vehicle that begins anew is {second.condition}"
-    assert over.condition == SOUND, f"its end leaves a vehicle that has begun anew {over.condition}"
+    assert second.condition == first.condition, f"a restarted vehicle is {second.condition}"
+    assert over.condition == SOUND, f"its end leaves a restarted vehicle {over.condition}"
 
 
 CHECKS: tuple[Callable[[str, Mapping[str, Any]], None], ...] = (

@@ -67,13 +67,13 @@ def conforms(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
     check_words(setup)
     yield "its words are in the ontology"
     check_jobs(setup)
-    yield "every job can be done by somebody"
+    yield "some vehicle can do each job"
     check_activities(setup)
     yield "every activity has a behaviour that conforms"
     first = check_repeats(setup, scenario)
     yield "nothing changes in it, and what is made of one scenario twice behaves alike"
     check_truth_only_watches(setup, first)
-    yield "truth tells vehicles nothing"
+    yield "truth does not affect vehicles"
     finished = run(scenario, SEED)
     check_results(finished)
     yield "results are complete: metrics, tables, completion or the reason why not"
@@ -136,7 +136,7 @@ def check_jobs(setup: Setup) -> None:
             if role.job == name
         ]
         able = [d for d in setup.database.values() if job.is_able(d) and any(d.can_play(*role) for role in roles)]
-        assert able, f"job {name!r}: nobody is able to do it who is able to play a role with it"
+        assert able, f"job {name!r}: no vehicle able to play a role with it is able to do it"
 
 
 class InitialFacts:
@@ -246,13 +246,13 @@ def check_truth_only_watches(setup: Setup, watched: Rows) -> None:
         column = table.column_names.index("time_s")
         own = [row for row in watched[table.name] if row[column] < end_s]
         others = [row for row in unwatched[table.name] if row[column] < end_s]
-        assert own == others, f"truth changes what vehicles do: table {table.name} differs when nobody watches"
+        assert own == others, f"truth changes what vehicles do: table {table.name} differs without observer"
 
 
 def check_results(finished_run: Run) -> None:
     """Check metrics, table rows, milestone order, and the reason of an incomplete run."""
     mission, recorder = finished_run.mission, finished_run.recorder
-    assert finished_run.completed or finished_run.reason, "the mission did not complete, and truth does not say why"
+    assert finished_run.completed or finished_run.reason, "the mission did not complete, and truth has no reason"
     try:
         values = summary(finished_run)
     except PluginError as error:

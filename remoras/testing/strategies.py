@@ -266,7 +266,7 @@ def check_survives_silence(strategy: Strategy) -> None:
         mapped = _mapped_fractions(finished)
         lacking = [role_of[key] for key in sorted(begun) if mapped[role_of[key]] < 1.0]
         assert not lacking, f"given out before the mission, but not mapped in silence: {', '.join(lacking)}"
-        assert max(mapped.values()) == 1.0, "in silence nobody maps a single area"
+        assert max(mapped.values()) == 1.0, "without communication no vehicle maps an area"
 
 
 def check_survives_the_silence_of_one(strategy: Strategy) -> None:
@@ -307,7 +307,7 @@ def _assert_as_declared(finished: Run, watched: Watched) -> None:
     for vehicle, group, situation, move in watched.moves:
         _assert_within(situation, group, move.statements)
         sent = {attribute for statement in move.statements if statement.told for _, attribute, _ in statement.facts}
-        assert sent <= set(declaration.messages), f"tells what it does not declare: {sent - set(declaration.messages)}"
+        assert sent <= set(declaration.messages), f"sends undeclared facts: {sent - set(declaration.messages)}"
         rounds[vehicle, group] += 1
         blocks[vehicle, group] += len(move.statements)
         jobs[group] = len(situation.work.roles)

@@ -46,7 +46,7 @@ def organised(*more: tuple[str, str, str], less: tuple[tuple[str, str, str], ...
         ),
         (
             organised(("Team", "Hand", "A")),
-            Malformed(Defect.INCOMPATIBLE, "Team", "Hand", "A", "who plays none of Team.Head"),
+            Malformed(Defect.INCOMPATIBLE, "Team", "Hand", "A", "holder of none of Team.Head"),
         ),
     ],
 )
