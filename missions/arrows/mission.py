@@ -148,7 +148,7 @@ class ArrowsMission(JobMission):
                 yield from one_of(f"detector.{name}.p_detect.{kind}", kind, kinds)
         carried = {sensor.get("type", DETECTORS[0]) for vehicle in scenario.vehicle for sensor in vehicle.sensor}
         if carried.isdisjoint(DETECTORS):
-            allowed = f"nobody searches: some vehicle needs a [[vehicle.sensor]] of type {' or '.join(DETECTORS)}"
+            allowed = f"no vehicle searches: one needs a [[vehicle.sensor]] of type {' or '.join(DETECTORS)}"
             yield ConfigurationFault("vehicle.sensor", "", allowed)
 
     # Content -------------------------------------------------------------------------------------

@@ -208,7 +208,7 @@ class Contest:
                     made = schedules[study].repeats(number, summaries[study])  # fewer for deterministic runs
                     key = schedules[study].key(number, min(at_most, made - 1))
                     if key not in ledgers[study]:
-                        raise OutputError(f"{folder}: runs of {reference} are missing; the same command goes on")
+                        raise OutputError(f"{folder}: runs of {reference} are missing; the same command resumes")
                     cells[cell].append(self.run_of(ledgers[study][key], repeat, study, number))
             scored.append(Scored(strategy_named(reference).name, reference, cells))
         return scored

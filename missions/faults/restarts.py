@@ -28,7 +28,7 @@ class Restarts(DeclaredFault):
     CONDITION = Condition(is_running=False)
     TEXT = "it is off from at_s on and restarts at until_s"
     NOT_USED: ClassVar[Mapping[str, str]] = {"rate_per_h": "a vehicle restarts at a time: give at_s"}
-    REQUIRED: ClassVar[Mapping[str, str]] = {"until_s": "missing: when the vehicle begins anew"}
+    REQUIRED: ClassVar[Mapping[str, str]] = {"until_s": "missing: time of the restart"}
     ABSENCE = Absence.PAUSE
     DISABLES = True
 

@@ -40,7 +40,7 @@ class BanTable(Section):
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield a ban of the issuer itself, or one withdrawn before it is issued."""
         if self.vehicle == self.issuer:
-            yield "issuer", "what a vehicle says of itself does not count: name another issuer"
+            yield "issuer", "a vehicle cannot exclude itself: name another issuer"
         if self.until_s is not None and self.until_s <= self.at_s:
             yield "until_s", f"must be above at_s = {self.at_s:g}"
 

@@ -80,7 +80,7 @@ def damage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Config
     table, communication = scenario.of_feature(KEY), scenario.communication
     if table.share > 0.0 and not (communication.crc_bits or communication.key_file or table.unchecked):
         allowed = (
-            "packets have neither checksum nor key, so much of what is damaged would be believed: set "
+            "packets have neither checksum nor key, so many damaged packets would be accepted: set "
             f"communication.crc_bits = 8, 16 or 32, or communication.key_file; or {KEY}.unchecked = true if meant"
         )
         yield ConfigurationFault(f"{KEY}.share", "", allowed)

@@ -87,7 +87,7 @@ class NeedTable(Section):
         elif self.ttl_s is not None and self.blackout_s >= self.ttl_s:
             yield (
                 "blackout_s",
-                f"must be below ttl_s = {self.ttl_s:g}, else values expire before they may be said: shorten the "
+                f"must be below ttl_s = {self.ttl_s:g}, else values expire before they may be sent: shorten the "
                 "blackout",
             )
         if self.queue_limit is not None and self.queue_limit < 1:

@@ -277,7 +277,7 @@ class RecoveryMission(FieldworkMission, HelpMission):
         if lifts.vehicles != 1:
             yield from _too_near(scenario, "lifts.length_m", lifts.length_m, math.inf, " there")
         if lifts.number and not any(sensor.get("type") == "sonar" for v in scenario.vehicle for sensor in v.sensor):
-            allowed = 'nobody would find one: give a vehicle a sensor of type "sonar"'
+            allowed = 'no vehicle could find one: give a vehicle a sensor of type "sonar"'
             yield ConfigurationFault("lifts.number", str(lifts.number), allowed)
 
     def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:

@@ -103,7 +103,7 @@ class LiftTruth(FieldTruth):
         yield from super().reasons(fleet, now_s)
         known = {subject for _, _, _, _, subject, attribute, *_ in self._items if attribute == LYING_AT}
         if hidden := ", ".join(name for name in self._open if name not in known):
-            yield f"nobody knows where they lie: {hidden}"
+            yield f"positions unknown to the vehicles: {hidden}"
 
 
 class EscortTruth(FieldTruth):

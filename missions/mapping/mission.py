@@ -182,7 +182,7 @@ def _finds(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("finds.number", "", allowed)
     finds = numbered("find", number)
     if scenario.area and not {role.job for role in scenario.roles.values()}.issuperset(finds):
-        allowed = "nobody would inspect them: give a group a role with an area, and no role of its own named Inspector1"
+        allowed = "no vehicle inspects them: give a group a role with an area, and no role of its own named Inspector1"
         yield ConfigurationFault("finds.number", "", allowed)
     for name, kind in scenario.taken_names("area").items():
         if name in finds:

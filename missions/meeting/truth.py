@@ -401,10 +401,10 @@ class JobTruth(MeetingTruth):
             yield from (f"given up: {detail}" for detail in given_up.values())
         for job, at_s in self._impossible.items():
             if job not in self.jobs_done:
-                yield f"{job} impossible, as vehicles say since {at_s:.0f} s"
+                yield f"{job} declared impossible at {at_s:.0f} s"
         claimed = ", ".join(sorted(self._done.difference(self.jobs_done)))
         if claimed and self.goal_fraction < 1.0:
-            yield f"said to be done and not: {claimed}"
+            yield f"reported as done, but not done: {claimed}"
 
     def _undone(self, group: Group) -> list[str]:
         return [role.job for role in group.roles if role.job is not None and role.job not in self._done]

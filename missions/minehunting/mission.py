@@ -123,10 +123,10 @@ class MinehuntingMission(JobMission):
                 near = next((o for o in others if distance(contact.position_m, o.position_m) < 3.0 * view_m), None)
                 if near is not None:
                     key = f"contact.{near.name}.position_m"
-                    allowed = f"nearer than {3.0 * view_m:g} m to {key}: views of the two could be taken for each other"
+                    allowed = f"nearer than {3.0 * view_m:g} m to {key}: their views could be confused"
                     yield ConfigurationFault(f"contact.{contact.name}.position_m", "", allowed)
         if not any(sensor.get("type") == "sonar" for vehicle in scenario.vehicle for sensor in vehicle.sensor):
-            allowed = 'nobody would see one: give a vehicle a sensor of type "sonar"'
+            allowed = 'no vehicle could detect one: give a vehicle a sensor of type "sonar"'
             yield ConfigurationFault("contact", str(len(contacts)), allowed)
 
     def jobs_of(self, scenario: MinehuntingScenario) -> Iterable[Job]:

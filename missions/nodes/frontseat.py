@@ -166,10 +166,7 @@ class Steered(Observer):
         """Replace the simulated body; raises ConfigurationError with current or position drift."""
         layer = vehicle.functional
         if type(layer.guidance) is not Guidance or layer.believed is not layer.motion:
-            allowed = (
-                "a scenario whose vehicles drift in no current and know where they are; leave out what is about these: "
-                "the sea has them"
-            )
+            allowed = "a scenario without current and navigation errors, which the real sea has; leave out their tables"
             raise ConfigurationError.of(layer.data.name, "--frontseat", "body", allowed)
         layer.guidance.go = self._go
         layer.sigma_m = 0.0 if self._fix is None else self._fix.sigma_m

@@ -248,7 +248,7 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
     if replace(log.plan, begins_s=0.0, epoch=plan.epoch) != replace(plan, begins_s=0.0):
         raise _cannot(path, "of another scenario, seed or end", "give what its node was started with, or another --out")
     if log.state_hash is not None:
-        raise _cannot(path, "complete", "a mission that is over does not go on; name another folder by --out")
+        raise _cannot(path, "complete", "a mission that has ended does not resume; name another folder by --out")
     if log.began is None:
         raise _cannot(path, "without a start", "a log of a node that goes by the clock of its machine")
     pace = log.began.pace

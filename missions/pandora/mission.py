@@ -103,7 +103,7 @@ def _upsets(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
             allowed = f"at most {min(rooms_m):g}: beyond, the valve may lie outside of the world"
             yield ConfigurationFault(f"{key}.distance_m", "", allowed)
     if len(scenario.upset) > len(valves_m):
-        allowed = f"each befalls another valve, and there are {len(valves_m)}"
+        allowed = f"each affects another valve, and there are {len(valves_m)}"
         yield ConfigurationFault("upset", f"{len(scenario.upset)} tables", allowed)
 
 

@@ -85,10 +85,10 @@ def _malformed(founding: Organisation) -> Iterator[ConfigurationFault]:
     for group, of_group in founding.groups.items():
         if not founding.heads(group):
             headless.add(key := f"group.{group}.role.{of_group.head_role}")
-            yield ConfigurationFault(key, "", "nobody came to play it before the mission")
+            yield ConfigurationFault(key, "", "no vehicle is assigned to it before the mission")
     for defect in specification_faults(founding):
         if defect.key.rpartition(".")[0] not in headless and defect.defect is not Defect.SUBGROUPS:  # may form later
-            allowed = f"no founding gives it what it demands: {defect.allowed}"
+            allowed = f"no initial assignment meets its requirements: {defect.allowed}"
             yield ConfigurationFault(defect.key, defect.given, allowed)
 
 
@@ -96,7 +96,7 @@ def _undivided(strategy: Strategy, agreement: Agreement, database: AUVDatabase) 
     """Yield faults: jobs whose able vehicles all lack the social layer."""
     if strategy.declaration.authorities.isdisjoint(CONSULTING):
         return
-    remedy = "set social_layer = true for one of them, or name a strategy whose heads give out jobs, such as central"
+    remedy = "set social_layer = true for one of them, or name a strategy whose leaders assign jobs, such as central"
     for name, group in agreement.organisation.groups.items():
         for role in group.roles:
             able = database.able_to_play(name, role.name) if role.job is not None else ()

@@ -144,7 +144,7 @@ def _needs(scenario: Scenario, mission: type[Mission]) -> Faults:
     """Yield faults: attributes required by the mission but not listed."""
     listed = {*scenario.communication.needs}.union(*(feature.needed(scenario) for feature in used_in(scenario)))
     if missing := [name for name in mission.needs if name not in listed]:
-        allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
+        allowed = f"missing: {', '.join(missing)}; without them vehicles do not receive what the mission needs"
         yield ConfigurationFault("communication.needs", "", allowed)
 
 
@@ -169,7 +169,7 @@ def _missions(scenario: Scenario, mission: type[Mission]) -> Faults:
         givers: Iterable[object] = [line[-1]] if len(line) > 1 else scenario.group
         if all(getattr(giver, "mission", None) != delegating for giver in givers):
             source = f"{line[-1].name}, which it is within," if len(line) > 1 else "one group"
-            allowed = f'nobody gives the group its mission: {source} must have mission = "{delegating}"'
+            allowed = f'no leader gives the group its mission: {source} must have mission = "{delegating}"'
             yield ConfigurationFault(f"group.{group.name}.mission", "", allowed)
             return
 
@@ -198,7 +198,7 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
         ("world", "what its sensors perceive", lambda value: True, lambda: made.world(0)),
         (
             "nature",
-            "None, or what is called with the fleet and the time",
+            "None, or a function called with the fleet and the time",
             lambda value: value is None or callable(value),
             lambda: made.nature(made.world(0)),
         ),

@@ -213,7 +213,7 @@ class DeclaredFault(Section):
     def faults_of_kind(cls) -> Iterator[str]:
         """Yield the parts of the interface that a plug-in kind lacks."""
         if not isinstance(cls.TEXT, str) or not cls.TEXT:
-            yield "lacks TEXT, a line that says what befalls"
+            yield "lacks TEXT, a line that describes the fault"
         if cls.leaves is DeclaredFault.leaves and cls.remembers is DeclaredFault.remembers:
             yield "does nothing; define leaves(data)"
         yield from faults_of(cls, DeclaredFault, COMPULSORY)
@@ -221,7 +221,7 @@ class DeclaredFault(Section):
             yield "has a NUMBER, which is for kinds that are shipped: leave it out"
         for hook in ("begin", "end"):
             if hasattr(cls, hook):
-                yield f"has {hook}, which nothing calls: all that befalls is the condition that leaves(data) gives"
+                yield f"has {hook}, which nothing calls: its only effect is the condition that leaves(data) returns"
         for key in DeclaredFault.model_fields:
             if cls.model_fields[key] is not DeclaredFault.model_fields[key] and key in cls.__annotations__:
                 yield f"has its own {key}, a key of every fault: rename it"
@@ -414,7 +414,7 @@ def _whose(key: str, fault: DeclaredFault, scenario: Scenario) -> Iterator[Confi
         groups, name = {group.name: group for group in scenario.group}, vehicle.removeprefix(HEAD_OF)
         yield from one_of(f"{key}.vehicle", vehicle, [HEAD_OF + group for group in groups])
         if name in groups and groups[name].head is None:
-            allowed = f"the group {name} has no role with head = true, so nobody leads it"
+            allowed = f"the group {name} has no role with head = true, so no vehicle leads it"
             yield ConfigurationFault(f"{key}.vehicle", "", allowed)
     elif vehicle != ANY:
         allowed = f"allowed: {', '.join(vehicles)}, {ANY}, {HEAD_OF}GROUP{suggestion(vehicle, vehicles)}"

@@ -445,7 +445,7 @@ def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
         able = [vehicle for vehicle in scenario.able_to_play(group.name, head.name) if vehicle.social_layer]
         if not any(vehicle.can_play(group.name, role) for vehicle in able for role in roles):
             allowed = (
-                f"nobody can fill it: no vehicle that is able to play {' or '.join(roles)} has the social "
+                f"no vehicle can fill it: none that is able to play {' or '.join(roles)} has the social "
                 f"layer and is able to play {head.name}; list {head.name} in playable_roles of one"
             )
             yield ConfigurationFault(key, "", allowed)
@@ -544,12 +544,14 @@ def formation_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Con
             allowed = "no group of the circle would ever be there: leave formed_by out of one of them"
             yield ConfigurationFault(key, "", allowed)
         if FORMATION_WORDS not in mission.vocabulary:
-            allowed = f"the mission {mission.__name__} forms no groups at sea: leave it out"
+            allowed = f"the mission {mission.__name__} forms no groups at run time: leave it out"
             yield ConfigurationFault(key, "", allowed)
         if group.mission is not None:
-            allowed = "a group that is formed at sea is given its mission there: leave it out"
+            allowed = "a group formed at run time is given its mission then: leave it out"
             yield ConfigurationFault(f"group.{group.name}.mission", "", allowed)
     for number, fault in enumerate(scenario.fault, 1):
         if fault.vehicle.startswith(HEAD_OF) and fault.vehicle.removeprefix(HEAD_OF) in formers:
-            allowed = "nobody leads a group before it is formed at sea: name a vehicle, or the head of another group"
+            allowed = (
+                "a group has no head before it is formed at run time: name a vehicle, or the head of another group"
+            )
             yield ConfigurationFault(f"fault.{number}.vehicle", "", allowed)

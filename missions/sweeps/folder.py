@@ -50,12 +50,10 @@ if TYPE_CHECKING:
 MOST_TABLE_BYTES = 500_000_000
 """Limit (bytes) on a study's tables, unless it sets the repeats to keep."""
 STUDY, STUDY_TEXT, RUNS, PARTS, TABLES, LOCK = "study.json", "study.toml", "runs.parquet", "parts", "tables", "lock"
-DAMAGED = "lost or changed since it was written; run the same sweep with the same --out again: it makes it anew"
+DAMAGED = "lost or changed since it was written; repeat the sweep with the same --out to restore it"
 MOST_DIFFERENCES = 20
 """Most differences between studies listed in a message."""
-CODE_CHANGED = (
-    "the code that makes the runs has changed: go on all the same with --accept-code, which marks its runs; or "
-)
+CODE_CHANGED = "the code that makes the runs has changed: continue with --accept-code, which marks its runs; or "
 DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED = "metrics", "labels", "id", "own_metrics", "assumed"
 """Keys of the record that may differ when a sweep resumes."""
 UNCOMPARED = (DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED, "digests")
@@ -385,9 +383,9 @@ class SweepFolder:
             of_code = "" if any(not line.startswith("code.") for line in differing) else CODE_CHANGED
             shown = "\n".join(f"  {line}" for line in differing[:MOST_DIFFERENCES])
             raise StudyChangedError(
-                f"{self.folder} holds runs of a study that this one does not go on with:\n{shown}\n"
+                f"{self.folder} holds runs of a study that this one does not continue:\n{shown}\n"
                 "a study may grow (repeats, strategies, policies, channels, vehicles, scenarios, points, unforeseen); "
-                f"{of_code}name another folder for --out, or set its runs aside and start anew with --force-new"
+                f"{of_code}name another folder for --out, or move its runs and restart with --force-new"
             )
         if differing:
             _set_aside(self.folder)
@@ -420,8 +418,8 @@ class SweepFolder:
         for key, run in new.items():
             if key in self._again and known[key]["status"] != FAILED and run.line["summary"] != known[key]["summary"]:
                 raise OutputError(
-                    f"{self.folder / LEDGER}: the run {key} was made again, since its tables are lost, and ends "
-                    "otherwise now; name another folder for --out"
+                    f"{self.folder / LEDGER}: the run {key} was repeated, since its tables are lost, and differs "
+                    "now; name another folder for --out"
                 )
         try:
             for key, run in new.items():

@@ -117,7 +117,7 @@ def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> 
         key, able = f"activity.{activity}", [name for name, classes in offered.items() if table.requires in classes]
         yield from one_of(f"{key}.requires", table.requires, kinds)
         if table.requires in kinds and not able:
-            allowed = "a service that nobody offers; allowed: " + ", ".join(sorted(set().union(*offered.values())))
+            allowed = "a service that no vehicle offers; allowed: " + ", ".join(sorted(set().union(*offered.values())))
             yield ConfigurationFault(f"{key}.requires", "", allowed)
         if activity == SURVEY:
             for block in scenario.block:
@@ -127,7 +127,7 @@ def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> 
         for name in able if activity == CHOOSE else ():
             vehicle, module = modules[name]
             if not module.self_test:
-                allowed = f"{name} makes choices, so it has to tell whether it works; allowed: self_test = true"
+                allowed = f"{name} makes choices, so it has to report whether it works; allowed: self_test = true"
                 yield ConfigurationFault(f"vehicle.{vehicle.name}.sensor.{module.name}.self_test", "false", allowed)
 
 

@@ -207,7 +207,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
     drawn = [fault for fault in declared if not _is_told(fault)]
     if drawn:
         why = "it is drawn by the seed; only their kinds and numbers are known"
-        report.skip("whom drawn faults befall, and when", why)
+        report.skip("vehicles and times of drawn faults", why)
     for lasting in left:
         fault = next((fault for fault in drawn if fault["kind"] == lasting.kind), None)
         report.look("faults")

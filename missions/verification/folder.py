@@ -31,7 +31,8 @@ WITHOUT_VEHICLE = ("packets", "items", "goal", "fleet_maps")
 REPEATING = ("decisions", "activities", "organisation", "faults", "refused", "roles", "items", "clocks")
 """Tables that may repeat a row."""
 NOT_DERIVED = dict.fromkeys(
-    ("unsaid.reason", "unsaid.candidates", "rows of unsaid"), "what waited in a slot, and why, stands in no other table"
+    ("unsaid.reason", "unsaid.candidates", "rows of unsaid"),
+    "queued items of a slot are in no other table",
 )
 """Columns of every run that no other table determines, with the reason."""
 OWN = "a table of a mission, sensor or feature: only its form, times, vehicles and ranges are looked at"
@@ -51,7 +52,7 @@ def check_tables(record: Record, report: CheckReport) -> bool:
     due |= {name for kind, name in DECLARED["sensors"].get(mission, {}).items() if kind in carried}
     due |= {name for name, (section, key) in DECLARED["features"].items() if key in record.of(section)}
     if mission not in MISSIONS:
-        report.skip("tables of the mission", "it is none of those that come with the program")
+        report.skip("tables of the mission", "it is not shipped with the program")
     is_whole = True
     for name in sorted(due | (record.tables.keys() & COLUMNS.keys())):
         report.look("columns")

@@ -204,7 +204,7 @@ def sending_j(record: Record) -> Array:
 def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
     listening = listening_w(record)
     if listening is None:
-        report.skip("energy", "the manifest does not say what the modem takes to listen")
+        report.skip("energy", "the manifest has no receive power of the modem")
         return
     time_s, dt_s = track.time_s, np.diff(track.time_s)
     packets = record["packets"]

@@ -256,7 +256,7 @@ def _check_events(
         elif event == "acknowledged" and vehicle != known[1] and key not in held and key not in aside:
             wrong("none: it does not hold it itself")
     if record.of("strategy")["name"] == "oracle":
-        report.skip("observed", "in this bound nothing is told, so nothing is noted as observed")
+        report.skip("observed", "this bound sends nothing, so nothing is recorded as observed")
         return {}
     lacking = [uid for uid, (_, origin, kind) in recorded.items() if kind == "told" and (origin, uid) not in held]
     report.look("observed", len(recorded))
@@ -304,10 +304,10 @@ def _check_acknowledged(
 ) -> None:
     """Check that acknowledged items are held by all peers that the vehicle waits for."""
     if not record.all_need_all:
-        report.skip("acknowledged", "needs differ between vehicles: the tables do not say whose were met when")
+        report.skip("acknowledged", "needs differ between vehicles: the tables do not have the times when each was met")
         return
     if record.anew:
-        report.skip("acknowledged", "a vehicle began anew: what it held before is not in the tables of its new life")
+        report.skip("acknowledged", "a vehicle restarted: its earlier items are not in the tables of its new epoch")
         return
     out = _out_of_count(record)
     for wrong, time_s, vehicle, uid, event in report.each(

@@ -49,7 +49,7 @@ def check_relations(record: Record, report: CheckReport) -> None:
     _check_facts(record, report)
     _check_plans(record, report)
     if record.of("strategy")["name"] == "oracle":
-        report.skip("deliveries and requests", "in this bound nothing is told")
+        report.skip("deliveries and requests", "this bound sends nothing")
         return
     _check_deliveries(record, report)
     _check_requests(record, report)
@@ -153,7 +153,7 @@ def check_weights(
     for row in rows:
         wrong = partial(report.add, "weights", "decisions", row.time_s, row.vehicle)
         if row.objective and record.given_s.get((row.vehicle, *row[2:6]), math.inf) > row.time_s + CLOSE_S:
-            wrong(" ".join(row[2:6]), "none: nobody has given it this objective")
+            wrong(" ".join(row[2:6]), "none: no vehicle has given it this objective")
         least = importance.get(row.purpose, row.own) * row.stimulus
         most = least + (float(weights.get("weight_continuing", 0.0)) if row.about in before else 0.0)
         error = SIX_DIGITS + 1e-4 * row.stimulus
@@ -165,7 +165,7 @@ def check_weights(
         moves = memory_s > 0.0 and weight * math.exp(-age_s / memory_s) > SIX_DIGITS  # smaller values are written as 0
         if sender != row.source or (bool(sender) is not (row.external > 0.0) and moves) or not is_heard:
             stated = f"external {row.external:g} by {row.source!r} in slot {row.slot}"
-            wrong(stated, "a signal that it has heard, or none")
+            wrong(stated, "a signal that it has received, or none")
         if row.external > weight + SIX_DIGITS:
             wrong(f"external {row.external:g}", f"at most {weight:g}")
         is_least = row.chosen and row.best_mean is not None and row.best_mean < mean - SIX_DIGITS
@@ -211,7 +211,7 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
             if before != uid and before not in sent and abs(gone.get((origin, before), math.inf) - at_s) > CLOSE_S:
                 report.add("deliveries", "deliveries", at_s, origin, f"no row of {before}", f"one: {uid} follows it")
             if uid in sent and (origin, uid) in gone:
-                report.add("deliveries", "deliveries", at_s, origin, f"{uid} expired", "none: it has been said")
+                report.add("deliveries", "deliveries", at_s, origin, f"{uid} expired", "none: it has been sent")
 
 
 class _LinkEstimate:
@@ -251,7 +251,7 @@ def _check_radios(record: Record, report: CheckReport) -> None:
             least = sum(heard_s.get(sender, math.inf) <= at_s for heard_s in last)
             report.look("acknowledgements")
             if sender not in record.anew and not least <= acks <= (least if policy == "ack" else (n - 1) ** 2):
-                follows = f"{least}, of so many peers it has heard the last packet"
+                follows = f"{least}, number of peers whose last packet it received"
                 report.add("acknowledgements", "packets", at_s, sender, f"{acks} acknowledgements", follows)
             if slot % (8 * n) >= 7 * n:
                 due |= {(at_s, *key): (of.lost / of.weight, of.n) for key, of in links.items() if key[0] == sender}
@@ -364,7 +364,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
     absences = record.rows("membership", "time_s event")
     until_s = min([record.end_s, *(at_s for at_s, event in absences if event == "absent")])
     if until_s < record.end_s:
-        report.skip("requests", "who acts in the place of a vehicle that is taken for absent says so to nobody")
+        report.skip("requests", "a vehicle that acts for an absent one does not report it")
     heads = {key for key, role in record.declared_roles.items() if role.get("head")}  # a successor ends its role
     frame_s, seen = (slot_s(record) or 0.0) * len(record.vehicles), Counter[Row]()
     answered = set[Row]()

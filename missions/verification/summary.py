@@ -25,9 +25,9 @@ IDENTITY = {
 MEASURED = re.compile(r"(-?[\d.]+(?:e[+-]?\d+)?)|POINT \((\S+) (\S+)\)")
 """Text of a number or a point."""
 NOT_DERIVED = {
-    "bits_headers": "what a packet's bits are for stands in no table; only their sum is checked",
-    "false_beliefs": "the tables do not say what each packet made its hearer believe",
-    "wrong_belief_fraction": "whom a vehicle names as the holder of a job stands in no table",
+    "bits_headers": "purposes of a packet's bits are in no table; only their sum is checked",
+    "false_beliefs": "beliefs of receivers after each packet are in no table",
+    "wrong_belief_fraction": "beliefs about holders of jobs are in no table",
     "reason": "only whether there is one is checked",
 }
 """Fields that tables do not determine, with the reason."""
@@ -103,7 +103,7 @@ def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, floa
         derived["modem_energy_j"] = float(sending_j(record).sum()) + listening * powered_s, slack_j
         if listening and any(data["hotel_w"] < 1.0 for data in record.vehicles.values()):
             del derived["modem_energy_j"]
-            report.skip("modem_energy_j", "with so little power, ticks with and without it cannot be told apart")
+            report.skip("modem_energy_j", "with so little power, ticks with and without it cannot be distinguished")
     apart = least_distances_m(record)
     least_m = min((gap_m for gap_m, _ in apart.values()), default=None)
     derived["closest_approach_m"] = least_m, PLACE_M
@@ -170,7 +170,7 @@ def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any
     changes = any(group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"])
     if changes or record.scenario.get("compatible"):
         del derived["malformed_s"]
-        report.skip("malformed_s", "subgroups, groups at sea and roles that exclude each other are not worked out")
+        report.skip("malformed_s", "subgroups, groups formed at run time and incompatible roles are not derived")
     return derived
 
 

@@ -70,7 +70,7 @@ def test_a_run_ends_with_its_goal_or_says_what_is_impossible_or_awaited(name: st
     for one in runs:
         waits = ["no vehicle left that is able to", "impossible", "waits for", "under way", "wait for strips"]
         if one.end_s < one.scenario.scenario.duration_s:
-            waits += ["identified", "said to be done and not", "given up", "left its survey"]
+            waits += ["identified", "reported as done, but not done", "given up", "left its survey"]
         assert one.completed or any(words in one.reason for words in waits), one
         if "no vehicle left" in one.reason:
             assert one.reachable_fraction < 1.0

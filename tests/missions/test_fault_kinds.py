@@ -127,7 +127,7 @@ def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path)
     ("table", "key", "says"),
     [
         ("kind='own_kinds:Silent', at_s=9", "kind", "does nothing; define leaves(data)"),
-        ("kind='own_kinds:Nameless', at_s=9", "kind", "lacks TEXT, a line that says what befalls"),
+        ("kind='own_kinds:Nameless', at_s=9", "kind", "lacks TEXT, a line that describes the fault"),
         ("kind='own_kinds:Odd', at_s=9", "kind", "leaves(self) cannot be called as leaves(data)"),
         ("kind='own_kinds:Begun', at_s=9", "kind", "has begin, which nothing calls"),
         ("kind='own_kinds:Numbered', at_s=9", "kind", "has a NUMBER, which is for kinds that are shipped"),

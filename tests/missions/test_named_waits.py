@@ -43,7 +43,7 @@ def test_a_run_is_over_once_all_have_met_and_take_for_done_what_is_not() -> None
     truth.note("A", "reef", 20.0)
     truth.observe(fleet, 20.0)
     assert truth.is_over
-    assert truth.close(fleet, 20.0) == "said to be done and not: reef"
+    assert truth.close(fleet, 20.0) == "reported as done, but not done: reef"
 
 
 def test_what_was_said_to_be_impossible_and_is_done_is_no_reason() -> None:
@@ -56,7 +56,7 @@ def test_what_was_said_to_be_impossible_and_is_done_is_no_reason() -> None:
     fleet: Any = SimpleNamespace(vehicles=[seen(name, position_m=JETTY_M, met=True) for name in "AB"])
     recorder.items.append(("0-1", "A", 5.0, 5.0, "reef", "isImpossible", "true", "told", ""))
     truth.observe(fleet, 10.0)
-    assert "reef impossible, as vehicles say since 10 s" in truth.close(fleet, 10.0)
+    assert "reef declared impossible at 10 s" in truth.close(fleet, 10.0)
     truth.note("B", "reef", 20.0)
     assert truth.observe(fleet, 20.0)
     assert truth.close(fleet, 20.0) == ""

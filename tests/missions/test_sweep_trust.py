@@ -223,7 +223,7 @@ def test_the_same_sweep_makes_a_damaged_table_anew(
     damage(path)
     results = SweepResults.read(folder)
     assert results.damaged == [path.name]
-    with pytest.raises(OutputError, match=f"{name}.parquet: lost or changed since it was written; run the same sweep"):
+    with pytest.raises(OutputError, match=f"{name}.parquet: lost or changed since it was written; repeat the sweep"):
         results.table(name)
     assert results.status().done == 2
     assert [path.name] in [other for key, other in verify(tiny(tmp_path), folder, 4)]

@@ -81,4 +81,4 @@ def test_whoever_helps_waits_no_longer_than_it_says() -> None:
 def test_a_run_says_what_nobody_has_found() -> None:
     """A short sonar on all, and dead from the start on: the objects of no lift are seen."""
     run = flown(1, fault("AUV00", "AUV01", "AUV02", "AUV03", kind="sensor", at_s=1.0), "scenario.duration_s=60")
-    assert "nobody knows where they lie: lift 1, lift 2, lift 3, lift 4" in run.reason
+    assert "positions unknown to the vehicles: lift 1, lift 2, lift 3, lift 4" in run.reason

@@ -154,7 +154,7 @@ def test_the_log_of_a_body_repeats_and_goes_on(tmp_path: Path, monkeypatch: pyte
 @pytest.mark.parametrize("setting", ["navigation.drift=0.01", "current.east_mps=0.1"])
 def test_what_moves_a_simulated_body_is_refused(setting: str) -> None:
     alone(plan_of(BOAT, False, setting))
-    with pytest.raises(ConfigurationError, match=r"--frontseat.*drift in no current and know where they are"):
+    with pytest.raises(ConfigurationError, match=r"--frontseat.*without current and navigation errors"):
         alone(plan_of(BOAT, True, setting))
 
 

@@ -44,7 +44,7 @@ def test_a_part_that_cannot_be(tmp_path: Path, table: str, entry: int, change: d
         ([{"kind": "moved"}], "upset.1.distance_m: missing: how far the valve is from its place"),
         ([{"kind": "stuck", "distance_m": 2.0}], "upset.1.distance_m = 2.0: not used by kind stuck, only by moved"),
         ([{"kind": "stuck", "part": "valve A1"}] * 2, 'upset.2.part = "valve A1": is upset already'),
-        ([{"kind": "stuck"}] * 4, "upset = 4 tables: each befalls another valve, and there are 3"),
+        ([{"kind": "stuck"}] * 4, "upset = 4 tables: each affects another valve, and there are 3"),
     ],
 )  # fmt: skip
 def test_an_upset_that_cannot_be(tmp_path: Path, upsets: list[dict[str, Any]], says: str) -> None:

@@ -150,7 +150,7 @@ def test_what_nobody_can_do_is_said_with_its_reason_and_everybody_comes_home(tmp
     assert done.recorder.trajectories[-1][0] <= 1800.0
     reasons = {f"{job_of(part)}: {part} resists, it takes a wrench" for part in ("valve A1", "valve A3")}
     assert {what for _, what in faults(done, "impossible")} == reasons
-    assert "service valve A1 impossible, as vehicles say since" in done.reason
+    assert "service valve A1 declared impossible at" in done.reason
     last = {row[1]: row[2:4] for row in done.recorder.rows("trajectories")[-3:]}
     radius_m, dock_m = done.scenario.mission.arrival_radius_m, done.scenario.rally_point[0].position_m
     assert all(abs(x - dock_m[0]) + abs(y - dock_m[1]) <= 2.0 * radius_m for x, y in last.values())

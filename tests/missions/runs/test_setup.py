@@ -73,7 +73,7 @@ def test_a_group_that_nobody_comes_to_lead_is_a_fault(tmp_path: Path) -> None:
     text = SMALL.replace("head = true", 'head = true\n  played_by = "Team.Scout"')
     scenario = pond_of(tmp_path, text.replace('["Skipper"]', '["Skipper", "Scout"]'))
     with pytest.raises(
-        ConfigurationError, match=r"group\.Team\.role\.Skipper: nobody came to play it before"
+        ConfigurationError, match=r"group\.Team\.role\.Skipper: no vehicle is assigned to it before"
     ) as caught:
         resolved(scenario)
     assert len(caught.value.faults) == 1

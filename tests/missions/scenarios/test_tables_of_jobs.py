@@ -21,7 +21,7 @@ def test_a_fleet_that_is_not_able_to_do_it(tmp_path: Path) -> None:
         vehicle.pop("sensor", None)
     for of, tables, says in (
         (ESCORT, lone, r"lines\.toml:\d+: line\.line 2\.escorted = true: takes two vehicles, and there is one"),
-        (HUNT, blind, r"contacts\.toml:\d+: contact = 12: nobody would see one"),
+        (HUNT, blind, r"contacts\.toml:\d+: contact = 12: no vehicle could detect one"),
     ):
         with pytest.raises(ConfigurationError, match=says):
             load(str(of.written(tmp_path, tables)))

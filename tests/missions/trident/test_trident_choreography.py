@@ -191,7 +191,7 @@ def test_a_service_that_nobody_offers_is_named(names: tuple[str, ...], key: str,
             named(raw["vehicle"], "ASV00")["sensor"].append(one)
     (fault,) = faults(raw)
     assert (fault.key, fault.given) == (key, given)
-    assert fault.allowed.startswith("a service that nobody offers; allowed: ")
+    assert fault.allowed.startswith("a service that no vehicle offers; allowed: ")
 
 
 def test_a_dead_end_and_a_state_out_of_reach_are_named() -> None:

@@ -241,7 +241,7 @@ def test_what_nobody_is_left_to_do_is_said_to_be_impossible(
     done = run(failing=failing, at_s=200.0, until_s=7200.0)
     assert not done.completed
     assert any(why in what for _, what in faults(done, "impossible"))
-    assert "impossible, as vehicles say since" in done.reason
+    assert "declared impossible at" in done.reason
     tracks = done.recorder.rows("trajectories")
     assert tracks[-1][0] < latest_s
     last = {row[1]: row for row in tracks}

@@ -66,7 +66,7 @@ def test_a_click_selects_and_a_click_on_a_change_explains(window: Window) -> Non
     box = window.page.locator(".lanes canvas").first.bounding_box()
     window.page.mouse.click(box["x"] + 40, box["y"] + lane["y"] + lane["h"] / 2)
     assert window.ask("() => R.app.selected") == "AUV02"
-    assert "What AUV02 knows" in window.texts(".body h2")[0]
+    assert "Knowledge of AUV02" in window.texts(".body h2")[0]
     window.ask("() => R.app.clock.seek(1000)")
     place = "() => { const v = R.app.views[0], at = v.run.at(1, 1000); return [v.frame.x(at.x), v.frame.y(at.y)]; }"
     x, y = window.ask(place)
@@ -134,7 +134,7 @@ def test_the_view_is_saved_as_drawing(window: Window, tmp_path: Path) -> None:
     waiting.value.save_as(out)
     root = ElementTree.parse(out).getroot()
     words = " ".join("".join(one.itertext()) for one in root.iter("{http://www.w3.org/2000/svg}text"))
-    for word in ("mapping-rendezvous", "What AUV02 knows", "MissionAdministrator", "completed, 100 % of the goal"):
+    for word in ("mapping-rendezvous", "Knowledge of AUV02", "MissionAdministrator", "completed, 100 % of the goal"):
         assert word in words
     assert len(list(root.iter("{http://www.w3.org/2000/svg}path"))) > 100
     assert list(root.iter("{http://www.w3.org/2000/svg}image")) == []
