@@ -164,7 +164,7 @@ def _check_arrival(
         report.add("arrivals", "packets", time_s, sender, f"received by {name}", follows)
     if off_s > CLOSE_S + PLACE_STEP_M * 2.0 / speed_mps:
         due_s = end_s + apart_m / speed_mps
-        stated = f"{name} has heard it at {arrival_s:.4f} s"
+        stated = f"{name} received it at {arrival_s:.4f} s"
         report.add("arrivals", "packets", time_s, sender, stated, f"{due_s:.4f} s, over {apart_m:.1f} m")
 
 
@@ -234,7 +234,7 @@ def _check_events(
         known, key = recorded.get(uid), (vehicle, uid)
         wrong = partial(add, f"{event} {uid}")
         if known is None:
-            wrong("none: nobody recorded it")
+            wrong("none: no vehicle recorded it")
             continue
         if origin != known[1]:
             add(f"{uid} of origin {origin}", f"origin {known[1]}, as it was recorded")
@@ -336,12 +336,12 @@ def _check_senders(
         for uid in items:
             since_s = held.get((sender, uid))
             if uid not in recorded:
-                wrong(f"item {uid}", "none: nobody recorded it")
+                wrong(f"item {uid}", "none: no vehicle recorded it")
             elif since_s is None or since_s > time_s + CLOSE_S:
                 wrong(f"item {uid}", "none: it does not hold it yet")
         for uid in statuses:
             if uid not in recorded or recorded[uid][0] > time_s + CLOSE_S:
-                wrong(f"status {uid}", "none: nobody has recorded it")
+                wrong(f"status {uid}", "none: no vehicle has recorded it")
             elif recorded[uid][1] != sender and not min(receptions.get((sender, uid), NEVER)) <= time_s + CLOSE_S:
                 wrong(f"status {uid}", f"none: it is {recorded[uid][1]}'s")
 

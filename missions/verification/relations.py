@@ -186,7 +186,7 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
     columns = "time_s vehicle item event reason latency_s"
     for wrong, time_s, _, uid, event, reason, latency_s in report.each("deliveries", record, "deliveries", columns, 0):
         if uid not in recorded:
-            wrong(f"{event} {uid}", "none: nobody recorded it")
+            wrong(f"{event} {uid}", "none: no vehicle recorded it")
             continue
         if (event == "acknowledged") is not (reason == ""):
             wrong(f"{event} {uid}, {reason!r}", "a reason where it is not acknowledged, and only there")

@@ -303,7 +303,7 @@ class Cbba(KnownFromStart):
     planned = taking(
         "Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
         {
-            "claimsOf": "whose claims follow, and of which round: its time of last news; not acknowledged",
+            "claimsOf": "vehicle and round of the claims that follow: its time of last update; not acknowledged",
             "claim": "how strongly that vehicle claims a job",
         },
         blocks_per_round=2,

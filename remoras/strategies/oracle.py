@@ -25,7 +25,7 @@ class Oracle:
 
     name: ClassVar[str] = "oracle"
     declaration: ClassVar[Declaration] = Declaration(
-        "a bound: nobody can know more, or know it earlier", {}, communicates=False, sharing=InstantSharing
+        "a bound: no vehicle can know more, or know it earlier", {}, communicates=False, sharing=InstantSharing
     )
     form = staticmethod(founded)
 

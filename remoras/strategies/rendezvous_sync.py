@@ -130,7 +130,7 @@ class RendezvousSync(DividedAtSea):
         source="rendezvous point synchronisation, cited by Carlesi et al. 2011",
         messages={
             "playsRole": "the head gives a member a job, at a meeting",
-            JOB_DONE: "a vehicle has done a job, told at a meeting",
+            JOB_DONE: "a vehicle has done a job, reported at a meeting",
         },
         meets=True,
     )
