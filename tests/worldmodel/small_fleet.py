@@ -1,7 +1,6 @@
 """A fleet of three vehicles, small enough for blocks drawn at random to contradict one another often."""
 
-import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 from hypothesis import strategies as st
@@ -188,19 +187,3 @@ def check(model: WorldModel, checked: Block) -> CheckResult:
     """Both checks of a block, as merge makes them."""
     faults = check_form(model, checked)
     return CheckResult(faults) if faults else check_fit(model, checked)
-
-
-def calls_of(action: Callable[[], object]) -> int:
-    """How many calls of functions, of Python and of C, an action makes."""
-    counted = 0
-
-    def count(frame: object, event: str, argument: object) -> None:
-        nonlocal counted
-        counted += event in ("call", "c_call")
-
-    sys.setprofile(count)
-    try:
-        action()
-    finally:
-        sys.setprofile(None)
-    return counted
