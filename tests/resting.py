@@ -12,9 +12,10 @@ from typing import Any
 from missions.runs.assembly import assemble
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import load
+from remoras.authority import Ruling
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
-from worldmodel import Block
+from worldmodel import Block, merge
 
 Said = tuple[str, str, Any]
 """Subject, attribute, value: by name."""
@@ -51,6 +52,14 @@ def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
     change = vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s)
     vehicle.social.consider([change])
     return change.block
+
+
+def hear(vehicle: Vehicle, *blocks: Block) -> list[Ruling]:
+    """The vehicle hears blocks; what becomes of them at the end of the round."""
+    rulings = []
+    for block in blocks:
+        rulings += vehicle.social.consider(merge(vehicle.beliefs.model, [block]).changes).rulings
+    return rulings + vehicle.social.consult().rulings
 
 
 def miss(vehicle: Vehicle, *names: str) -> None:

@@ -23,7 +23,7 @@ def outcome(strategy: str, *faults: StressFault) -> Outcome:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", ["remoras", "contract-net", "status-broadcast"])
+@pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
 def test_what_is_said_to_be_done_and_is_not_is_done_after_all(strategy: str) -> None:
     found = outcome(strategy, *LIES)
     assert found.happened == {"forged-done"}

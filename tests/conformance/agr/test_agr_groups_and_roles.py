@@ -3,8 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from agr_fleet import hear
-from resting import fleet_at_rest, named
+from resting import fleet_at_rest, hear, named
 from sample_vehicles import AUV
 
 from remoras.authority import Act, Authority, Request, Rules, may_assign

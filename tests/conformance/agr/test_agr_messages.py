@@ -1,8 +1,7 @@
 """What is told and what it does at those who hear it, as AGR has it where a broadcast radio does."""
 
 import pytest
-from agr_fleet import hear
-from resting import fleet_at_rest, named, say
+from resting import fleet_at_rest, hear, named, say
 
 from missions.errors import ConfigurationError
 from missions.scenarios import load
