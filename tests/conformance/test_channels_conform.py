@@ -69,10 +69,3 @@ def test_a_model_that_breaks_a_rule_is_found_out(check, model, says) -> None:
 def test_what_is_no_channel_model_is_refused_by_what_it_lacks(name: str, says: str) -> None:
     with pytest.raises(PluginError, match=says):
         model_named(f"nonconforming_channels:{name}")
-
-
-def test_a_shipped_model_that_is_misspelt_gets_the_names() -> None:
-    with pytest.raises(
-        PluginError, match=r"allowed: perfect, bernoulli, .* acoustic, trace, network; did you mean 'bern"
-    ):
-        model_named("bernouli")
