@@ -52,9 +52,11 @@ def mean_wait_s(of: Run) -> float:
 @pytest.mark.slow
 def test_missions_are_shorter_where_calls_are_answered() -> None:
     """A call moves vehicles away from sites of their own; else they come once they have nothing else to do."""
-    pairs = [(sampled(seed), sampled(seed, OFF)) for seed in (1, 2)]
-    assert all(on.completed and off.completed and on.end_s < 0.95 * off.end_s for on, off in pairs)
-    assert all(mean_wait_s(on) < 0.6 * mean_wait_s(off) for on, off in pairs)
+    on, off = sampled(1), sampled(1, OFF)
+    assert on.completed
+    assert off.completed
+    assert on.end_s < 0.95 * off.end_s
+    assert mean_wait_s(on) < 0.6 * mean_wait_s(off)
 
 
 def test_no_energy_comes_from_nowhere() -> None:
