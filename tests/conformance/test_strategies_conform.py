@@ -56,7 +56,7 @@ def test_every_shipped_strategy_conforms(check: Callable[[Strategy], None], name
         (conformance.check_states_within_the_group, broken.Presumptuous(), "the declaration has to name an authority"),
         (conformance.check_runs, broken.Skipping(), "not together"),
         (conformance.check_runs, broken.Talkative(), "states .* blocks, its declaration allows"),
-        (conformance.check_runs, broken.Undeclared(), "does not declare: {'hasMission'}"),
+        (conformance.check_runs, broken.Undeclared(), "sends undeclared facts: {'hasMission'}"),
         (conformance.check_survives_silence, broken.Waiting(), "no vehicle maps an area"),
         (conformance.check_survives_the_silence_of_one, broken.Fickle(), "leaves .* times"),
         (conformance.check_survives_the_silence_of_one, broken.Resentful(), "cut off for a time: not together"),
