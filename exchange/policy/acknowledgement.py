@@ -151,7 +151,8 @@ class PacketLog:
             self.heard &= ~(1 << sender)
             self._loaded &= ~(1 << place)
             self._received &= ~(1 << place)
-            self._reported &= ~self._void(passed)
+            if self._reported:
+                self._reported &= ~self._void(passed)
             self._items[place] = 0
         self.slot = max(slot, self.slot)
 
