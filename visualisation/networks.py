@@ -123,8 +123,8 @@ def _matrix(axes: Axes, network: Network) -> None:
     axes.tick_params(length=0)
     axes.set_xticks(range(n), labels, rotation=90 if is_upright else 0)
     axes.set_yticks(range(n), labels)
-    axes.set_xlabel("hears")
-    axes.set_ylabel("sends")
+    axes.set_xlabel("receiver")
+    axes.set_ylabel("sender")
 
 
 def network_caption(network: Network) -> str:
