@@ -292,7 +292,7 @@ def test_figures_of_a_run_and_of_a_sweep_are_not_confused(results: Path, swept: 
     assert "'trajectories' is a figure of a single run" in refused("plot", swept, "trajectories")
     assert "'trade-off' is a figure of a sweep" in refused("plot", results, "trade-off")
     assert "holds a single run" in refused("plot", results, "--metric", "n_bytes")
-    assert "are about a sweep" in refused("compare", results, "--metric", "n_bytes", "--out", "rows.csv")
+    assert "apply to sweeps" in refused("compare", results, "--metric", "n_bytes", "--out", "rows.csv")
     assert "holds the results of a run" in refused("swarm", "mapping-rendezvous", "--out", results)
     assert "--all: applies to the figures of a sweep" in refused("plot", results, "--all")
     said = refused("plot", swept, "bytes", "--metric", "n_bytes")

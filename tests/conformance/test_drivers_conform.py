@@ -48,5 +48,5 @@ def test_others_are_found_out(kind: type[MemoryDriver]) -> None:
         other.__class__ = kind
         return one, other, pace
 
-    with pytest.raises(AssertionError, match="never heard"):
+    with pytest.raises(AssertionError, match="never received"):
         conformance.check_driver(make)

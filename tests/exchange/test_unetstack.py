@@ -121,7 +121,9 @@ def test_what_is_too_long_or_comes_too_soon_is_counted_as_refused(modems: Modems
     assert one.n_refused == 1
     one.send(b"one", 0.0)
     one.send(b"two", 0.0)  # while the modem is busy
-    one.receive(pace.now_s + 0.1)
+    for _ in range(20):  # its answer may take longer on a loaded machine
+        if one.n_refused < 2:
+            one.receive(pace.now_s + 0.1)
     assert one.n_refused == 2
     assert [packet.data for packet in other.receive(pace.now_s + 0.3)] == [b"one"]
     one.close()
