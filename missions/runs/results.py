@@ -245,10 +245,10 @@ class Results(RunReader):
     def _json(self, name: str) -> dict[str, Any]:
         try:
             loaded: dict[str, Any] = json.loads((self.folder / name).read_text(encoding="utf-8"))
-            if NEEDED_KEY[name] not in loaded:
+            if not isinstance(loaded, dict) or NEEDED_KEY[name] not in loaded:
                 raise ValueError(f"{NEEDED_KEY[name]!r} is missing")
             return loaded
-        except (OSError, ValueError, TypeError, RecursionError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise OutputError(f"{self.folder / name}: damaged: {error}") from None
 
     @cached_property  # loads a scenario
