@@ -103,7 +103,7 @@ def test_an_interruption_keeps_what_is_finished_exits_with_130_and_prints_no_tra
     assert (process.returncode, said.splitlines()) == (130, ["remoras: interrupted"])
     status = SweepResults.read(out).status()
     assert (send is os.kill) <= status.done < status.planned
-    assert (out / RUNS).is_file()
+    assert (out / RUNS).is_file() or not status.done
 
 
 def test_an_unreachable_cluster_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
