@@ -201,3 +201,14 @@ def test_what_is_coded_has_to_be_stated() -> None:
     )
     assert policy_fault(AckPolicy(kind._replace(states=True), True)) is None
     assert policy_fault(AckPolicy(kind._replace(states="yes"), True)) == "states must be true or false, not 'yes'"
+
+
+def test_acknowledgements_kept_longer_are_known_no_later_in_any_trial_and_sooner_in_some() -> None:
+    study = ExchangeStudy(nodes=5, per=(0.8,), trials=30, seed=4)
+    cleared, kept = (times(outcomes(POLICIES[name], study, is_compiled=False)) for name in ("mps-ack", "lasting"))
+    assert (kept <= cleared).all()
+    assert (kept < cleared)[:, lanes.SOURCE_ACKED].sum() > 5
+    kind = ACK._replace(name="mine", lasts=True)
+    assert policy_fault(AckPolicy(kind, True)) == (
+        "lasts is true and relays is not: nodes keep no acknowledgements that others report"
+    )
