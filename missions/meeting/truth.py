@@ -178,7 +178,7 @@ class MeetingTruth:
             yield from self._who_is_missing(fleet, now_s)
         if self._apart or self.goal_fraction < 1.0:
             yield from (f"{vehicle.name} waits for {vehicle.waits}" for vehicle in fleet.vehicles if vehicle.waits)
-        if self._apart or not self.is_over:
+        if self._apart or (self.goal_fraction < 1.0 and not self.is_over):
             yield from self._under_way(fleet)
 
     @staticmethod
