@@ -1,4 +1,4 @@
-"""Slot rule of policies that report received sets; extends `exchange.study.trials`, lane 0.
+"""Slot rule of policies that report received sets, for one trial at a time in lane 0 of `exchange.study.trials`.
 
 Reports about an origin follow `exchange.policy.planning`: all items below a number are held, by all nodes as the sender
 believes; a mask covers the next ones. An item is a column with a number given by its origin. The same module plans

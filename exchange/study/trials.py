@@ -124,8 +124,8 @@ def new_fleet(case: Case, layouts: Layouts) -> Fleet:
 def acknowledge(header: Header, layouts: Layouts, case: Case, fleet: Fleet, slot: Slot) -> None:
     """Open a slot at all nodes and compose its owner's header.
 
-    Acknowledgements of a packet are shared: they count for each node that received it, until the next slot of the
-    sender that they refer to (`PacketLog` of a vehicle).
+    Acknowledgements of a packet are shared: they count for each node that received it, as long as the kind keeps them
+    (`Layouts.n_headers`; `PacketLog` of a vehicle).
     """
     n_nodes, owner, place, at = case.n_nodes, slot.owner, slot.place, slot.at
     known, holders = fleet.known[owner], fleet.holders[owner]
