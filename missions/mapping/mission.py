@@ -37,7 +37,7 @@ from missions.mapping.detections import (
     weight_in_cells,
     with_inspectors,
 )
-from missions.mapping.jobs import SurveyJob, grounds_of, swaths_of
+from missions.mapping.jobs import SurveyJob, ground_of, grounds_of, swaths_of
 from missions.mapping.metrics import FIGURES, METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, Area, FindsTable, MappingScenario
 from missions.mapping.sensors import (
@@ -137,7 +137,7 @@ def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
     """Number of cells of an area; an estimate if it is far too large."""
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
     in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / (cell_m * cell_m)
-    return int(in_box) if in_box > 4 * MAX_CELLS else len(Seabed.of_areas(cell_m, {"": tuple(corners)}).cells)
+    return int(in_box) if in_box > 4 * MAX_CELLS else len(ground_of(tuple(corners), cell_m).cells)
 
 
 def _explorers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +50,7 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
 
 def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
     """Return the scenario of a document; see ``load``."""
+    document = replace(document, raw=deepcopy(document.raw))
     faults = list(_contradictions(overrides))
     options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
 

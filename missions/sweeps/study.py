@@ -16,12 +16,13 @@ from typing import Any, NamedTuple
 
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import STUDY, file_or_name, is_file, is_named, shipped, shipped_studies, shown, toml_value
+from missions.files import SCENARIO, STUDY, file_or_name, is_file, is_named, shipped, shipped_studies, shown, toml_value
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
 from missions.scenarios import Scenario, load
 from missions.scenarios.channel import is_left_aside
 from missions.scenarios.explanations import explanations_of
+from missions.scenarios.loading import scenario_from
 from missions.scenarios.parts import METRICS, importable, metric_named, strategy_named, with_files_found
 from missions.sweeps.factorial import HIGH, FactorialDesign, designed
 from missions.sweeps.study_file import (
@@ -296,7 +297,8 @@ def _resolved(
             fault = ConfigurationFault("study.scenario", f'"{name}"', file_or_name(name, known))
             faults.setdefault((fault.key, fault.allowed), fault)
             continue
-        base = load(source)  # raises its faults
+        document = Document.read(source, known, SCENARIO)
+        base = scenario_from(document)  # raises its faults
         bases.setdefault(source, _naming(base, own))
         has_faults = bool(getattr(base, FAULT, ()))
         for combination in combinations(file):
@@ -306,7 +308,7 @@ def _resolved(
             if lacking:
                 continue
             try:
-                configuration = _configuration(source, combination, own)
+                configuration = _configuration(source, document, combination, own)
             except ConfigurationError as error:
                 for fault in _in_study(error.faults, combination.settings):
                     faults.setdefault((fault.key, fault.allowed), fault)
@@ -330,14 +332,14 @@ def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
     return name if is_file(Path(name)) else None
 
 
-def _configuration(source: str, combination: Combination, own: Sequence[str]) -> Configuration:
-    """Load a scenario with settings (the last of a key counts) and the study's metrics."""
+def _configuration(source: str, document: Document, combination: Combination, own: Sequence[str]) -> Configuration:
+    """Return a scenario with settings (the last of a key counts) and the study's metrics."""
     last = {setting.key: setting for setting in combination.settings}
     if (channel := last.get("channel.name")) is not None:
         last = {key: setting for key, setting in last.items() if not is_left_aside(key, channel.value)}
     overrides = [(setting.place, f"{setting.key}={toml_value(setting.value)}") for setting in last.values()]
     pairs = tuple((setting.key, setting.value) for setting in last.values())
-    return Configuration(source, pairs, _naming(load(source, overrides), own), combination.unforeseen)
+    return Configuration(source, pairs, _naming(scenario_from(document, overrides), own), combination.unforeseen)
 
 
 def _naming(scenario: Scenario, own: Sequence[str]) -> Scenario:
