@@ -171,17 +171,6 @@ def test_all_faults_of_a_file_are_told_with_file_and_line(tmp_path: Path):
         assert f"{file}:{fault['line']}: {fault['key']}" in message
 
 
-@pytest.mark.slow
-def test_cells_that_are_far_too_small_are_refused_and_do_not_take_for_ever():
-    """An area of 250 m in cells of 1 cm has 625 million of them."""
-    command = [*COMMAND, "run", "mapping-rendezvous", "--set", "world.cell_m=0.01"]
-    try:
-        done = subprocess.run(command, capture_output=True, check=False, timeout=60)
-    except subprocess.TimeoutExpired:
-        pytest.fail("no answer")
-    assert done.returncode == 2
-
-
 # validate, example, explain -----------------------------------------------------------------------
 
 

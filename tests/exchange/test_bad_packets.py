@@ -226,16 +226,3 @@ def test_no_bytes_take_long(policy: str, n_nodes: int) -> None:
             if (took_s := time.process_time() - began_s) <= 0.010:
                 break
         assert took_s <= 0.010, data.hex()
-
-
-def test_a_mutated_first_copy_never_keeps_the_true_one_out() -> None:
-    """Every flip of a bit in the first copy: it is refused, not acknowledged, and the next copy comes in."""
-    of = codec("ack", 16, n_nodes=2)
-    sender = ManagerFleet(2, codec=of)
-    uid = sender.maps(0, cell=7)
-    data = sender.managers[0].packet_to_send(0.0).data
-    for bit in range(8 * len(data)):
-        fleet = ManagerFleet(2, codec=of)
-        assert fleet.deliver(1, turned(data, bit), 1.0).fault
-        assert fleet.deliver(1, data, 1.1).items == (uid,)
-        assert fleet.managers[1].n_faults == 1

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from exchange.errors import ConfigurationError
+from exchange.policy.policies import ACK, M_ACK, AckPolicy
 from exchange.study import estimates
 from exchange.study.estimates import TrialMean
 from exchange.study.parameters import ExchangeStudy, workload_named
@@ -156,6 +157,9 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
 # What is refused ------------------------------------------------------------------------------------------------------
 
 
+NAMESAKES = tuple(AckPolicy(kind._replace(name="own"), repeat=False) for kind in (ACK, M_ACK))
+
+
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
@@ -170,6 +174,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
         ({"links": ((0.0, 0.5), (0.5, 0.0))}, "per and links are both given.*5 rows of 5"),
         ({"nodes": 2, "per": (), "links": ((0.0, 1.0), (0.5, 0.0))}, r"links\[0\]\[1\] is 1: .*never ends"),
         ({"load": workload_named("poisson:1"), "max_slots": 100}, "warm-up and window"),
+        ({"policies": NAMESAKES}, "two policies have the name own"),
     ],
 )
 def test_what_cannot_be_is_refused_with_what_was_given_and_what_is_allowed(settings, message):

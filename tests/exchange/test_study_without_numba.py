@@ -1,18 +1,32 @@
-"""Without Numba the policy study runs where an interruption reaches it: in the thread that asked for it."""
+"""Without a fitting Numba the policy study runs uncompiled, with a hint, and gives the same."""
 
+import importlib.metadata
 import threading
 from typing import Any
 
 import pytest
 
-from exchange.study import compiler
+from exchange.study import compiler, study
 from exchange.study.parameters import ExchangeStudy
-from exchange.study.study import run
 
 
-def test_uncompiled_trials_run_in_the_thread_that_can_be_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
-    as_python = compiler.as_python
-    threads = set()
+@pytest.mark.parametrize(
+    ("found", "says"),
+    [(None, "numba is not installed"), ("0.69.0", "numba 0.69.0 is none"), ("0.65.1", "numba 0.65.1")],
+)
+def test_without_a_fitting_numba_the_study_runs_uncompiled_with_a_hint(
+    found: str | None, says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the thread that asked for it, where an interruption reaches it."""
+    asked = ExchangeStudy(nodes=3, per=(0.3,), policies=("ack",), trials=5)
+    compiled, as_python, threads = study.run(asked), compiler.as_python, set()
+
+    def version(name: str) -> str:
+        if found is None:
+            raise importlib.metadata.PackageNotFoundError(name)
+        return found
+
+    monkeypatch.setattr(compiler, "version", version)
 
     def watched(kind: Any) -> compiler.SlotLoop:
         loop = as_python(kind)
@@ -23,8 +37,14 @@ def test_uncompiled_trials_run_in_the_thread_that_can_be_interrupted(monkeypatch
 
         return noting
 
-    monkeypatch.setattr(compiler, "why_uncompiled", lambda: "no Numba here")
+    monkeypatch.setattr(compiler, "compiled", lambda *_: pytest.fail("compiled"))
     monkeypatch.setattr(compiler, "as_python", watched)
-    rows = run(ExchangeStudy(nodes=3, per=(0.2,), trials=3), jobs=4)
-    assert rows
+    said: list[str] = []
+    rows = study.run(asked, jobs=4, say=said.append)
     assert threads == {threading.main_thread()}
+    assert len(said) == 1
+    assert says in said[0]
+    assert 'the extra "study": pip install "numba>=0.66,<0.69"' in said[0]
+    assert "\n" not in said[0]
+    assert [row.delivered_slots for row in rows] == [row.delivered_slots for row in compiled]
+    assert [row.senders_acked_slots for row in rows] == [row.senders_acked_slots for row in compiled]

@@ -170,12 +170,3 @@ def test_a_fault_in_a_file_of_its_own_has_its_line(tmp_path: Path) -> None:
     file.write_text('[[network]]\nname = "h"\n' + node.format("quay", "buoy", 1.5) + node.format("buoy", "quay", 0.5))
     (fault,) = faults_of(tmp_path, text_of(NETWORK.replace("csv", "toml")))
     assert (fault.file, fault.line, fault.key) == (str(file), 5, "network.h.node.quay.per.buoy")
-    file.write_text("[[network]\n")
-    (fault,) = faults_of(tmp_path, text_of(NETWORK.replace("csv", "toml")))
-    assert (fault.file, fault.key) == (str(file), "TOML")
-    assert "line 1" in fault.allowed
-    (tmp_path / "harbour.csv").write_text(HARBOUR.replace("0.5", "-0.5"))
-    (fault,) = faults_of(tmp_path, text_of(NETWORK))
-    assert (
-        fault.text("pond.toml") == f'{tmp_path / "harbour.csv"}:3: per = "-0.5": of buoy to quay: a number from 0 to 1'
-    )

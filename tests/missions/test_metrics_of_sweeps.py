@@ -46,17 +46,6 @@ def swept(folder: Path, text: str = WITHOUT_METRICS, **values: float) -> SweepRe
     return swept_by(folder, text, made)
 
 
-@pytest.mark.parametrize(
-    ("name", "best"),
-    [
-        ("delivery_ratio", "mps-ack"), ("duplicate_fraction", "ack"), ("n_bytes", "ack"), ("consistency_time_s", "ack"),
-    ],
-)  # fmt: skip
-def test_the_best_is_the_highest_or_the_lowest_as_declared(tmp_path: Path, name: str, best: str) -> None:
-    found = ranks(swept(tmp_path, **{name: 0.02}), name)
-    assert {rank.policy: rank.rank for rank in found}[best] == 1.0
-
-
 def test_a_metric_of_a_mission_can_be_studied_compared_and_ranked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

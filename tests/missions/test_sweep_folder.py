@@ -38,21 +38,6 @@ def folder(made: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(made, tmp_path / "out"))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("cut", [1, 200])
-def test_a_torn_tail_is_cut_and_its_run_made_again(folder: Path, tmp_path: Path, cut: int) -> None:
-    plan = plan_of(tmp_path)
-    content = (folder / LEDGER).read_bytes()
-    (folder / LEDGER).write_bytes(content[:-cut])
-    log = SweepFolder(folder, plan)
-    assert len(log.summaries) == 2
-    assert (folder / LEDGER).read_bytes() == content[: content[:-1].rindex(b"\n") + 1]
-    log.append([run_task(task) for task in plan.missing(log.summaries)])
-    log.close()
-    status = SweepResults.read(folder).status()
-    assert (status.planned, status.done, status.remaining) == (8, 8, 0)
-
-
 def test_a_sweep_is_refused_on_a_file_system_without_locks(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -89,19 +74,6 @@ def test_a_folder_that_does_not_say_what_it_is_for_can_be_set_aside(folder: Path
     log.close()
     assert log.summaries == {}
     assert len((folder / "before-1" / LEDGER).read_text().splitlines()) == 3
-
-
-def test_a_strategy_whose_file_has_changed_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(tmp_path)
-    own = tmp_path / "own_strategy_of_this_test.py"
-    own.write_text("from remoras.strategies.central import STRATEGY\n")
-    reference = f"{own.stem}:STRATEGY"
-    plan = plan_of(tmp_path, study_text(repeats=1).replace('"remoras"', f'"{reference}"'))
-    SweepFolder(tmp_path / "out", plan).close()
-    SweepFolder(tmp_path / "out", plan).close()
-    own.write_text("from remoras.strategies.cbba import STRATEGY\n")
-    with pytest.raises(StudyChangedError, match=r"code.\w+.py: was .*, now "):
-        SweepFolder(tmp_path / "out", plan)
 
 
 def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Forged acts are refused by every vehicle of a fleet, under every strategy, and leave no trace.
+"""Forged acts are refused by every vehicle of a fleet and leave no trace.
 
 The facts are put into a world model as if they had been heard, at time 1, before anybody has said anything. The fleet
 is that of `mapping-rendezvous`: ASV00 is MissionAdministrator of the Coordination group, AUV00 its Tactician and
@@ -24,9 +24,9 @@ PLAIN = "vehicle.AUV02.social_layer=false"
 NARROW = "vehicle.AUV02.playable_roles=['Performer','Cartographer','RightWinger']"
 
 
-def fleet_of(strategy: str, *settings: str) -> AbstractContextManager[Fleet]:
+def fleet_of(strategy: str, *settings: str, scenario: str = "mapping-rendezvous") -> AbstractContextManager[Fleet]:
     given = {one.partition("=")[0]: one for one in (PLAIN, NARROW, f"strategy.name='{strategy}'", *settings)}
-    return fleet_at_rest(*given.values())
+    return fleet_at_rest(*given.values(), scenario=scenario)
 
 
 def state(vehicle: Vehicle) -> tuple[Any, ...]:
@@ -43,10 +43,10 @@ def state(vehicle: Vehicle) -> tuple[Any, ...]:
     )
 
 
-def refused_by_all(strategy: str, issuer: str, *facts: Said, settings: tuple[str, ...] = ()) -> set[str]:
+def refused_by_all(strategy: str, issuer: str, *facts: Said, settings: tuple[str, ...] = (), **of: str) -> set[str]:
     """Every vehicle refuses the facts and is as before; the outcomes that its rows name."""
     outcomes = []
-    with fleet_of(strategy, *settings) as forger, fleet_of(strategy, *settings) as fleet:
+    with fleet_of(strategy, *settings, **of) as forger, fleet_of(strategy, *settings, **of) as fleet:
         block = stated(named(forger, issuer), *facts)  # by its copy in another fleet
         for vehicle in fleet.vehicles:
             before = state(vehicle)
@@ -65,8 +65,6 @@ def refused_by_all(strategy: str, issuer: str, *facts: Said, settings: tuple[str
     return set(outcomes)
 
 
-EVERY_ACT = ("remoras", "contract-net", "cbba")
-"""Strategies whose authorities differ most: every act is tried under them."""
 EVICT = ("AUV00", "leftRole", "Operational.Coordinator")
 FORGED: dict[str, tuple[str, Said, Outcome]] = {
     "evict the head": ("AUV01", EVICT, Outcome.NO_AUTHORITY),
@@ -83,12 +81,29 @@ FORGED: dict[str, tuple[str, Said, Outcome]] = {
 }  # fmt: skip
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("strategy", EVERY_ACT)
 @pytest.mark.parametrize("act", FORGED)
-def test_every_forged_act_is_refused_by_all(act: str, strategy: str) -> None:
+def test_every_forged_act_is_refused_by_all(act: str) -> None:
+    """Under a strategy that lets its members do most."""
     issuer, fact, outcome = FORGED[act]
-    assert refused_by_all(strategy, issuer, fact) == {outcome.value}
+    assert refused_by_all("contract-net", issuer, fact) == {outcome.value}
+
+
+GROUP, MEMBER = "Inspectors", "Inspectors.InspectionMember"
+"""The head of the operational group may form the inspectors, and a role of them."""
+FORMATION = (GROUP, "formation", 1)
+FORMATIONS: dict[str, tuple[str, tuple[Said, ...], Outcome]] = {
+    "form": ("AUV01", ((GROUP, "formedUnder", "AUV01"), FORMATION), Outcome.NO_AUTHORITY),
+    "form under somebody unable": ("AUV00", ((GROUP, "formedUnder", "AUV02"), FORMATION), Outcome.UNABLE),
+    "form without a number": ("AUV00", ((GROUP, "formedUnder", "AUV01"),), Outcome.NO_AUTHORITY),
+    "dissolve what is not there": ("AUV01", ((GROUP, "dissolved", 1),), Outcome.NOT_GROUP),
+    "take a role of what is not there": ("AUV01", (("AUV01", "playsRole", MEMBER),), Outcome.NOT_GROUP),
+}
+
+
+@pytest.mark.parametrize("act", FORMATIONS)
+def test_every_forged_formation_is_refused_by_all(act: str) -> None:
+    issuer, facts, outcome = FORMATIONS[act]
+    assert refused_by_all("remoras", issuer, *facts, scenario="mapping-inspection") == {outcome.value}
 
 
 @pytest.mark.parametrize("strategy", [*RECRUITING, *TAKING])

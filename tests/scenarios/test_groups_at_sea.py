@@ -65,37 +65,8 @@ def form(head: str, number: int) -> tuple[tuple[str, str, Any], ...]:
     return (GROUP, "formedUnder", head), (GROUP, "formation", number)
 
 
-FORGED: dict[str, tuple[str, tuple[tuple[str, str, Any], ...], str]] = {
-    "form": ("AUV01", form("AUV01", 1), "issuer without authority"),
-    "form under somebody unable": ("AUV00", form("AUV02", 1), "assignee not able"),
-    "form without a number": ("AUV00", form("AUV01", 1)[:1], "issuer without authority"),
-    "dissolve what is not there": ("AUV01", ((GROUP, "dissolved", 1),), "not group"),
-    "take a role of what is not there": ("AUV01", (("AUV01", "playsRole", f"{GROUP}.InspectionMember"),), "not group"),
-}
-UNABLE = "vehicle.AUV02.playable_roles=['Performer','Cartographer','RightWinger','InspectionMember','Inspector1']"
-
-
-def everything(vehicle: Vehicle) -> tuple[Any, ...]:
-    social = vehicle.social
-    return social.organisation, social.present, dict(social.objectives), dict(social.missions), bool(social.planner.due)
-
-
 def takes_in(vehicle: Vehicle, block: Block, now_s: float) -> None:
     vehicle.consider(merge(vehicle.beliefs.model, [block]).changes, now_s)
-
-
-@pytest.mark.parametrize("act", FORGED)
-def test_every_forged_formation_is_refused_by_all(act: str) -> None:
-    issuer, facts, outcome = FORGED[act]
-    with fleet_at_rest(UNABLE, scenario=INSPECTION) as forger, fleet_at_rest(UNABLE, scenario=INSPECTION) as others:
-        block = stated(named(forger, issuer), *facts)
-        for vehicle in others.vehicles:
-            before, n_rows = everything(vehicle), len(others.recorder.organisation)
-            takes_in(vehicle, block, 1.0)
-            vehicle._take_effect(2.0)
-            assert everything(vehicle) == before
-            rows = others.recorder.organisation[n_rows:]
-            assert [(row[1], row[5], row[6], row[-1]) for row in rows] == [(vehicle.name, "refused", issuer, outcome)]
 
 
 @pytest.mark.parametrize("issuer", ["AUV02", "ASV00"])

@@ -41,6 +41,23 @@ def test_a_lost_administrator_is_succeeded_by_the_tactician() -> None:
     assert ("AUV00", "MissionAdministrator") in took(finished)
 
 
+def test_who_begins_anew_takes_jobs_whatever_it_said_before() -> None:
+    """Cut off, it says that it takes none, which the others hear; then it begins anew, and says that it does."""
+    faults = (
+        '{kind="deaf",vehicle="AUV01",at_s=30,until_s=205}',
+        '{kind="restarts",vehicle="AUV01",at_s=180,until_s=200,memory="lost"}',
+    )
+    settings = [("--set", f"fault=[{','.join(faults)}]"), ("--set", "communication.lease_frames=10")]
+    fleet = assemble(resolved(load("mapping-rendezvous", settings)), seed=1)
+    found = []
+    for time_s in (170.0, 300.0):
+        while fleet.now_s < time_s:
+            fleet.step()
+        found.append([v.name for v in fleet.vehicles if "AUV01" in v.social.takes_no_jobs])
+    fleet.close()
+    assert found == [["ASV00", "AUV00", "AUV02"], []]
+
+
 def longest_double_lead_s(fleet: Fleet) -> float:
     """Step a fleet to its end; the longest time in which one group had two heads that hear and are heard (s)."""
     since_s: dict[str, float] = {}

@@ -3,8 +3,6 @@
 import pytest
 from resting import fleet_at_rest, hear, named, say
 
-from missions.errors import ConfigurationError
-from missions.scenarios import load
 from remoras.fleet.fleet import Fleet
 from remoras.organisation import Outcome
 
@@ -58,33 +56,6 @@ def test_who_has_left_a_role_is_not_reached_by_it() -> None:
         performer._adopt()
         assert performer.executive.satisfaction == {}
         assert hear_a_call(fleet, "AUV01", "AUV00", frame=1) == set()
-
-
-def test_every_holder_has_one_copy_of_its_own() -> None:
-    """Heard twice it counts once; one vehicle's picture is not the other's."""
-    with fleet_at_rest() as fleet:
-        head = named(fleet, "AUV00")
-        block = say(head, LEFT)
-        first, second = named(fleet, "AUV01"), named(fleet, "AUV02")
-        assert len(hear(first, block, block)) == 1
-        assert not second.social.organisation.plays("AUV01", "Operational", "LeftWinger")
-        assert len(hear(second, block)) == 1
-        assert first.beliefs.model is not second.beliefs.model
-
-
-def test_every_group_has_a_head_with_the_social_layer_and_all_reach_each_other() -> None:
-    """The fleet shares one channel; a group that nobody could lead is refused when the scenario is loaded."""
-    with fleet_at_rest("channel.per=0") as fleet:
-        organisation, database = named(fleet, "AUV00").social.organisation, named(fleet, "AUV00").social.database
-        for group in organisation.groups:
-            assert all(database[name].social_layer for name in organisation.heads(group))
-            assert len(organisation.members(group)) > 1
-        places_m = [data.start_m for data in database.values()]
-        for node in range(len(database)):
-            arrivals = fleet.channel.transmit(node, node, bytes(64), 0.0, places_m)
-            assert {one.receiver for one in arrivals} == set(range(len(database))) - {node}
-    with pytest.raises(ConfigurationError, match="no vehicle with the social layer to lead it"):
-        load("mapping-rendezvous", [("--set", f"vehicle.{name}.social_layer=false") for name in database])
 
 
 @pytest.mark.parametrize(

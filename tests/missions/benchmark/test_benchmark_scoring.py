@@ -248,17 +248,6 @@ def test_seeds_that_cannot_judge_are_one_line(tmp_path: Path, seeds: str | None,
         split_to_judge(suite, None, tmp_path)
 
 
-@pytest.mark.slow
-def test_it_has_forty_cells_and_the_networks_lose_as_much() -> None:
-    suite = suite_named("fathom-1")
-    (study,) = suite.studies(["remoras"])
-    assert len(suite.cells) == len(study.configurations) == 40
-    assert study.n_runs == 400
-    for configuration in study.configurations:
-        channel = configuration.scenario.channel
-        assert channel.mean_per(configuration.scenario.deployment) == pytest.approx(0.42, abs=1e-4)
-
-
 TEXT = SUITE.replace("0.42", "0.4")
 TEXT = TEXT.replace('"measured"\nset."channel.name" = "network"', '"worse"\nset."channel.per" = 0.6')
 

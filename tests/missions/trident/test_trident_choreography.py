@@ -23,7 +23,6 @@ from missions.trident.truth import (
     draw_services,
     draw_site,
     statuses,
-    unsound,
     uses,
 )
 from remoras.recorder import Recorder
@@ -98,15 +97,6 @@ def test_who_is_late_is_named_once() -> None:
     assert fleet.rows == [(100.0, "", "asked", "", "", "", "asked", late)]
     fleet.say("ASV00", "chosen", "Candidate-1", 600.0)
     assert fleet.monitor.state == "chosen"
-
-
-def test_a_pattern_has_no_dead_end_and_no_state_out_of_reach() -> None:
-    states = [one["name"] for one in PATTERN["state"]]  # type: ignore[index]
-    arrows = [(one["state"], one["to"]) for one in PATTERN["message"]]  # type: ignore[index]
-    assert list(unsound(states, ["over"], arrows)) == []
-    assert [state for state, _ in unsound([*states, "lost"], ["over"], arrows)] == ["lost", "lost"]
-    circle = [("asked", "chosen"), ("chosen", "asked")]
-    assert [state for state, _ in unsound(["asked", "chosen"], [], circle)] == ["asked", "chosen"]
 
 
 def test_a_run_without_faults_keeps_to_the_pattern() -> None:

@@ -109,14 +109,6 @@ def test_a_manifest_that_says_nothing_is_one_error(case: str, made: Path, tmp_pa
     assert len(str(raised.value).splitlines()) == 1
 
 
-@pytest.mark.parametrize("name", ["deliveries", "coverage"])
-def test_a_table_that_is_missing_is_named(name: str, made: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "altered"
-    shutil.copytree(made, folder)
-    (folder / f"{name}.parquet").unlink()
-    assert [one.table for one in verify(folder).findings if one.check == "columns"] == [name]
-
-
 def test_the_tables_of_every_shipped_mission_are_due() -> None:
     references = {load(name).scenario.mission for name in shipped()}
     assert MISSIONS.keys() == {name.removeprefix("missions.").removesuffix("Mission") for name in references}

@@ -93,20 +93,6 @@ def test_a_run_of_any_kind_is_shown(runs: dict[str, Results], tmp_path: Path) ->
         assert ("not completed" in told["verdict"]) != fiction.completed
 
 
-SIXTY = "scenario.duration_s=60"
-
-
-@pytest.mark.parametrize(
-    "settings", [("scenario.duration_s=1",), (SIXTY, "channel.per=0"), (SIXTY, "strategy.name='oracle'")]
-)
-def test_runs_are_shown_however_short_or_quiet(settings: tuple[str, ...], tmp_path: Path) -> None:
-    results = recorded(tmp_path / "run", *settings)
-    told = asked([data_of(results)], LOOK, tmp_path)
-    assert told["packets"] == results.table("packets").num_rows
-    assert told["n"] == len(results.scenario.vehicle)
-    assert told["verdict"].startswith("not completed, 0 % of the goal: ")
-
-
 def test_names_of_any_letters_come_through_and_harm_nothing(tmp_path: Path) -> None:
     milestones, roles = [(WICKED[1], WICKED[0], WICKED[3], 5.0)], [(WICKED[1], WICKED[2])]
     fiction = Fiction(WICKED, roles, outlines=WICKED[:2], points=WICKED[2:], milestones=milestones)
