@@ -8,12 +8,8 @@ from typing import Any
 
 from missions.errors import OutputError
 from missions.runs.tables import arrow_table
-from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
-from remoras.behaviours import Behaviour, Standing
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
-from remoras.functional.layer import FunctionalLayer
-from remoras.picture import Picture
 from remoras.recorder import TABLES, TIME, VEHICLE, Row, Table
 from remoras.sensor import Observation, Pose, Sensor, SensorSettings
 from remoras.testing.behaviours import difference, picture_of
@@ -21,7 +17,8 @@ from worldmodel import Instance, TBox, WorldModel, WorldModelError, core_ontolog
 
 FIELD_M = 400.0
 """Half-width of the sampled square around the start of the vehicle."""
-BOUNDS_M = (-1e4, -1e4, 1e4, 1e4)
+MOST_FOUND = 1000
+"""Instances that a sensor may create along the track."""
 
 Way = Sequence[tuple[Pose, float]]
 
@@ -50,7 +47,6 @@ def check(
     world: Any,
     instances: Iterable[tuple[str, str]] = (),
     vocabulary: Sequence[Path] = (),
-    n_found: int = 1000,
     places_m: Sequence[tuple[float, float]] = (),
 ) -> int:
     """Check the observations of a sensor along a track; return their number.
@@ -58,18 +54,17 @@ def check(
     Args:
         instances: (class, name) of possible subjects besides the vehicle.
         vocabulary: Turtle files besides the core ontology.
-        n_found: maximum number of instances created.
         places_m: waypoints with something to observe.
 
     Raises:
-        AssertionError: invalid observations, rows or facts, nondeterminism, modified world, or observations while off.
+        AssertionError: invalid observations, rows or facts, nondeterminism, or a modified world.
     """
     ticks = way(data, places_m)
     before = picture_of(world)
     first, second = _made(settings, data), _made(settings, data)
     table = _checked_table(first)
     tbox = read_tbox(*core_ontology_paths(), *vocabulary)
-    beliefs = _beliefs(data, tbox, instances, n_found)
+    beliefs = _beliefs(data, tbox, instances)
     answers: list[list[Observation]] = []
     for pose, now_s in ticks:
         sensed = _sensed(first, pose, world, now_s)
@@ -87,7 +82,6 @@ def check(
         assert other == answer, f"t = {now_s} s: two sensors made alike answer {answer} and {other}"
     changed = difference(before, picture_of(world), "world")
     assert not changed, f"the sensor changed the world, which all vehicles and runs share: {changed}"
-    _check_is_silent_while_off(settings, data, ticks, world)
     return sum(map(len, answers))
 
 
@@ -132,39 +126,7 @@ def _check_facts(observation: Observation, beliefs: Beliefs, now_s: float) -> No
         raise AssertionError(f"t = {now_s} s: {observation} cannot be recorded: {error}") from error
 
 
-def _beliefs(data: VehicleData, tbox: TBox, instances: Iterable[tuple[str, str]], n_found: int) -> Beliefs:
+def _beliefs(data: VehicleData, tbox: TBox, instances: Iterable[tuple[str, str]]) -> Beliefs:
     named = [(data.vehicle_type, data.name), *instances]
     known = tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
-    return Beliefs(WorldModel(tbox, 0, known, 0.1, n_origins=1, run_time_instances_per_origin=n_found))
-
-
-def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, ticks: Way, world: Any) -> None:
-    """Check that a sensor observes nothing while off, and later nothing passed meanwhile."""
-    half = len(ticks) // 2
-    layer = FunctionalLayer(data, _OneSensor(), world, {"sensor": _made(settings, data)}, BOUNDS_M, Picture())
-    switched_on = Activity("Sensing", ActivityType.PRODUCTIVE, sensors=("sensor",))
-    sets = layer.prepare((ActivitySet(None, ActivityKind.INDIVIDUAL, (switched_on,), 1.0),))
-    for pose, now_s in ticks[:half]:
-        _move(layer, pose)
-        perceived = layer.sense(now_s, ())
-        assert not perceived, f"t = {now_s} s: it is off, and yet it perceives {perceived}"
-    layer.perform((len(sets) - 1,))
-    fresh = _made(settings, data)
-    for pose, now_s in ticks[half:]:
-        _move(layer, pose)
-        answer = [sensed.observation for sensed in layer.sense(now_s, ())]
-        expected = _sensed(fresh, pose, world, now_s)
-        assert answer == expected, f"t = {now_s} s: after having been off it answers {answer}, a new one {expected}"
-
-
-class _OneSensor:
-    def world(self, seed: int) -> Any:
-        return None
-
-    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        return Standing()
-
-
-def _move(layer: FunctionalLayer, pose: Pose) -> None:
-    layer.motion.x_m, layer.motion.y_m = pose.x_m, pose.y_m
-    layer.motion.heading_rad, layer.motion.speed_mps = pose.heading_rad, pose.speed_mps
+    return Beliefs(WorldModel(tbox, 0, known, 0.1, n_origins=1, run_time_instances_per_origin=MOST_FOUND))
