@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -39,12 +39,7 @@ def check_metric(metric: Metric, runs: Sequence[api.Run] = ()) -> None:
         collected("metrics of every run and this one", (*CORE_METRICS, metric))
     except ConfigurationError as error:
         raise AssertionError(str(error)) from None
-    with _read_back(runs or _short_runs()) as pairs:
-        for run, written in pairs:
-            with _named(f"metric {metric.name} of {run!r}"):
-                first, again, of_folder = (tried.metric(metric) for tried in (run, run, written))
-                _expect_same(metric.name, first, again, "asked of the same run again")
-                _expect_same(metric.name, first, of_folder, "asked of its folder")
+    _expect_same(f"metric {metric.name}", lambda run: run.metric(metric), runs)
 
 
 def check_figure(figure: Declared, runs: Sequence[api.Run] = ()) -> None:
@@ -58,38 +53,32 @@ def check_figure(figure: Declared, runs: Sequence[api.Run] = ()) -> None:
     if faults := list(faults_of_figure(figure)):
         raise AssertionError("; ".join(faults))
     needs = () if isinstance(figure, Mark) else figure.needs
-    with _read_back(runs or _short_runs()) as pairs:
-        for run, written in pairs:
-            if lacking := [table for table in needs if table not in run.tables]:
-                raise AssertionError(
-                    f"{run!r} has no table {', '.join(lacking)}; pass runs of a mission that writes it"
-                )
-            with _named(f"figure of {run!r}"):
-                captions = [_caption(tried, figure) for tried in (run, run, written)]
-                _expect_same("its caption", captions[0], captions[1], "drawn of the same run again")
-                _expect_same("its caption", captions[0], captions[2], "drawn of its folder")
+
+    def caption(run: api.Run) -> str:
+        if lacking := [table for table in needs if table not in run.tables]:
+            raise AssertionError(f"{run!r} has no table {', '.join(lacking)}; pass runs of a mission that writes it")
+        drawn: Any = run.plot(figure)
+        return str(drawn.caption)
+
+    _expect_same("caption", caption, runs)
 
 
-def _caption(run: api.Run, figure: Declared) -> str:
-    drawn: Any = run.plot(figure)
-    return str(drawn.caption)
-
-
-@contextmanager
-def _named(subject: str) -> Iterator[None]:
+def _expect_same(subject: str, ask: Callable[[api.Run], object], runs: Sequence[api.Run]) -> None:
+    """Check that a question about a run has one answer: repeated, and of the run read from a folder."""
     from missions.errors import MissionsError
     from remoras.errors import RemorasError
     from visualisation.output import VisualisationError
 
-    try:
-        yield
-    except (MissionsError, RemorasError, VisualisationError) as error:
-        raise AssertionError(f"{subject}: {error}") from error
-
-
-def _expect_same(subject: str, first: object, other: object, how: str) -> None:
-    if first != other:
-        raise AssertionError(f"{subject} is {first!r}, and {other!r} {how}: it has to be a function of the run alone")
+    with _read_back(runs or _short_runs()) as pairs:
+        for run, written in pairs:
+            try:
+                first, again, of_folder = (ask(asked) for asked in (run, run, written))
+            except (MissionsError, RemorasError, VisualisationError) as error:
+                raise AssertionError(f"{subject} of {run!r}: {error}") from error
+            for other, how in ((again, "asked of the same run again"), (of_folder, "asked of its folder")):
+                if first != other:
+                    function = "it has to be a function of the run alone"
+                    raise AssertionError(f"{subject} of {run!r} is {first!r}, and {other!r} {how}: {function}")
 
 
 @cache

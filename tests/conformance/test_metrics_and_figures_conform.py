@@ -84,7 +84,7 @@ def test_a_sound_figure_conforms(figure: Declared) -> None:
         (Figure("roles", "Times", draw), "its name 'roles' is that of another"),
         (Figure("times", "Times", lambda axes, results, style: str(1 / 0)), "raised ZeroDivisionError"),
         (Figure("times", "Times", lambda axes, results, style: 1), "returned 1"),  # type: ignore[arg-type, return-value]
-        (Figure("times", "Times", lambda axes, results, style: str(next(COUNTER))), "drawn of the same run again"),
+        (Figure("times", "Times", lambda axes, results, style: str(next(COUNTER))), "asked of the same run again"),
     ],
 )
 def test_a_faulty_figure_is_told(faulty: Any, said: str) -> None:
