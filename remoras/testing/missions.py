@@ -267,47 +267,37 @@ def check_results(finished_run: Run) -> None:
     assert times_s == sorted(times_s), "milestones are not in time order"
 
 
+HASH_SEEDS = ("1", "2")
+
+
 def check_free_of_hashes(scenario: Scenario) -> None:
-    """Check that processes with different hash seeds record equal rows."""
+    """Check that processes with different hash seeds, and the import paths of this one, record equal rows."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scenario.toml"
         tables = scenario.model_dump(mode="json", exclude_none=True)
         file.write_text(tomli_w.dumps(tables), encoding="utf-8")
-        printed = printed_by_each(
+        program = (
+            f"import sys; sys.path[:0] = {sys.path!r}\n"
+            f"from remoras.plugins import look_in\nlook_in({plugin_folders()!r})\n"
             f"from remoras.testing.missions import mission_digest\nprint(mission_digest({str(file)!r}))"
         )
-    assert len(set(printed)) == 1, "results depend on the order of a set, on hash() or on id()"
+        started = [
+            subprocess.Popen(
+                [sys.executable, "-c", program],
+                env={**os.environ, "PYTHONHASHSEED": seed},
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+            for seed in HASH_SEEDS
+        ]
+        outputs = [process.communicate() for process in started]
+    assert all(process.returncode == 0 for process in started), f"cannot be run in another process: {outputs[0][1]}"
+    digests = {digest for digest, _ in outputs}
+    assert len(digests) == 1, "results depend on the order of a set, on hash() or on id()"
 
 
 def mission_digest(scenario: str) -> str:
     """Return a digest of all rows of a run of a scenario file."""
-    return rows_digest(finished(resolved(load(scenario))).recorder)
-
-
-def rows_digest(recorder: Recorder) -> str:
-    """Return a digest of all recorded rows."""
-    return hashlib.sha256(json.dumps(recorded_rows(recorder)).encode()).hexdigest()
-
-
-HASH_SEEDS = ("1", "2")
-
-
-def printed_by_each(code: str) -> list[str]:
-    """Run code in each process, with the import paths of this one; return the outputs."""
-    program = (
-        f"import sys; sys.path[:0] = {sys.path!r}\n"
-        f"from remoras.plugins import look_in\nlook_in({plugin_folders()!r})\n{code}"
-    )
-    started = [
-        subprocess.Popen(
-            [sys.executable, "-c", program],
-            env={**os.environ, "PYTHONHASHSEED": seed},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for seed in HASH_SEEDS
-    ]
-    outputs = [process.communicate() for process in started]
-    assert all(process.returncode == 0 for process in started), f"cannot be run in another process: {outputs[0][1]}"
-    return [printed for printed, _ in outputs]
+    rows = recorded_rows(finished(resolved(load(scenario))).recorder)
+    return hashlib.sha256(json.dumps(rows).encode()).hexdigest()

@@ -1,6 +1,5 @@
 """Sample inputs of the checks: random fleets, two kinds of jobs, a small mission."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,10 +45,7 @@ class Visit:
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Time and place after the visit; None if unable."""
-        if not self.is_able(data):
-            return None
-        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+        return outlook.stayed(self.place_m, self.stay_s, data) if self.is_able(data) else None
 
 
 TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
