@@ -342,20 +342,3 @@ def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:
     along = np.clip((dx_m * east_m + dy_m * north_m) / length2, 0.0, 1.0)
     off_x, off_y = dx_m - along * east_m, dy_m - along * north_m
     return np.asarray(off_x * off_x + off_y * off_y)
-
-
-def lawnmower_track(west_m: float, south_m: float, east_m: float, north_m: float, apart_m: float) -> tuple[Point, ...]:
-    """Points of lanes along the longer side of a rectangle, at most ``apart_m`` apart.
-
-    >>> lawnmower_track(0.0, 0.0, 100.0, 40.0, 20.0)
-    ((0.0, 10.0), (100.0, 10.0), (100.0, 30.0), (0.0, 30.0))
-    """
-    is_wide = east_m - west_m >= north_m - south_m
-    begin, end, low, high = (west_m, east_m, south_m, north_m) if is_wide else (south_m, north_m, west_m, east_m)
-    n = max(1, math.ceil((high - low) / apart_m - 1e-9))
-    points = []
-    for number in range(n):
-        across = low + (number + 0.5) * (high - low) / n
-        ends = (begin, end) if number % 2 == 0 else (end, begin)
-        points += [(along, across) if is_wide else (across, along) for along in ends]
-    return tuple(points)

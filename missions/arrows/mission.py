@@ -34,7 +34,7 @@ from missions.arrows.belief_map import (
     rates_of,
     total_of,
 )
-from missions.arrows.choosing import Choosing, Hearers, Reach, contact_range_m, lawnmower_track
+from missions.arrows.choosing import Choosing, Hearers, Reach, contact_range_m
 from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSettings, DetectorSettings, MagneticSettings
 from missions.arrows.scenario import DETECTORS, ArrowsScenario, KindTable
 from missions.arrows.truth import FIGURES, FLEET_MAPS, IDENTIFIED, MAPS, METRICS, ArrowsTruth
@@ -42,6 +42,7 @@ from missions.errors import ConfigurationFault, one_of
 from missions.figure import Place
 from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import OBJECTIVES, Pursuit
+from missions.meeting.survey import rows, to_and_fro
 from missions.meeting.truth import JOBS
 from missions.scenarios.parts import database_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
@@ -299,7 +300,9 @@ class ArrowsMission(JobMission):
         apart_m = LANE_SHARE * max(self._choosing(data).ranges_m.values())
         n, number = len(self.searchers), self.searchers.index(data.name)
         width_m = (east_m - west_m) / n
-        return lawnmower_track(west_m + number * width_m, south_m, west_m + (number + 1) * width_m, north_m, apart_m)
+        west_m, east_m = west_m + number * width_m, west_m + (number + 1) * width_m
+        corners_m = (west_m, south_m), (east_m, south_m), (east_m, north_m), (west_m, north_m)
+        return to_and_fro(rows(corners_m, apart_m, 0.0), corners_m[0])
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """Return None: the search ends by time, without a report."""

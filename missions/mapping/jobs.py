@@ -1,9 +1,10 @@
 """Jobs of the mapping mission: surveys of the remaining cells of one area each, row by row.
 
-Rows are those of ``survey`` for the vehicle's swath; beside a slanted border they extend to every cell. Each cell
+Rows are those of ``missions.meeting.survey`` for the vehicle's swath. They end half a swath before the border, half a
+cell if cells are smaller, so that corners are covered; beside a slanted border they extend to every cell. Each cell
 belongs to its nearest row. A row with some mapped cells is cut to the span of the others; one without remaining cells
 is skipped. Rows run upwards or downwards, each from the end that gives the shortest path. An unmapped area is run in
-zigzag rows, see ``survey.to_and_fro``.
+zigzag rows, see ``to_and_fro``.
 
 With position errors, rows may overlap. On one of n rows a vehicle may be off by a_n and still map all cells; beyond
 that it takes a new fix. If K is the error accumulated in the time of one fix, n rows take n (1 + K / a_n) times as long
@@ -24,7 +25,7 @@ from typing import NamedTuple
 
 from exchange.arithmetic import distance, length
 from missions.mapping.sensors import Cell, Seabed, mapping_speed_mps, seabed_of, swath_m
-from missions.mapping.survey import length_m, rows, runs_along_x, to_and_fro
+from missions.meeting.survey import length_m, rows, runs_along_x, to_and_fro
 from remoras.behaviours import CAPTURE_M
 from remoras.beliefs import Key, Known
 from remoras.database import AUVDatabase, VehicleData

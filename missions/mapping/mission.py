@@ -49,7 +49,6 @@ from missions.mapping.sensors import (
     SwathSettings,
     seabed_of,
 )
-from missions.mapping.survey import contains, overlap
 from missions.mapping.tasks import (
     INSPECTION,
     MISSIONS,
@@ -66,6 +65,7 @@ from missions.mapping.tasks import (
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting.job_mission import JobMission, names_apart, numbered
 from missions.meeting.meeting import OBJECTIVES, importance_of
+from missions.meeting.survey import contains, overlap
 from missions.scenarios.features import place_error_m
 from missions.scenarios.organisation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of

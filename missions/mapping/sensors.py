@@ -19,7 +19,7 @@ from pydantic import Field
 
 from exchange.arithmetic import distance
 from exchange.channel import loss
-from missions.mapping.survey import contains
+from missions.meeting.survey import contains
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, SensorSettings, normal_error

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from exchange.arithmetic import distance
 from missions.meeting.meeting import NEWS_FRAMES
+from missions.meeting.survey import rows, runs_along_x
 from missions.trident.jobs import SHARE_USED, is_to_be_surveyed, survey_speed_mps
 from missions.trident.services import EffectorSettings, FinderSettings, SeabedBlock, SurveyorSettings
 from remoras.behaviours import (
@@ -216,22 +217,17 @@ def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
     >>> [(lane.begin_m, lane.end_m) for lane in survey_lanes(SeabedBlock("north", 0.0, 0.0, 80.0, 40.0, 20.0), 15.0)]
     [((0.0, 10.0), (80.0, 10.0)), ((0.0, 30.0), (80.0, 30.0))]
     """
-    width_m, height_m = block.east_m - block.west_m, block.north_m - block.south_m
-    along_x = width_m >= height_m
-    across_m = height_m if along_x else width_m
-    n = max(1, math.ceil(across_m / (2.0 * SHARE_USED * reach_m) - 1e-9))
-    step_m = across_m / n
-    for lane in range(n):
-        at_m = (block.south_m if along_x else block.west_m) + (lane + 0.5) * step_m
-        ends = (
-            ((block.west_m, at_m), (block.east_m, at_m)) if along_x else ((at_m, block.south_m), (at_m, block.north_m))
-        )
+    lanes = rows(block.outline_m, 2.0 * SHARE_USED * reach_m, 0.0)
+    across = 1 if runs_along_x(block.outline_m) else 0
+    sides_m = block.east_m - block.west_m, block.north_m - block.south_m
+    half_m = sides_m[across] / len(lanes) / 2.0 + 1e-6
+    for begin_m, end_m in lanes:
         tiles = frozenset(
             number
-            for number, (column, row) in enumerate(block.tiles)
-            if abs(((row if along_x else column) + 0.5) * block.tile_m - at_m) <= step_m / 2.0 + 1e-6
+            for number, tile in enumerate(block.tiles)
+            if abs((tile[across] + 0.5) * block.tile_m - begin_m[across]) <= half_m
         )
-        yield Lane(*ends, tiles)
+        yield Lane(begin_m, end_m, tiles)
 
 
 class Ranging(Behaviour):

@@ -1,7 +1,6 @@
 """Elementary behaviours: what is chosen, what is left to others, and how far a leash lets a vehicle go."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 from searching import Facts, mission
 
 from missions.arrows.behaviours import HELD_S, Held
-from missions.arrows.choosing import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, goes_on, lawnmower_track
+from missions.arrows.choosing import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, goes_on
 from remoras.picture import Peers
 
 SEA = mission()
@@ -142,13 +141,3 @@ def test_who_is_back_stays_until_it_hears_somebody_or_has_waited() -> None:
     assert not leash.has_greeted
     leash.update((600.0, 0.0), 501.0, 502.0)
     assert leash.has_greeted
-
-
-@given(st.floats(50.0, 900.0), st.floats(50.0, 900.0), st.floats(20.0, 120.0))
-def test_lanes_leave_nothing_out(width_m: float, height_m: float, apart_m: float) -> None:
-    points_m = lawnmower_track(0.0, 0.0, width_m, height_m, apart_m)
-    across = sorted({y for _, y in points_m} if width_m >= height_m else {x for x, _ in points_m})
-    edges = [0.0, *across, min(width_m, height_m) if width_m != height_m else height_m]
-    assert across[0] <= apart_m / 2.0 + 1e-6
-    assert edges[-1] - across[-1] <= apart_m / 2.0 + 1e-6
-    assert all(after - before <= apart_m + 1e-6 for before, after in pairwise(across))

@@ -11,7 +11,7 @@ from surveying import CORNERS_M, JOB, Surveyor, cells_known, mapper, survey
 from watched import Facts
 
 from missions.mapping.behaviours import WORTH_FINISHING, MappingAlong, WorkLeft, ZigzagExploring, due
-from missions.mapping.survey import rows, to_and_fro
+from missions.meeting.survey import rows, to_and_fro
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sample_vehicles import AUV, WITHOUT_SENSOR
 
 from missions.mapping.jobs import Ground, Survey, SurveyJob, ground_of
-from missions.mapping.survey import Point, contains, length_m, rows, to_and_fro
+from missions.meeting.survey import Point, contains, length_m, rows, to_and_fro
 from remoras.work import Outlook
 
 MIDFIELD = [(100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)]
@@ -31,6 +31,17 @@ def test_the_grid_of_table_ii() -> None:
 def test_a_width_that_is_no_multiple_of_the_swath_is_shared_out() -> None:
     """60 m in swaths of 25 m: three rows, 20 m apart, the outer ones 10 m from the border."""
     assert [begin[1] for begin, _ in rows([(0, 0), (100, 0), (100, 60), (0, 60)], 25.0, 12.5)] == [10.0, 30.0, 50.0]
+
+
+@given(st.floats(50.0, 900.0), st.floats(50.0, 900.0), st.floats(20.0, 120.0))
+def test_rows_of_a_rectangle_leave_nothing_out(width_m: float, height_m: float, apart_m: float) -> None:
+    corners_m = [(0.0, 0.0), (width_m, 0.0), (width_m, height_m), (0.0, height_m)]
+    points_m = to_and_fro(rows(corners_m, apart_m, 0.0), corners_m[0])
+    across = sorted({y for _, y in points_m} if width_m >= height_m else {x for x, _ in points_m})
+    edges = [0.0, *across, min(width_m, height_m) if width_m != height_m else height_m]
+    assert across[0] <= apart_m / 2.0 + 1e-6
+    assert edges[-1] - across[-1] <= apart_m / 2.0 + 1e-6
+    assert all(after - before <= apart_m + 1e-6 for before, after in pairwise(across))
 
 
 # Any convex polygon -------------------------------------------------------------------------------

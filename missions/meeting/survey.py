@@ -1,8 +1,7 @@
-"""Zigzag surveys: parallel rows over an area, one swath apart.
+"""Zigzag surveys: parallel rows over a convex polygon, at equal distances.
 
-Areas are convex polygons with corners in order. Rows run along the longer side, x (east) if equal. The first and last
-row, and the ends of every row, keep half a swath from the border. If cells are smaller than the swath, rows end half a
-cell before the border and so cover the corners too.
+Corners are in order. Rows run along the longer side, x (east) if equal. The first and last row keep half their distance
+from the border.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]
     for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
         a, b = ((ax, ay), (bx, by)) if axis == 1 else ((ay, ax), (by, bx))
         if (a[1] <= level) != (b[1] <= level):
-            a, b = min(a, b, key=itemgetter(1)), max(a, b, key=itemgetter(1))  # alike for both areas beside a border
+            a, b = min(a, b, key=itemgetter(1)), max(a, b, key=itemgetter(1))  # alike for both polygons beside a border
             crossings.append(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
     return sorted(crossings)
 
@@ -36,10 +35,10 @@ def runs_along_x(corners: Sequence[Point]) -> bool:
     return max(xs) - min(xs) >= max(ys) - min(ys)
 
 
-def rows(corners: Sequence[Point], swath_m: float, inset_m: float) -> list[tuple[Point, Point]]:
+def rows(corners: Sequence[Point], apart_m: float, inset_m: float) -> list[tuple[Point, Point]]:
     """Return the ends of survey rows, each from the lower to the higher coordinate.
 
-    ``swath_m`` is the row spacing; ``inset_m`` the distance of row ends from the border.
+    ``apart_m`` is the greatest row spacing; ``inset_m`` the distance of row ends from the border.
 
     >>> rows([(100, 100), (100, 350), (350, 350), (350, 100)], 25.0, 12.5)[0]
     ((112.5, 112.5), (337.5, 112.5))
@@ -47,7 +46,7 @@ def rows(corners: Sequence[Point], swath_m: float, inset_m: float) -> list[tuple
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
     along_x = runs_along_x(corners)
     low, high = (min(ys), max(ys)) if along_x else (min(xs), max(xs))
-    n_rows = max(1, math.ceil((high - low) / swath_m - 1e-9))
+    n_rows = max(1, math.ceil((high - low) / apart_m - 1e-9))
     spacing = (high - low) / n_rows
     lines = []
     for row in range(n_rows):
