@@ -70,7 +70,7 @@ from missions.scenarios.features import place_error_m
 from missions.scenarios.organisation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import Behaviour, Homing
+from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key, Known
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
@@ -393,11 +393,7 @@ class MappingMission(JobMission):
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Return the behaviour of the activity set led by ``activity``."""
         settings, parameters = self.scenario.mission, activity.parameters
-        unfinished = self._goal_known(_own(self._surveys, self.swaths_m, data.name))
         match activity.name:
-            case "Homing":
-                point_m, group, first = parameters
-                return Homing(point_m, settings.arrival_radius_m, group, data, unfinished.answers, first)
             case "Mapping":
                 return MappingAlong(settings.patience_s, self._work(*parameters))
             case "ZigzagExploring":
@@ -409,7 +405,7 @@ class MappingMission(JobMission):
                 place, leaders, group = parameters
                 return positioning(place, leaders, group, data, settings.formation_spacing_m, self._room_m)
         if (behaviour := self.meeting.behaviour(activity, data)) is not None:
-            return AfterWork(behaviour, unfinished)
+            return AfterWork(behaviour, self._goal_known(_own(self._surveys, self.swaths_m, data.name)))
         raise _unknown(activity.name)
 
     def is_enough(self, facts: Known) -> bool:

@@ -14,7 +14,7 @@ from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import swath_m
 from missions.meeting.meeting import MEET, Meeting, entrusted, expected_of
 from remoras.activities import Objective
-from remoras.behaviours import Behaviour, Perception, Reference, awaited
+from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.beliefs import Beliefs, Known
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
@@ -66,11 +66,15 @@ def given_anew(
     return orders
 
 
+def open_surveys(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Beliefs) -> list[SurveyJob]:
+    """Return the surveys of the group's roles that are not known to be done."""
+    jobs = [surveys[role.job] for role in group.roles if role.job is not None and role.job in surveys]
+    return [job for job in jobs if not beliefs.values(job.done) and job.left(beliefs).bits]
+
+
 def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Beliefs) -> bool:
     """Return True while a reassigned area is not known to be done; see ``given_anew``."""
-    jobs = (surveys[role.job] for role in group.roles if role.job is not None and role.job in surveys)
-    again = (job for job in jobs if beliefs.n_over(job.done))
-    return any(not beliefs.values(job.done) and job.left(beliefs).bits for job in again)
+    return any(beliefs.n_over(job.done) for job in open_surveys(group, surveys, beliefs))
 
 
 def is_alone_with_work(
@@ -80,10 +84,8 @@ def is_alone_with_work(
 
     A silent member may still be at work, and would stop if the leader met.
     """
-    if set(organisation.members(group.name)).difference(organisation.heads(group.name)):
-        return False
-    jobs = (surveys[role.job] for role in group.roles if role.job is not None and role.job in surveys)
-    return any(not beliefs.values(job.done) and job.left(beliefs).bits for job in jobs)
+    others = set(organisation.members(group.name)).difference(organisation.heads(group.name))
+    return not others and bool(open_surveys(group, surveys, beliefs))
 
 
 class Unfinished:
@@ -102,10 +104,6 @@ class Unfinished:
         if self._n_changes != facts.n_changes:
             self._n_changes, self._holds = facts.n_changes, self.is_work_left(facts)
         return self._holds
-
-    def answers(self, group: str, picture: Picture) -> float:
-        """Effect of joining the rendezvous on a call, 0..1; 0 before the goal is reached."""
-        return 0.0 if self.holds(picture.facts) else awaited(group, picture)
 
     def is_work_left(self, facts: Known) -> bool:
         """Evaluate ``holds`` for any vehicle's knowledge, without the cache."""
