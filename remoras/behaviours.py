@@ -225,6 +225,11 @@ class Approach:
             return 0.0
         return max(-1.0, min(1.0, nearer_m / (self._speed_mps * (now_s - last[1]))))
 
+    def perceived(self, to_go_m: float, now_s: float, performed: bool) -> Perception:
+        """Return the perception on the way to a place: progressing if performed, else attracted."""
+        advance = self.advance(to_go_m, now_s, performed)
+        return Perception(1.0, advance) if performed else attracted(to_go_m)
+
 
 class Standing(Behaviour):
     """Background activity without guidance, such as listening or sending signals."""
@@ -303,7 +308,6 @@ class Homing(Behaviour):
         self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
-        self._data = data
         self._way = Reference(point_m, data.transit_speed_mps, radius_m)
         self._room, self._stay = Reference(point_m, data.survey_speed_mps), Reference(point_m, 0.0)
         self._approach = Approach(data.transit_speed_mps)

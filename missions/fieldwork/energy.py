@@ -15,7 +15,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import Field
 
@@ -35,7 +35,6 @@ from remoras.behaviours import (
     Behaviour,
     Perception,
     Reference,
-    attracted,
     distance_m,
 )
 from remoras.beliefs import Known
@@ -207,23 +206,32 @@ class TransferTable(Section):
         return min(self.efficiency * min(self.power_w * dt_s, left_j), lacks_j)
 
 
-@dataclass(frozen=True)
 class Boring(SiteSurvey):
-    """Drilling at a site: a ``remoras.work.Job``; ``is_starved`` if no energy remains for it."""
+    """One ``[[boring]]``: drilling at a site."""
 
+    PLAYER, SHOWN = "Borer", "boring"
     n_helpers: ClassVar[int] = 1
 
-    drill: str
-    is_starved: bool = False
+    stay_s: Positive = Field(300.0, description="duration of drilling")
+    drill: str = Field(description="name of the sensor that drills, of type drill")
 
     def is_able(self, data: VehicleData) -> bool:
         """Return True for a vehicle with the drill."""
-        return not self.is_starved and self.drill_of(data) is not None
+        return self.drill_of(data) is not None
 
     def drill_of(self, data: VehicleData) -> DrillSettings | None:
         """Return the vehicle's drill for this site; None without one."""
         drills = (sensor for sensor in data.sensors if isinstance(sensor, DrillSettings) and sensor.name == self.drill)
         return next(drills, None)
+
+    def behaviour(self, data: VehicleData, scenario: Any) -> Behaviour:
+        """Create the behaviour that drills."""
+        others = {hole.name for hole in scenario.boring if hole.drill == self.drill and hole != self}
+        return Drilling(self, others, scenario.mission.wait_s, data)
+
+    def helper(self, help: Help, data: VehicleData, scenario: Any) -> Behaviour:
+        """Create the behaviour that brings energy."""
+        return Bringing(self, scenario.transfer, help, data.sensor(ChargerSettings) or ChargerSettings(), data)
 
 
 class Passing:
@@ -345,10 +353,8 @@ class Drilling(Behaviour):
         if performed and to_go_m <= THERE_M:
             return self._work(facts, now_s)
         self._wait.is_over()
-        advance = self._approach.advance(to_go_m, now_s, performed)
-        if self._waits_elsewhere(facts):
-            return IDLE
-        return Perception(1.0, advance) if performed else attracted(to_go_m)
+        perception = self._approach.perceived(to_go_m, now_s, performed)
+        return IDLE if self._waits_elsewhere(facts) else perception
 
     def _waits_elsewhere(self, facts: Known) -> bool:
         hole = facts.get((BORES, self._me))
@@ -445,11 +451,9 @@ class Bringing(Behaviour):
         to_go_m, now_s = distance_m(motion, self._berth_m), picture.body.now_s
         if not self._is_due(to_go_m, picture, performed):
             return IDLE
-        if performed and to_go_m <= THERE_M:
-            perception = self._give(picture.facts)
-        else:
-            advance = self._approach.advance(to_go_m, now_s, performed)
-            perception = Perception(1.0, advance) if performed else attracted(to_go_m)
+        is_there = performed and to_go_m <= THERE_M
+        on_way = None if is_there else self._approach.perceived(to_go_m, now_s, performed)
+        perception = on_way or self._give(picture.facts)
         return perception._replace(concludes=(*self._help.said(), *perception.concludes), ends=self._help.ends)
 
     def _give(self, facts: Known) -> Perception:

@@ -9,10 +9,10 @@ would come anyway, see ``Help.ends``. Idle vehicles help uncalled.
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 from pydantic import Field
 
@@ -66,45 +66,41 @@ def n_helpers(job: Job) -> int:
     return getattr(job, "n_helpers", 0)
 
 
+@dataclass
 class Help:
     """Usefulness of one vehicle at a job of others, and its effect on their wait.
 
     It is of no use once enough nearer vehicles have reported the same, or while others have priority. ``n_helpers``
-    counts vehicles besides the holder; ``is_on`` means that this vehicle has helped since the last decision.
+    counts vehicles besides the holder, ``attribute`` reports the helped job, ``helped`` are all jobs that need help.
+    ``is_on`` means that this vehicle has helped since the last decision.
     """
 
     turn_frames: ClassVar[float] = 0.0
     """TDMA frames of priority for each nearer free vehicle, to report that it goes."""
 
-    def __init__(
-        self,
-        job: str,
-        group: str,
-        holders: Collection[str],
-        me: str,
-        n_helpers: int,
-        attribute: str,
-        helped: Collection[str],
-    ) -> None:
-        self.holders = holders
-        self._job, self._group, self.me = job, group, me
-        self._n_helpers, self._attribute, self._helped = n_helpers, attribute, helped
-        self._place_m: Point | None = None
-        self._picture: Picture | None = None
-        self._since_s = math.inf
-        self.is_on = False
-        self._began = False
+    job: str
+    group: str
+    holders: Collection[str]
+    me: str
+    n_helpers: int
+    attribute: str
+    helped: Collection[str]
+    is_on: bool = False
+    _began: bool = False
+    _since_s: float = math.inf
+    _place_m: Point | None = None
+    _picture: Picture | None = None
 
     def is_of_use(self, place_m: Point | None, to_go_m: float, picture: Picture, performed: bool) -> bool:
         """Return True unless enough nearer vehicles help; ``place_m`` is None without a need."""
         self._picture, self._place_m = picture, place_m
         self._began, self.is_on = performed and not self.is_on, performed
         self._since_s = math.inf if place_m is None else min(self._since_s, picture.body.now_s)
-        return place_m is not None and self._n_nearer(place_m, to_go_m, picture) < self._n_helpers
+        return place_m is not None and self._n_nearer(place_m, to_go_m, picture) < self.n_helpers
 
     def said(self) -> tuple[Observation, ...]:
         """Observation of the chosen job, once the vehicle has set out."""
-        return (Observation(((self.me, self._attribute, self._job),)),) if self._began else ()
+        return (Observation(((self.me, self.attribute, self.job),)),) if self._began else ()
 
     def _n_nearer(self, place_m: Point, to_go_m: float, picture: Picture) -> int:
         """Number of recently received vehicles that go first: reported helpers, free ones in turn."""
@@ -119,8 +115,8 @@ class Help:
             ):
                 continue
             its_m = distance(at_m, place_m)
-            to = picture.facts.get((self._attribute, name))
-            if to == self._job:
+            to = picture.facts.get((self.attribute, name))
+            if to == self.job:
                 n_nearer += self.goes_before(name, its_m, to_go_m)
             elif name not in busy and (to is None or picture.facts.get((DONE_BY, to)) is not None):
                 n_free += (its_m, name) < (to_go_m, self.me)
@@ -128,7 +124,7 @@ class Help:
 
     def _busy(self, picture: Picture) -> Collection[str]:
         """Members with own work, or known not to come."""
-        work = picture.groups.works.get(self._group)
+        work = picture.groups.works.get(self.group)
         if work is None:
             return ()
         return {*self.stay_away(work, picture), *(name for name in work.members if work.held_by(name))}
@@ -141,11 +137,11 @@ class Help:
     def ends(self, caller: str, role: str) -> float:
         """Share of the holder's wait that this vehicle ends; halved if enough others end more."""
         picture, place_m = self._picture, self._place_m
-        work = None if picture is None else picture.groups.works.get(self._group)
+        work = None if picture is None else picture.groups.works.get(self.group)
         declared = None if work is None else work.group.role(role)
-        if picture is None or work is None or declared is None or declared.job != self._job or place_m is None:
+        if picture is None or work is None or declared is None or declared.job != self.job or place_m is None:
             return 0.0
-        away, now_s, n_helpers = self.stay_away(work, picture), picture.body.now_s, self._n_helpers
+        away, now_s, n_helpers = self.stay_away(work, picture), picture.body.now_s, self.n_helpers
         ended = work.ended(self.me, caller, place_m, away, now_s, n_helpers)
         others = [name for name in work.members if name not in (self.me, caller, *away)]
         n_before = sum(work.ended(name, caller, place_m, away, now_s, n_helpers) > ended for name in others)
@@ -156,7 +152,7 @@ class Help:
 
     def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
         """Members that will not come: holders of jobs that need help wait themselves."""
-        return [name for role in work.unfinished if role.job in self._helped for name in work.holders(role)]
+        return [name for role in work.unfinished if role.job in self.helped for name in work.holders(role)]
 
 
 class HelpSettings(JobSettings):
@@ -177,11 +173,6 @@ class HelpMission(JobMission):
     def helped(self) -> Collection[str]:
         """Jobs that need help, by name: those with an attribute ``n_helpers``."""
         return {name: job for name, job in self.jobs.items() if n_helpers(job)}
-
-    @abstractmethod
-    def helper(self, job: Any, help: Help, data: VehicleData) -> Behaviour:
-        """Create the behaviour that helps the holders of a job."""
-        ...
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision by leaders; helping by all initially assigned roles."""
@@ -216,8 +207,8 @@ class HelpMission(JobMission):
         """Behaviour of helping, or that of every mission of jobs."""
         if activity.parameters[:1] == (HELPING,):
             _, job, group, holders = activity.parameters
-            (help, attribute), work = self.help_by, self.jobs[job]
-            return self.helper(
-                work, help(job, group, holders, data.name, n_helpers(work), attribute, self.helped), data
-            )
+            kind, attribute = self.help_by
+            work: Any = self.jobs[job]
+            help = kind(job, group, holders, data.name, n_helpers(work), attribute, self.helped)
+            return cast(Behaviour, work.helper(help, data, self.scenario))
         return super().behaviour_for(activity, data)

@@ -17,14 +17,14 @@ import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import Field
 
 from exchange.arithmetic import distance, sincos
 from exchange.channel import loss
 from missions.fieldwork.helping import Help, HelpAwaited
-from missions.meeting.job_mission import DONE_BY, THERE_M, AnyonesJob, ReportedJob, Stay, StayJob
+from missions.meeting.job_mission import DONE_BY, THERE_M, AnyonesJob, ReportedJob, Stay, Staying
 from missions.meeting.meeting import NEWS_FRAMES
 from remoras.behaviours import (
     ADVANCING,
@@ -36,24 +36,56 @@ from remoras.behaviours import (
     Behaviour,
     Perception,
     Reference,
-    attracted,
     distance_m,
 )
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Observation, Pose, Sensor, SensorSettings
+from remoras.table import Name, PointM, Positive, Section
 from remoras.work import Outlook, Point
 
 
-@dataclass(frozen=True)
-class SiteSurvey(StayJob):
-    """A site: a ``remoras.work.Job``."""
+class FieldJob(Section, AnyonesJob):
+    """Table of one job, which is the job itself: a ``remoras.work.Job``.
+
+    The role ``PLAYER of NAME`` does it; figures show its places as ``SHOWN``.
+    """
+
+    PLAYER: ClassVar[str]
+    SHOWN: ClassVar[str]
+
+    name: Name = Field(description="name of the job")
+
+
+class SiteSurvey(FieldJob):
+    """One ``[[site]]``: a dwell there."""
+
+    PLAYER, SHOWN = "Surveyor", "site"
+
+    position_m: PointM = Field(description="position, x east, y north")
+    stay_s: Positive = Field(120.0, description="duration of a survey")
+
+    @property
+    def place_m(self) -> Point:
+        """Its position."""
+        return self.position_m
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
+        """Return the outlook after travel and stay."""
+        return outlook.stayed(self.position_m, self.stay_s, data)
+
+    def behaviour(self, data: VehicleData, scenario: Any) -> Behaviour:
+        """Create the behaviour that dwells there."""
+        return Staying(self, data)
 
 
 @dataclass(frozen=True)
 class Delivery(AnyonesJob):
     """A load: a ``remoras.work.Job`` with ``handling_s`` at pick-up and at hand-over each."""
+
+    PLAYER: ClassVar[str] = "Carrier"
+    SHOWN: ClassVar[str] = "delivery"
 
     place_m: Point
     to_m: Point
@@ -64,6 +96,10 @@ class Delivery(AnyonesJob):
         """Return the outlook after the delivery."""
         way_m = self.length_m(outlook.position_m, self.place_m) + self.length_m(self.place_m, self.to_m)
         return Outlook(outlook.free_s + way_m / data.transit_speed_mps + 2.0 * self.handling_s, self.to_m)
+
+    def behaviour(self, data: VehicleData, scenario: Any) -> Behaviour:
+        """Create the behaviour that carries it."""
+        return Carrying(self, data)
 
 
 class Carrying(Behaviour):
@@ -102,18 +138,24 @@ ABREAST = 0.5
 """Station of the escort as share of the largest distance; the rest covers its reaction time."""
 
 
-@dataclass(frozen=True)
-class SurveyLine(AnyonesJob):
-    """A line: a ``remoras.work.Job``; ``is_escorted`` lines need a second vehicle."""
+class SurveyLine(FieldJob):
+    """One ``[[line]]`` to survey."""
 
-    place_m: Point
-    to_m: Point
-    is_escorted: bool
+    PLAYER, SHOWN = "Surveyor", "line"
+
+    from_m: PointM = Field(description="start, x east, y north")
+    to_m: PointM = Field(description="end")
+    escorted: bool = Field(False, description="true: a second vehicle must escort the surveying one")
+
+    @property
+    def place_m(self) -> Point:
+        """Its start."""
+        return self.from_m
 
     @property
     def n_helpers(self) -> int:
         """Vehicles needed besides the holder."""
-        return 1 if self.is_escorted else 0
+        return int(self.escorted)
 
     @property
     def n_vehicles(self) -> int:
@@ -134,7 +176,7 @@ class SurveyLine(AnyonesJob):
     def along_m(self, position_m: Point) -> float:
         """Distance from the start to the nearest point of the line.
 
-        >>> SurveyLine("line 1", (0.0, 0.0), (100.0, 0.0), False).along_m((40.0, 7.0))
+        >>> SurveyLine(name="line 1", from_m=(0.0, 0.0), to_m=(100.0, 0.0)).along_m((40.0, 7.0))
         40.0
         """
         (x_m, y_m), (to_x_m, to_y_m) = self.place_m, self.to_m
@@ -144,7 +186,7 @@ class SurveyLine(AnyonesJob):
     def beside(self, position_m: Point, aside_m: float) -> Point:
         """Point abreast of another, ``aside_m`` to the left of the line's direction.
 
-        >>> SurveyLine("line 1", (0.0, 0.0), (100.0, 0.0), True).beside((40.0, 1.0), 10.0)
+        >>> SurveyLine(name="line 1", from_m=(0.0, 0.0), to_m=(100.0, 0.0)).beside((40.0, 1.0), 10.0)
         (40.0, 11.0)
         """
         (x_m, y_m), (to_x_m, to_y_m), share = self.place_m, self.to_m, aside_m / self.length_m
@@ -159,6 +201,14 @@ class SurveyLine(AnyonesJob):
         """Return the outlook after the survey, without a wait for an escort."""
         way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + self.length_m / data.survey_speed_mps, self.to_m)
+
+    def behaviour(self, data: VehicleData, scenario: Any) -> Behaviour:
+        """Create the behaviour that surveys it."""
+        return SurveyingLine(self, scenario.mission.within_m, scenario.mission.wait_s, data)
+
+    def helper(self, help: Help, data: VehicleData, scenario: Any) -> Behaviour:
+        """Create the behaviour that escorts its holder."""
+        return FollowingSource(self, scenario.mission.within_m, help, data)
 
 
 def is_seen(at_m: Point, within_m: float, picture: Picture) -> bool:
@@ -177,7 +227,7 @@ class SurveyingLine(Behaviour):
         self._surveyed_m = 0.0
 
     def _goes_on(self, motion: Motion, picture: Picture) -> bool:
-        return not self._line.is_escorted or is_seen(motion.position_m, self._within_m, picture)
+        return not self._line.escorted or is_seen(motion.position_m, self._within_m, picture)
 
     def _is_on_line(self, motion: Motion) -> bool:
         """True on the line within one second of the surveyed end, so that no stretch is skipped."""
@@ -206,8 +256,7 @@ class SurveyingLine(Behaviour):
             return DONE if line.length_m - self._surveyed_m <= ON_LINE_M / 2.0 else ADVANCING
         self._wait.is_over()
         to_go_m = distance_m(motion, line.at(self._surveyed_m))
-        advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        return Perception(1.0, advance) if performed else attracted(to_go_m)
+        return self._approach.perceived(to_go_m, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head for the surveyed end in transit, then along the line; hold without an escort."""
@@ -243,14 +292,11 @@ class FollowingSource(Behaviour):
         is_of_use = self._help.is_of_use(source_m, to_go_m, picture, performed)
         if not self._help.holders or not is_of_use or picture.facts.get(self._line.done) is not None:
             return IDLE
-        if not performed:
-            self._approach.advance(to_go_m, picture.body.now_s, False)
-            return attracted(to_go_m)._replace(ends=self._help.ends)
-        if to_go_m <= self._within_m:
-            near = ADVANCING if picture.body.contacts_m else STANDING
-            return near._replace(concludes=self._help.said(), ends=self._help.ends)
-        advance = self._approach.advance(to_go_m, picture.body.now_s, True)
-        return Perception(1.0, advance, concludes=self._help.said(), ends=self._help.ends)
+        if performed and to_go_m <= self._within_m:
+            perception = ADVANCING if picture.body.contacts_m else STANDING
+        else:
+            perception = self._approach.perceived(to_go_m, picture.body.now_s, performed)
+        return perception._replace(concludes=self._help.said(), ends=self._help.ends)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head for the nearer side of the holder; hold there."""
@@ -277,6 +323,8 @@ class Lift(ReportedJob):
     ``length_m`` is the distance between neighbouring ends, ``place_m`` the middle of the object.
     """
 
+    PLAYER: ClassVar[str] = "Lifter"
+    SHOWN: ClassVar[str] = ""
     placed_by = LYING_AT
 
     n_vehicles: int
@@ -301,6 +349,14 @@ class Lift(ReportedJob):
             sin, cos = sincos(2.0 * math.pi * number / self.n_vehicles)
             ends.append((round(middle_m[0] + radius_m * cos, 6), round(middle_m[1] + radius_m * sin, 6)))
         return tuple(ends)
+
+    def behaviour(self, data: VehicleData, scenario: Any) -> Behaviour:
+        """Create the behaviour that lifts."""
+        return Lifting(self, data, scenario.mission.wait_s)
+
+    def helper(self, help: Help, data: VehicleData, scenario: Any) -> Behaviour:
+        """Create the behaviour that helps to lift."""
+        return Helping(self, help, data, scenario.mission.wait_s)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar, cast
 
 from pydantic import Field
 
@@ -21,30 +21,23 @@ from missions.fieldwork.energy import (
     IS_HALTED,
     STORE_CHARGE,
     Boring,
-    Bringing,
     ChargerSettings,
-    Drilling,
     DrillSettings,
     Energies,
     HelpAtBerth,
     Passing,
     TransferTable,
 )
-from missions.fieldwork.helping import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings
+from missions.fieldwork.helping import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings, n_helpers
 from missions.fieldwork.jobs import (
     ESCORTS,
     HELPS,
     LYING_AT,
-    Carrying,
     Delivery,
-    FollowingSource,
-    Helping,
     Lift,
-    Lifting,
     SeaField,
     SiteSurvey,
     SonarSettings,
-    SurveyingLine,
     SurveyLine,
     laid_out,
 )
@@ -81,7 +74,6 @@ from missions.meeting.job_mission import (
 )
 from missions.meeting.meeting import Pursuit
 from missions.scenarios.fleet import sensors_of
-from missions.scenarios.scenario import Role
 from remoras.activities import Objective
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
@@ -90,7 +82,7 @@ from remoras.mission import ABILITIES, FleetView
 from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.table import Name, NotNegative, PointM, Positive, Section
-from remoras.work import Job, Point
+from remoras.work import IS_IMPOSSIBLE, Job, Point
 
 Kind = TypeVar("Kind")
 MOST_LIFTS = 20
@@ -100,16 +92,6 @@ SEEN_M = 30.0
 FARTHEST_M = 20.0
 """Greatest distance of a berth from its drill site, within obstacle sonar."""
 SHORTEST_M = 10.0
-SHOWN = {SiteSurvey: "site", Delivery: "delivery", SurveyLine: "line", Boring: "boring"}
-"""Names of job places; objects differ from run to run and are not shown."""
-
-
-class SiteTable(Section):
-    """One ``[[site]]``."""
-
-    name: Name = Field(description="name of the site")
-    position_m: PointM = Field(description="position, x east, y north")
-    stay_s: Positive = Field(120.0, description="duration of a survey")
 
 
 class LiftsTable(Section):
@@ -129,24 +111,6 @@ class DeliveryTable(Section):
     to_m: PointM = Field(description="position of the hand-over")
 
 
-class LineTable(Section):
-    """One ``[[line]]``."""
-
-    name: Name = Field(description="name of the line")
-    from_m: PointM = Field(description="start, x east, y north")
-    to_m: PointM = Field(description="end")
-    escorted: bool = Field(False, description="true: a second vehicle must escort the surveying one")
-
-
-class BoringTable(Section):
-    """One ``[[boring]]``: a drill site."""
-
-    name: Name = Field(description="name of the drill site")
-    position_m: PointM = Field(description="position, x east, y north")
-    stay_s: Positive = Field(300.0, description="duration of drilling")
-    drill: str = Field(description="name of the sensor that drills, of type drill")
-
-
 class FerrySettings(JobSettings):
     """Table ``[mission]``."""
 
@@ -161,41 +125,69 @@ class EscortSettings(HelpSettings):
     )
 
 
-class RecoveryScenario(JobScenario):
+class FieldScenario(JobScenario):
+    """Input of a run of field work."""
+
+    @property
+    def jobs(self) -> Sequence[Any]:
+        """All jobs, as listed or derived from tables."""
+        raise NotImplementedError
+
+
+class RecoveryScenario(FieldScenario):
     """Input of a recovery run."""
 
     mission: HelpSettings = HelpSettings()
-    site: tuple[SiteTable, ...] = Field(min_length=1)
+    site: tuple[SiteSurvey, ...] = Field(min_length=1)
     lifts: LiftsTable = LiftsTable()
 
+    @property
+    def jobs(self) -> Sequence[Any]:
+        """Site surveys and lifts."""
+        table = self.lifts
+        names = numbered("lift", table.number)
+        lifts = (Lift(name, table.lift_s, n_vehicles=table.vehicles, length_m=table.length_m) for name in names)
+        return (*self.site, *lifts)
 
-class FerryScenario(JobScenario):
+
+class FerryScenario(FieldScenario):
     """Input of a ferry run."""
 
     mission: FerrySettings = FerrySettings.usual()
     delivery: tuple[DeliveryTable, ...] = Field(min_length=1)
 
     @property
-    def length_m(self) -> Callable[[Point, Point], float]:
-        """Path length between two places, through the passage if a reef separates them."""
-        table = self.of_feature(PASSAGE)
-        return distance if table is None else table.passage(self.guidance.separation_m).length_m
+    def jobs(self) -> Sequence[Any]:
+        """Deliveries, through the passage if a reef separates their places."""
+        table, handling_s = self.of_feature(PASSAGE), self.mission.handling_s
+        length_m = distance if table is None else table.passage(self.guidance.separation_m).length_m
+        return tuple(Delivery(d.name, d.from_m, d.to_m, handling_s, length_m) for d in self.delivery)
 
 
-class EscortScenario(JobScenario):
+class EscortScenario(FieldScenario):
     """Input of an escort run."""
 
     mission: EscortSettings = EscortSettings()
-    line: tuple[LineTable, ...] = Field(min_length=1)
+    line: tuple[SurveyLine, ...] = Field(min_length=1)
+
+    @property
+    def jobs(self) -> Sequence[Any]:
+        """Line surveys."""
+        return self.line
 
 
-class ResupplyScenario(JobScenario):
+class ResupplyScenario(FieldScenario):
     """Input of a resupply run."""
 
     mission: HelpSettings = HelpSettings()
-    site: tuple[SiteTable, ...] = ()
-    boring: tuple[BoringTable, ...] = Field(min_length=1)
+    site: tuple[SiteSurvey, ...] = ()
+    boring: tuple[Boring, ...] = Field(min_length=1)
     transfer: TransferTable = TransferTable()
+
+    @property
+    def jobs(self) -> Sequence[Any]:
+        """Site surveys and drillings."""
+        return (*self.site, *self.boring)
 
 
 def _too_near(scenario: JobScenario, key: str, given_m: float, most_m: float, why: str) -> Iterator[ConfigurationFault]:
@@ -211,16 +203,22 @@ def _vocabulary(name: str) -> Path:
     return MISSIONS / name / "vocabulary.ttl"
 
 
-def _surveys(scenario: Any) -> list[SiteSurvey]:
-    return [SiteSurvey(site.name, site.position_m, site.stay_s) for site in scenario.site]
-
-
-def _roles(tables: Iterable[Any], player: str, influences: Sequence[str] = ()) -> list[Role]:
-    return [job_role(player, table.name, influences) for table in tables]
-
-
 class FieldworkMission(JobMission):
     """Base of missions with jobs of several kinds."""
+
+    urgencies: ClassVar[Mapping[str, int]] = {}
+    """Default urgencies of needed attributes."""
+
+    @classmethod
+    def completed(cls, scenario: Any) -> Any:
+        """Add a role per job to the first group; those of jobs that need help call the initial roles."""
+        founding = founding_of(scenario)
+        roles = [job_role(job.PLAYER, job.name, founding if n_helpers(job) else ()) for job in scenario.jobs]
+        return with_job_roles(scenario, roles, cls.urgencies)
+
+    def jobs_of(self, scenario: FieldScenario) -> Iterable[Job]:
+        """The jobs of the scenario."""
+        return scenario.jobs
 
     def all_of(self, kind: type[Kind]) -> dict[str, Kind]:
         """Return jobs of a kind, by name."""
@@ -233,9 +231,13 @@ class FieldworkMission(JobMission):
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points and the ends of jobs."""
-        shown = [(SHOWN.get(type(job), ""), job) for job in self.jobs.values()]
-        return [*self.rally_places, *(Place(job.name, kind, _ends_m(job)) for kind, job in shown if kind)]
+        """Rally points and the ends of jobs; objects differ from run to run and are not shown."""
+        jobs = [job for job in self.scenario.jobs if job.SHOWN]
+        return [*self.rally_places, *(Place(job.name, job.SHOWN, _ends_m(job)) for job in jobs)]
+
+    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
+        """Create the behaviour that does a job."""
+        return cast(Behaviour, job.behaviour(data, self.scenario))
 
 
 def _ends_m(job: Job) -> tuple[Point, ...]:
@@ -253,18 +255,11 @@ class RecoveryMission(FieldworkMission, HelpMission):
     needs = (*HelpMission.needs, "objectiveRecovering", DONE_BY, LYING_AT)
     vocabulary = (_vocabulary("recovery"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SonarSettings}
+    urgencies: ClassVar[Mapping[str, int]] = {LYING_AT: URGENCY, HELPS: URGENCY, **JUDGED}
     tables = (*HelpMission.tables, LIFTS)
     metrics = RECOVERY_METRICS
     figures = RECOVERY_FIGURES
     scenario: RecoveryScenario
-
-    @classmethod
-    def completed(cls, scenario: RecoveryScenario) -> RecoveryScenario:
-        """Add a role per site and object to the first group; lifters call the initial roles."""
-        lifts = numbered("lift", scenario.lifts.number)
-        lifters = [job_role("Lifter", lift, founding_of(scenario)) for lift in lifts]
-        roles = [*_roles(scenario.site, "Surveyor"), *lifters]
-        return with_job_roles(scenario, roles, {LYING_AT: URGENCY, HELPS: URGENCY, **JUDGED})
 
     @classmethod
     def check(cls, scenario: RecoveryScenario) -> Iterable[ConfigurationFault]:
@@ -280,15 +275,6 @@ class RecoveryMission(FieldworkMission, HelpMission):
             allowed = 'no vehicle could find one: give a vehicle a sensor of type "sonar"'
             yield ConfigurationFault("lifts.number", str(lifts.number), allowed)
 
-    def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
-        """Site surveys and lifts."""
-        table = scenario.lifts
-        lifts = [
-            Lift(name, table.lift_s, n_vehicles=table.vehicles, length_m=table.length_m)
-            for name in numbered("lift", table.number)
-        ]
-        return [*_surveys(scenario), *lifts]
-
     def world(self, seed: int) -> SeaField:
         """True positions of the objects in a run."""
         ranges_m = [
@@ -302,15 +288,6 @@ class RecoveryMission(FieldworkMission, HelpMission):
     def truth(self, recorder: Recorder, world: SeaField) -> LiftTruth:
         """Create the ground truth of lifts."""
         return LiftTruth(self.meeting, self.objective, recorder, self.all_of(Lift), world)
-
-    def helper(self, job: Lift, help: Help, data: VehicleData) -> Behaviour:
-        """Create the behaviour that helps with a lift."""
-        return Helping(job, help, data, self.scenario.mission.wait_s)
-
-    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """Create the behaviour for a lift, or a dwell at a site."""
-        wait_s = self.scenario.mission.wait_s
-        return Lifting(job, data, wait_s) if isinstance(job, Lift) else super().behaviour_at(job, data)
 
 
 class FerryMission(FieldworkMission):
@@ -328,8 +305,8 @@ class FerryMission(FieldworkMission):
     @classmethod
     def completed(cls, scenario: FerryScenario) -> FerryScenario:
         """Add a role per delivery to the first group; these and initial roles address each other."""
-        carriers = [f"Carrier of {delivery.name}" for delivery in scenario.delivery]
-        roles = _roles(scenario.delivery, "Carrier", [*carriers, *founding_of(scenario)])
+        carriers = [f"{job.PLAYER} of {job.name}" for job in scenario.jobs]
+        roles = [job_role(job.PLAYER, job.name, [*carriers, *founding_of(scenario)]) for job in scenario.jobs]
         return with_job_roles(scenario, roles, {}, carriers)
 
     @classmethod
@@ -343,15 +320,6 @@ class FerryMission(FieldworkMission):
                     allowed = f"in the reef or its passage, x {reef.x_m[0]:g} to {reef.x_m[1]:g}; place it outside"
                     yield ConfigurationFault(f"delivery.{delivery.name}.{key}", f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
 
-    def jobs_of(self, scenario: FerryScenario) -> Iterable[Delivery]:
-        """Deliveries."""
-        handling_s, length_m = scenario.mission.handling_s, scenario.length_m
-        return [Delivery(d.name, d.from_m, d.to_m, handling_s, length_m) for d in scenario.delivery]
-
-    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """Create the carrying behaviour."""
-        return Carrying(job, data)
-
 
 class EscortMission(FieldworkMission, HelpMission):
     """Escort: line surveys, some of which need an escort."""
@@ -363,17 +331,11 @@ class EscortMission(FieldworkMission, HelpMission):
     help_by = Help, ESCORTS
     needs = (*HelpMission.needs, "objectiveSurveying", DONE_BY, ESCORTS)
     vocabulary = (_vocabulary("escort"), ABILITIES)
+    urgencies: ClassVar[Mapping[str, int]] = {ESCORTS: URGENCY, **JUDGED}
     tables = (*HelpMission.tables, ESCORTING)
     metrics = ESCORT_METRICS
     figures = ESCORT_FIGURES
     scenario: EscortScenario
-
-    @classmethod
-    def completed(cls, scenario: EscortScenario) -> EscortScenario:
-        """Add a role per line to the first group; escorted ones call the initial roles."""
-        founding = founding_of(scenario)
-        roles = [job_role("Surveyor", line.name, founding if line.escorted else ()) for line in scenario.line]
-        return with_job_roles(scenario, roles, {ESCORTS: URGENCY, **JUDGED})
 
     @classmethod
     def check(cls, scenario: EscortScenario) -> Iterable[ConfigurationFault]:
@@ -388,22 +350,9 @@ class EscortMission(FieldworkMission, HelpMission):
                 allowed = "takes two vehicles, and there is one; allowed: false"
                 yield ConfigurationFault(f"line.{line.name}.escorted", "true", allowed)
 
-    def jobs_of(self, scenario: EscortScenario) -> Iterable[SurveyLine]:
-        """Line surveys."""
-        return [SurveyLine(line.name, line.from_m, line.to_m, line.escorted) for line in scenario.line]
-
-    def helper(self, job: SurveyLine, help: Help, data: VehicleData) -> Behaviour:
-        """Create the escorting behaviour."""
-        return FollowingSource(job, self.scenario.mission.within_m, help, data)
-
-    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """Create the surveying behaviour."""
-        settings = self.scenario.mission
-        return SurveyingLine(job, settings.within_m, settings.wait_s, data)
-
     def truth(self, recorder: Recorder, world: Any) -> EscortTruth:
         """Create the ground truth of escorted surveys."""
-        lines = [line for line in self.all_of(SurveyLine).values() if line.is_escorted]
+        lines = [line for line in self.scenario.line if line.escorted]
         return EscortTruth(self.meeting, self.objective, recorder, lines, self.scenario.mission.within_m)
 
 
@@ -417,17 +366,16 @@ class ResupplyMission(FieldworkMission, HelpMission):
     needs = (*HelpMission.needs, "objectiveSampling", DONE_BY, IS_HALTED, BRINGS)
     vocabulary = (_vocabulary("resupply"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"drill": DrillSettings, "charger": ChargerSettings}
+    urgencies: ClassVar[Mapping[str, int]] = {
+        IS_HALTED: URGENCY,
+        BRINGS: URGENCY,
+        IS_IMPOSSIBLE: URGENCY,
+        STORE_CHARGE: 10,
+    }
     tables = (*HelpMission.tables, ENERGY)
     metrics = RESUPPLY_METRICS
     figures = RESUPPLY_FIGURES
     scenario: ResupplyScenario
-
-    @classmethod
-    def completed(cls, scenario: ResupplyScenario) -> ResupplyScenario:
-        """Add a role per site and drill site to the first group; drillers call the initial roles."""
-        borers = _roles(scenario.boring, "Borer", founding_of(scenario))
-        needs = {IS_HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY, STORE_CHARGE: 10}
-        return with_job_roles(scenario, [*_roles(scenario.site, "Surveyor"), *borers], needs)
 
     @classmethod
     def check(cls, scenario: ResupplyScenario) -> Iterable[ConfigurationFault]:
@@ -436,7 +384,7 @@ class ResupplyMission(FieldworkMission, HelpMission):
         yield from listed_faults(scenario, "boring", "position_m", taken=[table.name for table in scenario.site])
         sensors = [sensor for vehicle in scenario.vehicle for sensor in vehicle.sensor]
         drills = {str(sensor.get("name", "drill")) for sensor in sensors if sensor.get("type") == "drill"}
-        least_m, before = 2.0 * THERE_M, list[BoringTable]()
+        least_m, before = 2.0 * THERE_M, list[Boring]()
         for table in scenario.boring:
             if table.drill not in drills:
                 known = ", ".join(sorted(drills)) or "none, as there is no drill"
@@ -449,11 +397,6 @@ class ResupplyMission(FieldworkMission, HelpMission):
             before.append(table)
         berth_m = scenario.transfer.berth_m
         yield from _too_near(scenario, "transfer.berth_m", berth_m, FARTHEST_M, ", and see each other")
-
-    def jobs_of(self, scenario: ResupplyScenario) -> Iterable[Job]:
-        """Site surveys and drillings."""
-        borings = [Boring(boring.name, boring.position_m, boring.stay_s, boring.drill) for boring in scenario.boring]
-        return [*_surveys(scenario), *borings]
 
     def world(self, seed: int) -> Energies:
         """Initial energies: full batteries and stores, nothing drilled."""
@@ -483,15 +426,3 @@ class ResupplyMission(FieldworkMission, HelpMission):
             return (), rests_on
         on = (charger.name,)
         return tuple(replace(s, activities=(replace(s.activities[0], sensors=on),)) for s in sets), rests_on
-
-    def helper(self, job: Boring, help: Help, data: VehicleData) -> Behaviour:
-        """Create the behaviour that brings energy."""
-        charger = data.sensor(ChargerSettings) or ChargerSettings()
-        return Bringing(job, self.scenario.transfer, help, charger, data)
-
-    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """Create the behaviour for a site or a drill site."""
-        if not isinstance(job, Boring):
-            return super().behaviour_at(job, data)
-        others = {name for name, hole in self.all_of(Boring).items() if hole.drill == job.drill and name != job.name}
-        return Drilling(job, others, self.scenario.mission.wait_s, data)

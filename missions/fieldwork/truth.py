@@ -18,6 +18,7 @@ from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from remoras.mission import FleetView, VehicleView
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table, Unread
+from remoras.truth import left
 from remoras.work import Job
 
 if TYPE_CHECKING:
@@ -154,7 +155,7 @@ class EnergyTruth(FieldTruth):
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
         """Jobs by name; drill sites without energy are impossible for all."""
-        return {**self._jobs, **{name: replace(self._borings[name], is_starved=True) for name in self._starved}}
+        return {**self._jobs, **{name: self._borings[name].model_copy(update={"drill": ""}) for name in self._starved}}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
         """Share of the goal that remaining vehicles and energy permit."""
@@ -164,20 +165,15 @@ class EnergyTruth(FieldTruth):
         return super().reachable_fraction(fleet)
 
     def _is_energy_left(self, fleet: FleetView) -> bool:
-        for vehicle in fleet.vehicles:
-            data = vehicle.able_data
-            charger = None if data is None else data.sensor(ChargerSettings)
-            if charger is not None and charger.of(vehicle.name, self._energies).left_j > 0.0:
-                return True
-        return False
+        chargers = [(vehicle.name, data.sensor(ChargerSettings)) for vehicle, data in left(fleet)]
+        return any(own is not None and own.of(name, self._energies).left_j > 0.0 for name, own in chargers)
 
     def _is_drill_charged(self, fleet: FleetView, boring: Boring) -> bool:
-        for vehicle in fleet.vehicles:
-            data = vehicle.able_data
-            drill = None if data is None else boring.drill_of(data)
-            if drill is not None and drill.of(vehicle.name, self._energies).left_j >= LEAST_SHARE * drill.battery_j:
-                return True
-        return False
+        drills = [(vehicle.name, boring.drill_of(data)) for vehicle, data in left(fleet)]
+        return any(
+            own is not None and own.of(name, self._energies).left_j >= LEAST_SHARE * own.battery_j
+            for name, own in drills
+        )
 
     @property
     def is_given_up(self) -> bool:
@@ -216,8 +212,8 @@ class EnergyTruth(FieldTruth):
             self._energies.note_left(key, now_s)
         self._note_events()
         yield from super().reasons(fleet, now_s)
-        if left := [f"{hole} since {at_s:.0f} s" for hole, at_s in self._halted_s.items() if hole in self._open]:
-            yield f"without energy: {', '.join(left)}"
+        if halted := [f"{hole} since {at_s:.0f} s" for hole, at_s in self._halted_s.items() if hole in self._open]:
+            yield f"without energy: {', '.join(halted)}"
 
 
 # Results ----------------------------------------------------------------------------------------

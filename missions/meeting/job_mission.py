@@ -45,7 +45,6 @@ from remoras.behaviours import (
     Behaviour,
     Perception,
     Reference,
-    attracted,
     distance_m,
 )
 from remoras.beliefs import Beliefs, Key, Known
@@ -133,8 +132,7 @@ class Stay:
         """Pending, nearest first; progresses on the way and on site; done after ``stay_s`` on site."""
         if to_go_m > THERE_M or not performed:
             self._since_s = None
-            advance = self._approach.advance(to_go_m, now_s, performed)
-            return Perception(1.0, advance) if performed else attracted(to_go_m)
+            return self._approach.perceived(to_go_m, now_s, performed)
         self._since_s = now_s if self._since_s is None else self._since_s
         return DONE if now_s - self._since_s >= stay_s else ADVANCING
 
@@ -151,7 +149,7 @@ class Stay:
 class Staying(Behaviour):
     """Travel to a job's place, once known, and dwell there."""
 
-    def __init__(self, job: StayJob | ReportedJob, data: VehicleData) -> None:
+    def __init__(self, job: Any, data: VehicleData) -> None:
         self._job, self._stay = job, Stay(data)
         self._place_m: Point | None = None
 
@@ -330,7 +328,7 @@ class JobMission(Mission):
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
         """Create the behaviour that travels to a job, does it and reports its end; by default a dwell."""
-        if isinstance(job, StayJob | ReportedJob):
+        if hasattr(job, "stay_s"):
             return Staying(job, data)
         raise PlanningError(f"job {job.name!r} has no behaviour")
 

@@ -41,7 +41,7 @@ def test_nobody_takes_a_line_for_surveyed_that_is_not() -> None:
 @pytest.mark.parametrize("ahead_m", [0.0, 2.0, 2.9, 4.4, 6.0])
 def test_who_begins_a_line_has_passed_its_first_mark(ahead_m: float, aside_m: float) -> None:
     """Before, a vehicle that another one kept off began 4.5 m along the line, and the run ended without its goal."""
-    line = SurveyLine("line 1", (0.0, 0.0), (100.0, 0.0), False)
+    line = SurveyLine(name="line 1", from_m=(0.0, 0.0), to_m=(100.0, 0.0))
     at = Motion(ahead_m, aside_m)
     reference = SurveyingLine(line, 20.0, 900.0, AUV).reference(at, Picture())
     assert reference is not None
