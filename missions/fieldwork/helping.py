@@ -66,7 +66,7 @@ def n_helpers(job: Job) -> int:
     return getattr(job, "n_helpers", 0)
 
 
-@dataclass
+@dataclass(eq=False)
 class Help:
     """Usefulness of one vehicle at a job of others, and its effect on their wait.
 

@@ -16,7 +16,7 @@ from missions.meeting.job_mission import THERE_M
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from remoras.mission import FleetView, VehicleView
+from remoras.mission import FleetView
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.truth import left
 from remoras.work import Job
@@ -150,7 +150,6 @@ class EnergyTruth(FieldTruth):
         self._borings, self._energies, self._new_events = borings, energies, Unread(energies.events)
         self._starved: set[str] = set()
         self._halted_s: dict[str, float] = {}  # start of halts without a giver
-        self._is_left = False
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
@@ -175,26 +174,10 @@ class EnergyTruth(FieldTruth):
             for name, own in drills
         )
 
-    @property
-    def is_given_up(self) -> bool:
-        """True if open jobs are reported impossible, or were left without communication."""
-        return super().is_given_up or self._is_left
-
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Record events since the last call."""
         super().watch(fleet, now_s)
         self._note_events()
-        self._is_left = bool(self._halted_s) and not any(
-            vehicle.communicates or self._holds_any(vehicle) for vehicle in fleet.vehicles
-        )
-
-    def _holds_any(self, vehicle: VehicleView) -> bool:
-        """True if a vehicle has an open job by its own state."""
-        if not vehicle.is_alive:
-            return False
-        plays, done = vehicle.organisation.plays, self.jobs_done
-        roles = [(group.name, role) for group in self._groups for role in group.roles if role.job is not None]
-        return any(role.job not in done and plays(vehicle.name, group, role.name) for group, role in roles)
 
     def _note_events(self) -> None:
         for event in self._new_events:
