@@ -1,4 +1,4 @@
-"""Command ``new``: a scenario from six answers, or a plug-in with its test.
+"""Command ``new``: a scenario from six options, or a plug-in with its test.
 
 Templates of plug-ins are working plug-ins beside this file. The word in their file name occurs in them exactly where
 the name belongs, so a new plug-in is the template with that word replaced.
@@ -8,20 +8,16 @@ from __future__ import annotations
 
 import keyword
 import re
-import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
 from remoras.cli.app import as_typed, check_known, command, fail
-
-if TYPE_CHECKING:
-    from missions.mapping.beginning import Inquiry
 
 AUTHORS = 'pip install "remoras-sim[authors]"'
 TEMPLATES = Path(__file__).with_name("templates")
@@ -51,16 +47,32 @@ def new(
         str,
         typer.Argument(metavar="NAME", help="Name of the scenario or plug-in and of its files; none with --example."),
     ] = "",
-    vehicles: Annotated[str | None, typer.Option(metavar="N", help="Scenario: number of AUVs, 2 to 16.")] = None,
-    areas: Annotated[str | None, typer.Option(metavar="N", help="Scenario: number of areas to map, 1 to 36.")] = None,
-    side: Annotated[str | None, typer.Option(metavar="METRES", help="Scenario: side of an area, 50 to 1000.")] = None,
+    vehicles: Annotated[
+        int | None, typer.Option(min=2, max=16, metavar="N", help="Scenario: number of AUVs, 2 to 16.  [default: 3]")
+    ] = None,
+    areas: Annotated[
+        int | None,
+        typer.Option(min=1, max=36, metavar="N", help="Scenario: number of areas to map, 1 to 36.  [default: 4]"),
+    ] = None,
+    side: Annotated[
+        float | None, typer.Option(metavar="METRES", help="Scenario: side of an area, 50 to 1000.  [default: 150]")
+    ] = None,
     modem: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Scenario: modem of every vehicle.", autocompletion=completion.modem),
+        typer.Option(
+            metavar="NAME",
+            help="Scenario: modem of every vehicle.  [default: nanomodem-v3]",
+            autocompletion=completion.modem,
+        ),
     ] = None,
-    per: Annotated[str | None, typer.Option(metavar="RATE", help="Scenario: packet error rate, 0 to 0.95.")] = None,
+    per: Annotated[
+        float | None, typer.Option(metavar="RATE", help="Scenario: packet error rate, 0 to 0.95.  [default: 0.3]")
+    ] = None,
     lost: Annotated[
-        str | None, typer.Option(metavar="N", help="Scenario: number of AUVs that fail during the mission, 0 to 15.")
+        int | None,
+        typer.Option(
+            min=0, metavar="N", help="Scenario: number of AUVs that fail during the mission, 0 to 15.  [default: 0]"
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")] = Path(),
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
@@ -70,8 +82,7 @@ def new(
 ) -> None:
     """Create a working scenario, strategy, mission, sensor or metric.
 
-    A scenario uses six options; on a terminal without options, the command prompts for them. A plug-in includes its
-    conformance test.
+    A plug-in includes its conformance test.
     """
     if example:
         _print_example(kind, name)
@@ -80,13 +91,16 @@ def new(
     if not name:
         fail(f"NAME is missing; allowed: new {kind} NAME; a commented file is printed by: new scenario --example")
     options = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
+    given: dict[str, Any] = {option: value for option, value in options.items() if value is not None}
     if kind == SCENARIO:
+        from missions.mapping.beginning import scenario_text
+
         _check_scenario_name(name)
-        files = {f"{name}.toml": _scenario(name, options)}
+        files = {f"{name}.toml": scenario_text(name, **given)}
         trial = f"remoras run {as_typed(out / f'{name}.toml')} --out first"
     else:
-        if misused := [f"--{option}" for option, value in options.items() if value is not None]:
-            fail(f"{misused[0]}: applies to scenarios; a {kind} has no such option")
+        if given:
+            fail(f"--{next(iter(given))}: applies to scenarios; a {kind} has no such option")
         _check_plugin_name(kind, name, out)
         files = dict(plugin_files(kind, name))
         trial = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"
@@ -115,33 +129,6 @@ def _print_example(kind: str, name: str) -> None:
     if kind == "organisation":
         path = shipped()["mapping-nine-teams"].parent / "organisations" / "three-teams.toml"
     print(path.read_text(encoding="utf-8").rstrip())
-
-
-def _scenario(name: str, options: Mapping[str, str | None]) -> str:
-    """Scenario text from options and defaults; prompts on a terminal without options."""
-    from exchange.channel.modems import modems
-    from missions.mapping.beginning import questions_of, scenario_text
-
-    ranges_m = {modem.name: modem.range_m for modem in modems().values()}
-    asks = sys.stdout.isatty() and sys.stdin.isatty() and not any(value is not None for value in options.values())
-    answers: dict[str, Any] = {}
-    for question in questions_of(ranges_m):
-        text = options[question.name]
-        answers[question.name] = (
-            _asked(question) if asks else question.value(question.default if text is None else text)
-        )
-        if answers[question.name] is None:
-            fail(f"--{question.name} {cut(str(text), LONGEST_VALUE)}: allowed: {question.allowed}")
-    return scenario_text(name, answers, ranges_m)
-
-
-def _asked(question: Inquiry) -> Any:
-    """Prompt until the answer is valid; an empty line is the default."""
-    while True:
-        value = question.value(input(f"{question.text} [{question.default}] ").strip() or question.default)
-        if value is not None:
-            return value
-        print(f"  allowed: {question.allowed}")
 
 
 def plugin_files(kind: str, name: str) -> Iterator[tuple[str, str]]:

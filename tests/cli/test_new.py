@@ -1,24 +1,17 @@
 """What `remoras new` writes works as it is: scenarios run, plug-ins conform; nothing is replaced unasked."""
 
-import os
-import pty
 import re
-import subprocess
-import tomllib
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from invoked import COMMAND, refused, remoras
+from invoked import refused, remoras
 
-from missions.mapping.beginning import questions_of
 from missions.runs.estimates import cautions
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.cli.new import PLUGINS, TEMPLATES
 
 ROOT = Path(__file__).parents[2]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
 
 @pytest.fixture(autouse=True)
@@ -58,31 +51,6 @@ def test_a_scenario_runs_at_once() -> None:
     ran = remoras(*told)
     assert ran.exit_code == 0, ran.output
     assert "mission_complete" in ran.stdout
-
-
-def test_six_questions_are_asked_on_a_terminal(tmp_path: Path) -> None:
-    """On a real one: an empty answer is the default, and one that is not allowed is asked for again."""
-    master, terminal = pty.openpty()
-    command = [*COMMAND, "new", "scenario", "asked"]
-    answers = b"5\n99\n6\n\n\n0.5\n1\n"
-    with subprocess.Popen(
-        command, cwd=tmp_path, env=ENVIRONMENT, stdin=terminal, stdout=terminal, stderr=subprocess.PIPE
-    ) as asking:
-        os.write(master, answers)
-        os.close(terminal)
-        assert asking.stderr is not None
-        complaint = asking.stderr.read()
-    said = ""
-    with suppress(OSError):  # at the end of what was written to a terminal that is closed
-        while True:
-            said += os.read(master, 10_000).decode()
-    os.close(master)
-    assert asking.returncode == 0, (said, complaint)
-    assert [question.text in complaint.decode() for question in questions_of({})] == [True] * 6
-    assert "allowed: 1 to 36" in said
-    found = tomllib.loads((tmp_path / "asked.toml").read_text(encoding="utf-8"))
-    assert [len(found[table]) for table in ("vehicle", "area", "fault")] == [5, 6, 1]
-    assert (found["communication"]["modem"], found["channel"]["per"]) == ("nanomodem-v3", 0.5)
 
 
 # Plug-ins -----------------------------------------------------------------------------------------
