@@ -195,7 +195,8 @@ def _key_of(location: Iterable[Any], raw: Any) -> str:
     for part in location:
         entry = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
         if isinstance(part, int):
-            parts.append(str(entry["name"]) if isinstance(entry, dict) and "name" in entry else str(part + 1))
+            name = entry.get("name") if isinstance(entry, dict) else None
+            parts.append(name if isinstance(name, str) else str(part + 1))
         else:
             parts.append(str(part))
         raw = entry

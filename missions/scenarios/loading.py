@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from missions.document import Document, fault_of, index_of, key_parts, validated
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
@@ -34,7 +34,7 @@ from missions.scenarios.knowledge import KEY as ONTOLOGIES
 from missions.scenarios.knowledge import with_ontologies
 from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
 from missions.scenarios.parts import mission_class, with_files_found
-from missions.scenarios.scenario import Scenario, VehicleTable
+from missions.scenarios.scenario import About, Scenario, VehicleTable
 from remoras.errors import PluginError
 from remoras.mission import Mission
 
@@ -122,18 +122,24 @@ def _raised(error: Exception) -> ConfigurationFault:
     return ConfigurationFault("scenario.mission", "", allowed)
 
 
+class _Header(BaseModel):
+    """Table that names the mission, whose class has the other tables."""
+
+    scenario: About
+
+
 def _validated(raw: Mapping[str, Any]) -> tuple[Scenario | None, type[Mission] | None, list[ConfigurationFault]]:
     """Return the tables as values with the class of the mission, or all faults of single tables."""
-    header, mission, faults = raw.get("scenario"), None, []
-    if isinstance(header, dict) and isinstance(header.get("mission"), str):
-        try:
-            mission = mission_class(header["mission"])
-        except PluginError as error:
-            faults = [ConfigurationFault("scenario.mission", "", str(error))]
-    model: type[Scenario] = Scenario if mission is None else mission.Scenario
-    scenario, more = validated(model, raw, passes_over_unknown=mission is None)
-    faults += more
-    if scenario is not None and mission is not None:
+    header = raw.get("scenario")
+    name = header.get("mission") if isinstance(header, dict) else None
+    if not isinstance(name, str):
+        return None, None, validated(_Header, raw)[1]
+    try:
+        mission = mission_class(name)
+    except PluginError as error:
+        return None, None, [ConfigurationFault("scenario.mission", "", str(error))]
+    scenario, faults = validated(mission.Scenario, raw)
+    if scenario is not None:
         faults += [fault for vehicle in scenario.vehicle for fault in _sensors(vehicle, mission)]
     return scenario, mission, faults
 

@@ -2,6 +2,7 @@
 
 import copy
 import random
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -64,8 +65,12 @@ def test_a_drawn_mistake_is_told_a_line_for_each_fault(tmp_path: Path, kind: str
     except ConfigurationError as error:
         told = list(zip([fault.key for fault in error.faults], str(error).splitlines(), strict=True))
     assert len(told) <= 2
-    assert all(line.startswith(f"{file}:") and key in line for key, line in told)
+    for key, line in told:
+        place = rf"{re.escape(str(file))}:\d+: {re.escape(key)}"
+        assert re.fullmatch(rf"{place}: missing|{place}( = .+)?: .{{10,}}", line)  # line, key, given, allowed
     assert told or kind in ("type", "misspelt")  # a text of any content, a key of a free table
+    if kind == "misspelt" and told:
+        assert any("did you mean" in line or "missing: " in line for _, line in told)
 
 
 @pytest.mark.parametrize("number", range(40))
