@@ -14,7 +14,7 @@ import remoras
 from exchange.channel import modems
 from worldmodel import ValueKind, core_ontology_paths, read_tbox
 from worldmodel.ontology import ONTOLOGY_FOLDER
-from worldmodel.ontology.annotations import QUDT_UNITS, RM, symbol_of
+from worldmodel.ontology.compiler import QUDT_UNITS, RM, symbol_of
 
 MISSIONS = Path(__file__).parents[2] / "missions"
 FILES = sorted(chain(ONTOLOGY_FOLDER.glob("*.ttl"), MISSIONS.rglob("*.ttl")))

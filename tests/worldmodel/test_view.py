@@ -28,8 +28,7 @@ from small_fleet import (
 
 from worldmodel import TYPE_UID, QueryError, merge
 from worldmodel.ontology import graph_of
-from worldmodel.ontology.annotations import RM
-from worldmodel.ontology.compiler import SIT
+from worldmodel.ontology.compiler import RM, SIT
 from worldmodel.ontology.fields import Field
 from worldmodel.rdf.sparql import query
 from worldmodel.rdf.terms import RUN, instance_iri, term_of

@@ -18,8 +18,7 @@ from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
 from worldmodel.ontology import graph_of
-from worldmodel.ontology.annotations import RM
-from worldmodel.ontology.compiler import SIT
+from worldmodel.ontology.compiler import RM, SIT
 from worldmodel.ontology.tbox import TBox
 from worldmodel.rdf.terms import RUN, instance_iri
 from worldmodel.rdf.triples import CONCLUSIONS, Triple, Triples
