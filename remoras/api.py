@@ -423,7 +423,7 @@ class Run:
             return graphs.heard_graph(self._results, from_s, until_s)
         if name == "plan":
             return graphs.plan_graph(self._results, at_s, viewer)
-        from missions.scenarios.parts import database_of
+        from missions.scenarios.fleet import database_of
 
         mission = self._results.mission
         return graphs.jobs_graph(mission.jobs.values(), database_of(self.scenario, type(mission)))

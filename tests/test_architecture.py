@@ -123,7 +123,10 @@ ENTRY = "remoras.__main__"
 TOGETHER = {
     ("exchange.manager.beliefs", "exchange.manager.summaries"),
     ("exchange.manager.receiver", "exchange.manager.relaying"),
-    tuple(f"missions.scenarios.{name}" for name in ("channel", "communication", "faults", "knowledge", "scenario")),
+    tuple(
+        f"missions.scenarios.{name}"
+        for name in ("channel", "communication", "faults", "fleet", "knowledge", "organisation", "scenario")
+    ),
 }
 WORDS_OF = {
     "missions.mapping": ("area", "areas", "swath", "swaths", "cell", "cells", "coverage", "mapped"),

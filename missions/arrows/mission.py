@@ -44,7 +44,7 @@ from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import OBJECTIVES, Pursuit
 from missions.meeting.survey import rows, to_and_fro
 from missions.meeting.truth import JOBS
-from missions.scenarios.parts import database_of
+from missions.scenarios.fleet import database_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData

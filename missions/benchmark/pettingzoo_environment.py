@@ -29,7 +29,9 @@ from missions.benchmark.suite import suite_named
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
-from missions.scenarios.parts import database_of, groups_of, mission_class
+from missions.scenarios.fleet import database_of
+from missions.scenarios.organisation import groups_of
+from missions.scenarios.parts import mission_class
 from remoras.authority import Authority
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from string import Template
 from typing import Any
 
 from exchange.arithmetic import length
-from exchange.channel.modems import modems
 from missions.errors import ConfigurationError
-from worldmodel import suggestion
 
 TEMPLATE = Path(__file__).with_name("new-scenario.toml.txt")
 EACH = re.compile(r"^#: each (\w+)\n(.*?)^#: end\n", re.MULTILINE | re.DOTALL)
@@ -26,6 +25,7 @@ MARGIN_M = 100.0
 
 def scenario_text(
     name: str,
+    ranges_m: Mapping[str, float],
     vehicles: int = 3,
     areas: int = 4,
     side: float = 150.0,
@@ -35,18 +35,16 @@ def scenario_text(
 ) -> str:
     """Return a scenario as TOML text: numbers of AUVs, areas and lost AUVs, side of an area (m), packet error rate.
 
+    ``ranges_m`` are the nominal ranges of all modems by name.
     The time limit is 1.5 times the time that the vehicles left after all faults need for all areas, plus five minutes,
     rounded up to ten minutes. Raises ``ConfigurationError`` if no vehicle remains or a corner is out of modem range.
     """
-    known = {profile.name: profile.range_m for profile in modems().values()}
-    if modem not in known:
-        raise _refused("modem", modem, f"one of {', '.join(known)}{suggestion(modem, known)}")
     for option, value, least, most in (("side", side, 50.0, 1000.0), ("per", per, 0.0, 0.95)):
         if not least <= value <= most:
             raise _refused(option, value, f"{least:g} to {most:g}")
     n_columns = math.ceil(math.sqrt(areas))
     east_m, north_m = (MARGIN_M + side * n for n in (n_columns, math.ceil(areas / n_columns)))
-    reach_m, carries_m = length(east_m, north_m), known[modem]
+    reach_m, carries_m = length(east_m, north_m), ranges_m[modem]
     if lost >= vehicles:
         raise _refused("lost", lost, f"0 to {vehicles - 1}, or none of --vehicles is left")
     if reach_m > carries_m:

@@ -67,8 +67,8 @@ from missions.meeting.job_mission import JobMission, names_apart, numbered
 from missions.meeting.meeting import OBJECTIVES, importance_of
 from missions.meeting.survey import contains, overlap
 from missions.scenarios.features import place_error_m
-from missions.scenarios.organisation import FORMATION_WORDS
-from missions.scenarios.parts import database_of, groups_of
+from missions.scenarios.fleet import database_of
+from missions.scenarios.organisation import FORMATION_WORDS, groups_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key, Known

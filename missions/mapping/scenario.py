@@ -9,7 +9,8 @@ from pydantic import Field, field_validator
 
 from missions.mapping.sensors import ObjectTable
 from missions.meeting.job_mission import MEETING_DEADLINE
-from missions.scenarios.scenario import GroupTable, Role, Scenario, World
+from missions.scenarios.organisation import GroupTable, Role
+from missions.scenarios.scenario import Scenario, World
 from remoras.table import Name, PointM, Positive, Section, Sparse
 
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")

@@ -33,8 +33,9 @@ from missions.meeting.meeting import (
     importance_of,
 )
 from missions.meeting.truth import JOBS, JobTruth, MeetingTruth
-from missions.scenarios.parts import groups_of
-from missions.scenarios.scenario import Role, Scenario, VehicleTable
+from missions.scenarios.fleet import VehicleTable
+from missions.scenarios.organisation import Role, groups_of
+from missions.scenarios.scenario import Scenario
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import (
     ADVANCING,

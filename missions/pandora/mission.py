@@ -47,7 +47,7 @@ from missions.pandora.structure import (
 )
 from missions.pandora.truth import FIGURES, MET, METRICS, SERVICED, PandoraTruth
 from missions.scenarios.fleet import sensors_of
-from missions.scenarios.scenario import Role
+from missions.scenarios.organisation import Role
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Key

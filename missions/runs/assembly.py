@@ -14,7 +14,7 @@ from missions.feature import Joining
 from missions.runs.setup import Setup, recorder_of_mission, sensors_of, world_model
 from missions.scenarios.communication import value_rule_of
 from missions.scenarios.faults import drawn
-from missions.scenarios.parts import groups_of
+from missions.scenarios.organisation import groups_of
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Observer, ShownTime, listening

@@ -18,7 +18,8 @@ from missions.runs.organisation_metrics import (
     view_divergence,
 )
 from missions.scenarios.features import features
-from missions.scenarios.parts import METRICS, metric_named, mission_class, modem_energy
+from missions.scenarios.fleet import modem_energy
+from missions.scenarios.parts import METRICS, metric_named, mission_class
 from missions.scenarios.scenario import Scenario
 from missions.stated import stated
 from remoras.mission import Mission

@@ -18,9 +18,10 @@ from missions.runs.metrics import metrics_of, own_metrics
 from missions.scenarios.channel import guard_s
 from missions.scenarios.communication import key_of, policy_of
 from missions.scenarios.features import features, used_in
-from missions.scenarios.fleet import common_equipment
+from missions.scenarios.fleet import common_equipment, database_of
 from missions.scenarios.knowledge import pruning_of, sources_of
-from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
+from missions.scenarios.organisation import groups_of
+from missions.scenarios.parts import mission_class, strategy_of
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario, StrategyTable
 from remoras.authority import CONSULTING
 from remoras.database import AUVDatabase, VehicleData

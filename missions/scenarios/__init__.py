@@ -1,8 +1,10 @@
 """Scenarios: the input of a run, read from TOML and validated."""
 
 from missions.files import shipped
+from missions.scenarios.fleet import VehicleTable
 from missions.scenarios.loading import load
-from missions.scenarios.scenario import GroupTable, Role, Scenario, VehicleTable, World
+from missions.scenarios.organisation import GroupTable, Role
+from missions.scenarios.scenario import Scenario, World
 from remoras.table import Name, NotNegative, PointM, Positive, Probability, Section
 
 __all__ = [

@@ -17,10 +17,16 @@ from missions.scenarios.channel import channel_faults, guard_faults
 from missions.scenarios.communication import communication_faults, modem_faults
 from missions.scenarios.faults import draw_faults, fault_table_faults, own_faults
 from missions.scenarios.features import used_in
-from missions.scenarios.fleet import equipment_faults, start_faults
+from missions.scenarios.fleet import database_of, equipment_faults, start_faults
 from missions.scenarios.knowledge import vocabulary_faults
-from missions.scenarios.organisation import formation_faults, organisation_faults, playable_faults, player_faults
-from missions.scenarios.parts import database_of, groups_of, metric_faults, strategy_named
+from missions.scenarios.organisation import (
+    formation_faults,
+    groups_of,
+    organisation_faults,
+    playable_faults,
+    player_faults,
+)
+from missions.scenarios.parts import metric_faults, strategy_named
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
 from remoras.activities import Objective
 from remoras.database import AUVDatabase

@@ -18,25 +18,95 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+from pydantic import Field
 
 from exchange.arithmetic import distance
 from exchange.channel.modems import Modem
 from missions.errors import ConfigurationFault, one_of
 from missions.files import shown
-from missions.scenarios.communication import MODEMS, Communication, modem_in
+from missions.scenarios.communication import MODEMS, Communication, modem_in, modem_named
+from missions.scenarios.features import with_features
 from missions.scenarios.knowledge import words_in
-from missions.scenarios.scenario import MAX_VEHICLES, SPACING_M, Role, Scenario, VehicleTable
+from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.mission import Mission
 from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
 from remoras.plugins import known_or_named
 from remoras.sensor import SensorSettings
-from remoras.table import PointM
+from remoras.table import Name, NotNegative, OneOrMore, PointM, Positive, Section, Sparse
 from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel
 
+if TYPE_CHECKING:
+    from missions.scenarios.organisation import Role
+    from missions.scenarios.scenario import Scenario
+
+MAX_VEHICLES: Final = 256
+"""Most vehicles of one fleet, by the number of TDMA slots."""
+SPACING_M: Final = 10.0
+"""Distance between copies in one layer: twice the separation of passing vehicles."""
 LAYER_M = 4.0
 """Distance between layers, more than ``remoras.motion.separation.SAME_DEPTH_M``."""
+
+
+@with_features("vehicle")
+class VehicleTable(Sparse):
+    """One ``[[vehicle]]``."""
+
+    name: Name = Field(description="name of the vehicle")
+    vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
+    slot: int = Field(ge=0, lt=MAX_VEHICLES, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1")
+    social_layer: bool = Field(True, description="able to lead a group, and to divide jobs with others")
+    start_m: PointM = Field(
+        description="position at time 0, x east, y north; the nearest free place if too close to another in its layer"
+    )
+    depth_m: NotNegative = Field(0.0, description="working depth")
+    depth_limit_m: NotNegative = Field(0.0, description="maximum depth")
+    transit_speed_mps: float = Field(gt=0.0, le=20.0, description="transit speed")
+    survey_speed_mps: float = Field(gt=0.0, le=20.0, description="speed while working")
+    turn_rate_radps: Positive = Field(0.5, description="maximum turn rate")
+    acceleration_mps2: Positive = Field(0.5, description="maximum acceleration")
+    energy_j: Positive = Field(description="battery capacity")
+    hotel_w: NotNegative = Field(description="power at rest")
+    drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
+    playable_roles: tuple[str, ...] | None = Field(
+        None,
+        description="roles the vehicle can play, preferred first: Role of any group, or Group.Role; if absent, "
+        "all whose requirements it meets",
+    )
+    sensor: OneOrMore[dict[str, Any]] = Field(  # each kind of sensor validates its keys
+        (), description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object"
+    )
+
+    def can_play(self, group: str, role: str) -> bool:
+        """True if it lists the role of the group."""
+        return not {role, f"{group}.{role}"}.isdisjoint(self.playable_roles or ())
+
+    def sensor_names(self, default: str) -> list[str]:
+        """Return the names of its sensors; ``default`` is the kind of an unnamed one."""
+        return [str(table.get("name") or table.get("type") or default) for table in self.sensor]
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Yield a depth beyond the limit, and a survey speed above transit speed."""
+        if self.depth_m > self.depth_limit_m:
+            yield "depth_m", f"allowed: 0 to depth_limit_m = {self.depth_limit_m}"
+        if self.survey_speed_mps > self.transit_speed_mps:
+            yield "survey_speed_mps", f"allowed: up to transit_speed_mps = {self.transit_speed_mps}"
+
+
+class FleetTable(Section):
+    """Size of the fleet; absent from the resolved scenario, which lists every vehicle."""
+
+    size: int | None = Field(
+        None,
+        ge=2,
+        le=MAX_VEHICLES,
+        description="fleet size, listed vehicles and copies; those listed if absent",
+    )
+    copies_of: str | None = Field(None, description="vehicle to copy to reach the size of the fleet")
+    spacing_m: float = Field(SPACING_M, ge=1.0, description="distance between starting copies at one depth")
+    layers: bool = Field(True, description="copies get own depth layers; false: all stay in that of the original")
 
 
 def of_copies(
@@ -375,3 +445,47 @@ def common_equipment(
             parts.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle.name}.{part.name}"))
             facts.append(PropertyValue(vehicle.slot, has_part, uid))
     return tuple(parts), tuple(facts)
+
+
+# Vehicles as the fleet knows them -------------------------------------------------------------------
+
+
+class ModemEnergy(NamedTuple):
+    """Energy of a modem.
+
+    Attributes:
+        transmit_j_per_bit: transmission power over bit rate.
+        transmit_j_per_packet: for the time before the payload.
+        listening_w: continuous; 0 if included in the vehicles' ``hotel_w``.
+    """
+
+    transmit_j_per_bit: float = 0.0
+    transmit_j_per_packet: float = 0.0
+    listening_w: float = 0.0
+
+
+def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], modem: ModemEnergy) -> VehicleData:
+    """Return the static data of a vehicle; ``hotel_w`` includes the listening modem."""
+    own = {key: getattr(table, key) for key in VehicleData.__dataclass_fields__ if key in type(table).model_fields}
+    changed = {
+        "playable_roles": table.playable_roles or (),
+        "hotel_w": table.hotel_w + modem.listening_w,
+        "node": table.slot,
+        "transmit_j_per_bit": modem.transmit_j_per_bit,
+        "transmit_j_per_packet": modem.transmit_j_per_packet,
+        "sensors": sensors_of(table, kinds),
+    }
+    return VehicleData(**{**own, **changed})
+
+
+def modem_energy(scenario: Scenario) -> ModemEnergy:
+    """Return the energy of a scenario's modem, by its keys or its profile."""
+    communication = scenario.communication
+    modem, power_w = modem_named(communication.modem, scenario.modem), communication.transmit_power_w
+    return ModemEnergy(power_w / modem.rate_bps, power_w * modem.head_s, listening_w(communication, modem))
+
+
+def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
+    """Return the static data of all vehicles, in node order."""
+    modem = modem_energy(scenario)
+    return AUVDatabase(tuple(vehicle_data(table, mission.sensors, modem) for table in scenario.vehicle))

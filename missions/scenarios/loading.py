@@ -23,6 +23,7 @@ from missions.scenarios.channel import FILE_KEYS, leave_aside, with_link_file_fo
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.communication import with_modem_read
 from missions.scenarios.fleet import (
+    VehicleTable,
     of_copies,
     sensor_kind,
     sensor_settings,
@@ -34,7 +35,7 @@ from missions.scenarios.knowledge import KEY as ONTOLOGIES
 from missions.scenarios.knowledge import with_ontologies
 from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
 from missions.scenarios.parts import mission_class, with_files_found
-from missions.scenarios.scenario import About, Scenario, VehicleTable
+from missions.scenarios.scenario import About, Scenario
 from remoras.errors import PluginError
 from remoras.mission import Mission
 

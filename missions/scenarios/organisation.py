@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -22,16 +22,18 @@ from missions.document import Document, validated
 from missions.errors import ConfigurationFault, one_of
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.fleet import lacking
-from missions.scenarios.scenario import GroupTable, Role, Scenario
 from remoras.faults import HEAD_OF
 from remoras.mission import Mission
-from remoras.organisation import RoleKey
-from remoras.table import Section
+from remoras.organisation import Group, RoleKey, RoleSpecification, Subgroups
+from remoras.table import Name, Positive, Section, Sparse, unless
 from worldmodel import ontology_path
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
 
 Raw = Mapping[str, Any]
 """Raw TOML table."""
-Name = TypeVar("Name", bound=Hashable)
+Node = TypeVar("Node", bound=Hashable)
 
 GROUP, TEMPLATE, ROLE = "group", "group_template", "role"
 TABLES = (GROUP, TEMPLATE, ROLE)
@@ -39,6 +41,93 @@ TABLES = (GROUP, TEMPLATE, ROLE)
 EXTENDS, ABSTRACT = "extends", "abstract"
 OWN = frozenset({"name", EXTENDS, ABSTRACT})
 """Keys that are not inherited."""
+
+
+class Requires(Sparse):
+    """Requirements of a role on its vehicle; a table in a ``[[group.role]]``."""
+
+    UNSAID = frozenset({"capability"})
+
+    sensor: str | None = Field(None, description="kind or name of a required sensor")
+    capability: str | None = Field(None, description="class in the ontology by its equipment, such as SurveyPlatform")
+    speed_mps: Positive | None = Field(None, description="minimum transit speed")
+    depth_m: Positive | None = Field(None, description="minimum depth rating")
+    endurance_s: Positive | None = Field(None, description="minimum battery life at survey speed")
+    social_layer: bool = Field(False, description="it has the social layer")
+
+
+class Role(Sparse):
+    """One ``[[group.role]]``."""
+
+    UNSAID = frozenset({"incompatible", "authority", "requires"})
+
+    name: Name = Field(description="name of the role")
+    minimum: int = Field(0, ge=0, description="minimum holders")
+    maximum: int | None = Field(None, ge=1, description="maximum holders; any number if absent")
+    head: bool = Field(False, description="its holder leads the group")
+    founding: bool = Field(False, description="held from the start, not allocated during the mission")
+    job: str | None = Field(None, description="job of its holder")
+    played_by: str | None = Field(None, description="Group.Role whose holder must play it")
+    influences: tuple[str, ...] = Field((), description="roles of the group that its influence signals address")
+    incompatible: tuple[str, ...] = Field(
+        (), description="roles incompatible with it: Role of the group, or Group.Role; holds in both directions"
+    )
+    authority: tuple[str, ...] = Field(
+        (), description="roles of the group that its holders may assign, release and give objectives"
+    )
+    requires: Requires | None = Field(None, description="requirements on a vehicle")
+    extends: tuple[str, ...] = Field(
+        (),
+        exclude=True,
+        description="roles whose keys it inherits: of the group or a [[role]]; the later wins, its own keys over all",
+    )
+    abstract: bool = Field(False, exclude=True, description="abstract, to be extended only: no role of the group")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Yield a minimum above the maximum."""
+        if self.maximum is not None and self.minimum > self.maximum:
+            yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
+
+
+class GroupTable(Sparse):
+    """One ``[[group]]``."""
+
+    model_config = ConfigDict(json_schema_extra=unless("template", "rally_point", "role"))
+    UNSAID = frozenset({"template", "within", "subgroup", "information"})
+
+    name: Name = Field(description="name of the group")
+    template: str | None = Field(
+        None, description="[[group_template]] whose keys and roles it inherits, in addition to or overridden by its own"
+    )
+    within: str | None = Field(None, description="parent group, whose leader supervises it")
+    subgroup: tuple[Subgroups, ...] = Field((), description="number of subgroups per template; any if absent")
+    rally_point: str = Field(description="rally point of the group")
+    mission: str | None = Field(None, description="initial mission; else assigned at run time")
+    formed_by: str | None = Field(
+        None,
+        description="group whose leader forms and dissolves this one at run time; formed before the mission if absent",
+    )
+    succession: tuple[str, ...] = Field(
+        (), description="roles of the group whose holders succeed a lost leader, in this order"
+    )
+    information: Literal["replicated", "held by head"] = Field(
+        "replicated",
+        description="need for facts on the jobs of the group: of all members, or of leader and assignee",
+    )
+    role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
+
+    @property
+    def head(self) -> Role | None:
+        """Role whose holder leads the group; None if not declared."""
+        return next((role for role in self.role if role.head), None)
+
+    @property
+    def role_names(self) -> list[str]:
+        """Names of its roles."""
+        return [role.name for role in self.role]
+
+
+# Inheritance ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -317,12 +406,12 @@ def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
                 yield ConfigurationFault(f"{_at(holder)}.incompatible", shown(".".join(named)), allowed)
 
 
-def _cycles(above: Mapping[Name, Name]) -> list[list[Name]]:
+def _cycles(above: Mapping[Node, Node]) -> list[list[Node]]:
     """Return each cycle of a parent relation once."""
-    cycles: list[list[Name]] = []
-    done: set[Name] = set()
+    cycles: list[list[Node]] = []
+    done: set[Node] = set()
     for start in above:
-        line: list[Name] = []
+        line: list[Node] = []
         name = start
         while name in above and name not in done and name not in line:
             line.append(name)
@@ -555,3 +644,26 @@ def formation_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Con
                 "a group has no head before it is formed at run time: name a vehicle, or the head of another group"
             )
             yield ConfigurationFault(f"fault.{number}.vehicle", "", allowed)
+
+
+def groups_of(scenario: Scenario) -> tuple[Group, ...]:
+    """Return the groups with the specifications of their roles."""
+    apart = excluded(scenario.roles)
+    return tuple(_group(table, apart, ancestry(scenario.group_template, table.template)) for table in scenario.group)
+
+
+AS_IN_TABLE = {"name", "minimum", "maximum", "head", "founding", "job", "influences", "authority"}
+"""Keys that a role has from its table."""
+
+
+def _group(table: GroupTable, excluded: Mapping[RoleKey, set[RoleKey]], templates: tuple[str, ...]) -> Group:
+    roles = tuple(
+        RoleSpecification(
+            **{key: getattr(role, key) for key in AS_IN_TABLE},
+            played_by=role_key(role.played_by) if role.played_by else None,
+            incompatible=frozenset(excluded[table.name, role.name]),
+        )
+        for role in table.role
+    )
+    place = table.within, templates, table.subgroup, table.formed_by
+    return Group(table.name, roles, table.rally_point, table.mission, table.succession, *place)

@@ -11,23 +11,18 @@ import importlib.util
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Figure, faults_of_figure
 from missions.files import is_file, is_named, shown
 from missions.metric import Metric, faults_of_metric
-from missions.scenarios.communication import modem_named
-from missions.scenarios.fleet import listening_w, makes_sensors, sensors_of
-from missions.scenarios.organisation import ancestry, excluded, role_key
-from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
-from remoras.database import AUVDatabase, VehicleData
+from missions.scenarios.fleet import makes_sensors
+from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
 from remoras.mission import Mission
-from remoras.organisation import Group, RoleKey, RoleSpecification
 from remoras.plugins import asked_for, faults_of, look_in, named_object, refuse, refuse_unshipped
 from remoras.recorder import Table
-from remoras.sensor import SensorSettings
 from remoras.strategies import configured, shipped, strategies
 from remoras.strategy import Strategy, faults_of_strategy
 from worldmodel import suggestion
@@ -224,67 +219,3 @@ def strategy_named(name: str) -> Strategy:
     refuse("a strategy", faults_of_strategy(loaded))
     strategy: Strategy = loaded
     return strategy
-
-
-class ModemEnergy(NamedTuple):
-    """Energy of a modem.
-
-    Attributes:
-        transmit_j_per_bit: transmission power over bit rate.
-        transmit_j_per_packet: for the time before the payload.
-        listening_w: continuous; 0 if included in the vehicles' ``hotel_w``.
-    """
-
-    transmit_j_per_bit: float = 0.0
-    transmit_j_per_packet: float = 0.0
-    listening_w: float = 0.0
-
-
-def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], modem: ModemEnergy) -> VehicleData:
-    """Return the static data of a vehicle; ``hotel_w`` includes the listening modem."""
-    own = {key: getattr(table, key) for key in VehicleData.__dataclass_fields__ if key in type(table).model_fields}
-    changed = {
-        "playable_roles": table.playable_roles or (),
-        "hotel_w": table.hotel_w + modem.listening_w,
-        "node": table.slot,
-        "transmit_j_per_bit": modem.transmit_j_per_bit,
-        "transmit_j_per_packet": modem.transmit_j_per_packet,
-        "sensors": sensors_of(table, kinds),
-    }
-    return VehicleData(**{**own, **changed})
-
-
-def modem_energy(scenario: Scenario) -> ModemEnergy:
-    """Return the energy of a scenario's modem, by its keys or its profile."""
-    communication = scenario.communication
-    modem, power_w = modem_named(communication.modem, scenario.modem), communication.transmit_power_w
-    return ModemEnergy(power_w / modem.rate_bps, power_w * modem.head_s, listening_w(communication, modem))
-
-
-def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
-    """Return the static data of all vehicles, in node order."""
-    modem = modem_energy(scenario)
-    return AUVDatabase(tuple(vehicle_data(table, mission.sensors, modem) for table in scenario.vehicle))
-
-
-def groups_of(scenario: Scenario) -> tuple[Group, ...]:
-    """Return the groups with the specifications of their roles."""
-    apart = excluded(scenario.roles)
-    return tuple(_group(table, apart, ancestry(scenario.group_template, table.template)) for table in scenario.group)
-
-
-AS_IN_TABLE = {"name", "minimum", "maximum", "head", "founding", "job", "influences", "authority"}
-"""Keys that a role has from its table."""
-
-
-def _group(table: GroupTable, excluded: Mapping[RoleKey, set[RoleKey]], templates: tuple[str, ...]) -> Group:
-    roles = tuple(
-        RoleSpecification(
-            **{key: getattr(role, key) for key in AS_IN_TABLE},
-            played_by=role_key(role.played_by) if role.played_by else None,
-            incompatible=frozenset(excluded[table.name, role.name]),
-        )
-        for role in table.role
-    )
-    place = table.within, templates, table.subgroup, table.formed_by
-    return Group(table.name, roles, table.rally_point, table.mission, table.succession, *place)

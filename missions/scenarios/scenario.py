@@ -7,7 +7,7 @@ Key names include units. A mission may extend the tables by subclasses, named in
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Final
 
 from pydantic import ConfigDict, Field
 
@@ -17,18 +17,15 @@ from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication, ModemTable, modem_named
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.features import with_features
+from missions.scenarios.fleet import MAX_VEHICLES, FleetTable, VehicleTable
 from missions.scenarios.knowledge import WorldModelTable
+from missions.scenarios.organisation import GroupTable, Role
 from remoras.executive.satisfaction import DecisionTable
 from remoras.motion.attraction import GuidanceTable
-from remoras.organisation import Subgroups
-from remoras.table import Name, NotNegative, OneOrMore, PointM, Positive, Section, Sparse, card, number_text, unless
+from remoras.table import Name, PointM, Section, Sparse, card, number_text, unless
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups; otherwise all vehicles have equal needs."""
-MAX_VEHICLES: Final = 256
-"""Most vehicles of one fleet, by the number of TDMA slots."""
-SPACING_M: Final = 10.0
-"""Distance between copies in one layer: twice the separation of passing vehicles."""
 HELD: Final = "held by head"
 """Information about jobs is held by the group leader instead of all members."""
 
@@ -117,149 +114,6 @@ class RallyPoint(Section):
 
     name: Name = Field(description="name of the rally point")
     position_m: PointM = Field(description="x east, y north")
-
-
-class Requires(Sparse):
-    """Requirements of a role on its vehicle; a table in a ``[[group.role]]``."""
-
-    UNSAID = frozenset({"capability"})
-
-    sensor: str | None = Field(None, description="kind or name of a required sensor")
-    capability: str | None = Field(None, description="class in the ontology by its equipment, such as SurveyPlatform")
-    speed_mps: Positive | None = Field(None, description="minimum transit speed")
-    depth_m: Positive | None = Field(None, description="minimum depth rating")
-    endurance_s: Positive | None = Field(None, description="minimum battery life at survey speed")
-    social_layer: bool = Field(False, description="it has the social layer")
-
-
-class Role(Sparse):
-    """One ``[[group.role]]``."""
-
-    UNSAID = frozenset({"incompatible", "authority", "requires"})
-
-    name: Name = Field(description="name of the role")
-    minimum: int = Field(0, ge=0, description="minimum holders")
-    maximum: int | None = Field(None, ge=1, description="maximum holders; any number if absent")
-    head: bool = Field(False, description="its holder leads the group")
-    founding: bool = Field(False, description="held from the start, not allocated during the mission")
-    job: str | None = Field(None, description="job of its holder")
-    played_by: str | None = Field(None, description="Group.Role whose holder must play it")
-    influences: tuple[str, ...] = Field((), description="roles of the group that its influence signals address")
-    incompatible: tuple[str, ...] = Field(
-        (), description="roles incompatible with it: Role of the group, or Group.Role; holds in both directions"
-    )
-    authority: tuple[str, ...] = Field(
-        (), description="roles of the group that its holders may assign, release and give objectives"
-    )
-    requires: Requires | None = Field(None, description="requirements on a vehicle")
-    extends: tuple[str, ...] = Field(
-        (),
-        exclude=True,
-        description="roles whose keys it inherits: of the group or a [[role]]; the later wins, its own keys over all",
-    )
-    abstract: bool = Field(False, exclude=True, description="abstract, to be extended only: no role of the group")
-
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a minimum above the maximum."""
-        if self.maximum is not None and self.minimum > self.maximum:
-            yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
-
-
-class GroupTable(Sparse):
-    """One ``[[group]]``."""
-
-    model_config = ConfigDict(json_schema_extra=unless("template", "rally_point", "role"))
-    UNSAID = frozenset({"template", "within", "subgroup", "information"})
-
-    name: Name = Field(description="name of the group")
-    template: str | None = Field(
-        None, description="[[group_template]] whose keys and roles it inherits, in addition to or overridden by its own"
-    )
-    within: str | None = Field(None, description="parent group, whose leader supervises it")
-    subgroup: tuple[Subgroups, ...] = Field((), description="number of subgroups per template; any if absent")
-    rally_point: str = Field(description="rally point of the group")
-    mission: str | None = Field(None, description="initial mission; else assigned at run time")
-    formed_by: str | None = Field(
-        None,
-        description="group whose leader forms and dissolves this one at run time; formed before the mission if absent",
-    )
-    succession: tuple[str, ...] = Field(
-        (), description="roles of the group whose holders succeed a lost leader, in this order"
-    )
-    information: Literal["replicated", "held by head"] = Field(
-        "replicated",
-        description="need for facts on the jobs of the group: of all members, or of leader and assignee",
-    )
-    role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
-
-    @property
-    def head(self) -> Role | None:
-        """Role whose holder leads the group; None if not declared."""
-        return next((role for role in self.role if role.head), None)
-
-    @property
-    def role_names(self) -> list[str]:
-        """Names of its roles."""
-        return [role.name for role in self.role]
-
-
-@with_features("vehicle")
-class VehicleTable(Sparse):
-    """One ``[[vehicle]]``."""
-
-    name: Name = Field(description="name of the vehicle")
-    vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
-    slot: int = Field(ge=0, lt=MAX_VEHICLES, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1")
-    social_layer: bool = Field(True, description="able to lead a group, and to divide jobs with others")
-    start_m: PointM = Field(
-        description="position at time 0, x east, y north; the nearest free place if too close to another in its layer"
-    )
-    depth_m: NotNegative = Field(0.0, description="working depth")
-    depth_limit_m: NotNegative = Field(0.0, description="maximum depth")
-    transit_speed_mps: float = Field(gt=0.0, le=20.0, description="transit speed")
-    survey_speed_mps: float = Field(gt=0.0, le=20.0, description="speed while working")
-    turn_rate_radps: Positive = Field(0.5, description="maximum turn rate")
-    acceleration_mps2: Positive = Field(0.5, description="maximum acceleration")
-    energy_j: Positive = Field(description="battery capacity")
-    hotel_w: NotNegative = Field(description="power at rest")
-    drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
-    playable_roles: tuple[str, ...] | None = Field(
-        None,
-        description="roles the vehicle can play, preferred first: Role of any group, or Group.Role; if absent, "
-        "all whose requirements it meets",
-    )
-    sensor: OneOrMore[dict[str, Any]] = Field(  # each kind of sensor validates its keys
-        (), description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object"
-    )
-
-    def can_play(self, group: str, role: str) -> bool:
-        """True if it lists the role of the group."""
-        return not {role, f"{group}.{role}"}.isdisjoint(self.playable_roles or ())
-
-    def sensor_names(self, default: str) -> list[str]:
-        """Return the names of its sensors; ``default`` is the kind of an unnamed one."""
-        return [str(table.get("name") or table.get("type") or default) for table in self.sensor]
-
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a depth beyond the limit, and a survey speed above transit speed."""
-        if self.depth_m > self.depth_limit_m:
-            yield "depth_m", f"allowed: 0 to depth_limit_m = {self.depth_limit_m}"
-        if self.survey_speed_mps > self.transit_speed_mps:
-            yield "survey_speed_mps", f"allowed: up to transit_speed_mps = {self.transit_speed_mps}"
-
-
-class FleetTable(Section):
-    """Size of the fleet; absent from the resolved scenario, which lists every vehicle."""
-
-    size: int | None = Field(
-        None,
-        ge=2,
-        le=MAX_VEHICLES,
-        description="fleet size, listed vehicles and copies; those listed if absent",
-    )
-    copies_of: str | None = Field(None, description="vehicle to copy to reach the size of the fleet")
-    spacing_m: float = Field(SPACING_M, ge=1.0, description="distance between starting copies at one depth")
-    layers: bool = Field(True, description="copies get own depth layers; false: all stay in that of the original")
 
 
 @with_features("")

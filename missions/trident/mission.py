@@ -15,9 +15,8 @@ from missions.meeting.job_mission import JobMission, names_apart, with_needs
 from missions.meeting.meeting import Pursuit
 from missions.meeting.truth import JOBS
 from missions.scenarios.features import locating
-from missions.scenarios.fleet import inferred_classes, sensors_of
+from missions.scenarios.fleet import database_of, inferred_classes, sensors_of
 from missions.scenarios.knowledge import words_in
-from missions.scenarios.parts import database_of
 from missions.trident.behaviours import (
     AwaitingPartner,
     Escorting,

@@ -93,10 +93,14 @@ def new(
     options = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
     given: dict[str, Any] = {option: value for option, value in options.items() if value is not None}
     if kind == SCENARIO:
+        from exchange.channel.modems import modems
         from missions.mapping.beginning import scenario_text
 
         _check_scenario_name(name)
-        files = {f"{name}.toml": scenario_text(name, **given)}
+        ranges_m = {profile.name: profile.range_m for profile in modems().values()}
+        if modem is not None:
+            check_known("--modem", modem, list(ranges_m))
+        files = {f"{name}.toml": scenario_text(name, ranges_m, **given)}
         trial = f"remoras run {as_typed(out / f'{name}.toml')} --out first"
     else:
         if given:

@@ -92,7 +92,7 @@ WRONG = [
     ("new scenario mapping-rendezvous", "is the name of a shipped scenario"),
     ("new scenario a --vehicles 1", "'--vehicles': '1': Input should be greater than or equal to 2"),
     ("new scenario a --side nan", "--side = nan: allowed: 50 to 1000"),
-    ("new scenario a --modem loud", "--modem = loud: allowed: one of nanomodem-v3, "),
+    ("new scenario a --modem loud", "--modem 'loud': allowed are nanomodem-v3, "),
     ("new scenario a --lost 3", "--lost = 3: allowed: 0 to 2, "),
     ("new scenario a --side 900", "--side = 900: allowed: shorter, .* is 2687 m away, and nanomodem-v3 carries 2000 m"),
     ("new boat a", "kind 'boat': allowed are scenario, strategy, mission, sensor, metric"),

@@ -9,7 +9,7 @@ import tomli_w
 from pydantic import Field
 
 from missions.scenarios import Scenario, load
-from missions.scenarios.parts import groups_of
+from missions.scenarios.organisation import groups_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import ADVANCING, CAPTURE_M, DONE, DUE, Behaviour, Homing, Perception, Planning, Reference
 from remoras.behaviours import distance_m as to_go_m

@@ -14,9 +14,10 @@ from missions.mapping.sensors import SwathSettings
 from missions.runs.setup import resolved, world_model
 from missions.runs.setup import resolved as set_up
 from missions.scenarios import load, shipped
+from missions.scenarios.fleet import database_of
 from missions.scenarios.loading import scenario_from
-from missions.scenarios.organisation import specified
-from missions.scenarios.parts import database_of, groups_of, mission_class
+from missions.scenarios.organisation import groups_of, specified
+from missions.scenarios.parts import mission_class
 from missions.scenarios.scenario import Scenario
 from remoras.beliefs import Beliefs
 from remoras.organisation import Subgroups

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from intervening import module, tables
 
-from missions.scenarios.parts import database_of
+from missions.scenarios.fleet import database_of
 from missions.trident.behaviours import survey_lanes
 from missions.trident.conclusions import WithMembers
 from missions.trident.mission import TridentMission
