@@ -146,9 +146,9 @@ class CommandFault(Exception):
 
 
 def _report_end(error: BaseException | None) -> int:
-    """Print an interruption with its notes; return the exit code."""
+    """Print an interruption; return the exit code."""
     number = signal.SIGTERM if isinstance(error, Terminated) else signal.SIGINT
-    print("; ".join([f"remoras: {SAID[number]}", *getattr(error, "__notes__", ())]), file=sys.stderr)
+    print(f"remoras: {SAID[number]}", file=sys.stderr)
     return 128 + number
 
 

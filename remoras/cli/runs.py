@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -84,20 +84,19 @@ def run(
     from missions.files import SCENARIO, file_of, shipped
 
     file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
-    with saying_what_is_written(out):
-        from missions.disk import check_output
-        from missions.runs.results import MemoryResults, write_results
-        from missions.runs.run import run as run_scenario
-        from missions.scenarios import load
+    from missions.disk import check_output
+    from missions.runs.results import MemoryResults, write_results
+    from missions.runs.run import run as run_scenario
+    from missions.scenarios import load
 
-        loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings or []))
-        if out is not None:
-            check_output(out, force)
-        with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
-            finished = run_scenario(loaded, seed, progress=progress.at)
-        results = MemoryResults(finished)
-        if out is not None:
-            write_results(results, out, force)
+    loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings or []))
+    if out is not None:
+        check_output(out, force)
+    with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
+        finished = run_scenario(loaded, seed, progress=progress.at)
+    results = MemoryResults(finished)
+    if out is not None:
+        write_results(results, out, force)
     report = results.summary if as_json else results.figures
     if as_json:
         show_json(report)
@@ -108,29 +107,6 @@ def run(
     _warn_of_conflicts(report, loaded.guidance.separation_m)
     if not finished.completed:
         raise typer.Exit(FAILED)
-
-
-@contextmanager
-def saying_what_is_written(out: Path | None) -> Iterator[None]:
-    """Add a note to an interruption: whether results were written."""
-    before = _written_at(out)
-    try:
-        yield
-    except KeyboardInterrupt as error:
-        if out is not None:
-            error.add_note(f"nothing was written to {out}" if _written_at(out) == before else f"results are in {out}")
-        raise
-
-
-def _written_at(folder: Path | None) -> tuple[int, int] | None:
-    """Identity of written results; None without results."""
-    from missions.disk import MANIFEST
-
-    try:
-        stat = (folder / MANIFEST).stat() if folder is not None else None
-    except OSError:
-        return None
-    return (stat.st_ino, stat.st_mtime_ns) if stat is not None else None
 
 
 def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
