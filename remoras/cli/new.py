@@ -105,7 +105,7 @@ def new(
     else:
         if given:
             fail(f"--{next(iter(given))}: applies to scenarios; a {kind} has no such option")
-        _check_plugin_name(kind, name, out)
+        _check_plugin_name(name, out)
         files = dict(plugin_files(kind, name))
         trial = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"
     written = [out / file for file in files]
@@ -159,7 +159,7 @@ def _check_scenario_name(name: str) -> None:
         fail(f"NAME {name!r}: is the name of a shipped scenario; allowed: any other")
 
 
-def _check_plugin_name(kind: str, name: str, out: Path) -> None:
+def _check_plugin_name(name: str, out: Path) -> None:
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > 40 or keyword.iskeyword(name):
         allowed = "up to 40 small letters, digits and single _, a letter first, no keyword of Python"
         fail(f"NAME {cut(name, LONGEST_VALUE)!r}: is no name of a module; allowed: {allowed}")
@@ -167,22 +167,3 @@ def _check_plugin_name(kind: str, name: str, out: Path) -> None:
     where = getattr(spec, "origin", None)
     if spec is not None and (where is None or Path(where).parent.resolve() != out.resolve()):
         fail(f"NAME {name!r}: a module of that name is installed, and would be imported instead; allowed: any other")
-    if name in _taken(kind):
-        fail(f"NAME {name!r}: results have that name already; allowed: any other")
-
-
-def _taken(kind: str) -> set[str]:
-    """Names already used in results for this kind."""
-    if kind == "strategy":
-        from remoras.strategies import strategies
-
-        return set(strategies())
-    if kind == "sensor":
-        from remoras.recorder import TABLES
-
-        return {table.name for table in TABLES}
-    if kind == "metric":
-        from missions.runs.metrics import CORE_METRICS
-
-        return {metric.name.removesuffix("_m") for metric in CORE_METRICS}
-    return set()
