@@ -22,7 +22,7 @@ from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.organisation import GroupTable, Role
 from remoras.executive.satisfaction import DecisionTable
 from remoras.motion.attraction import GuidanceTable
-from remoras.table import Name, PointM, Section, Sparse, card, number_text, unless
+from remoras.table import Name, PointM, Section, Sparse, unless
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups; otherwise all vehicles have equal needs."""
@@ -201,17 +201,3 @@ class Scenario(Sparse):
     def __repr__(self) -> str:
         named = f"strategy {self.strategy.name}, policy {self.communication.policy}, channel {self.channel.name}"
         return f"<Scenario {self.scenario.name}: {len(self.vehicle)} vehicles, {named}>"
-
-    def _repr_html_(self) -> str:
-        table, groups = self.scenario, ((group.name, [role.name for role in group.role]) for group in self.group)
-        rows = [
-            ("mission", table.mission),
-            ("ends after", f"{number_text(table.duration_s)} s at the latest"),
-            ("vehicles", ", ".join(f"{vehicle.name} ({vehicle.vehicle_type})" for vehicle in self.vehicle)),
-            *((f"group {name}", ", ".join(roles)) for name, roles in groups),
-            ("strategy", self.strategy.name),
-            ("policy, modem", f"{self.communication.policy}, {self.communication.modem}"),
-            ("channel", self.channel.name),
-            ("faults", ", ".join(fault.kind for fault in self.fault) or "none"),
-        ]
-        return card(f"{table.name}: {table.title}", rows, "its attributes, such as scenario.channel, are its tables")
