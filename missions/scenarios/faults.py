@@ -219,9 +219,6 @@ class DeclaredFault(Section):
         yield from faults_of(cls, DeclaredFault, COMPULSORY)
         if cls.NUMBER is not None:
             yield "has a NUMBER, which is for kinds that are shipped: leave it out"
-        for hook in ("begin", "end"):
-            if hasattr(cls, hook):
-                yield f"has {hook}, which nothing calls: its only effect is the condition that leaves(data) returns"
         for key in DeclaredFault.model_fields:
             if cls.model_fields[key] is not DeclaredFault.model_fields[key] and key in cls.__annotations__:
                 yield f"has its own {key}, a key of every fault: rename it"

@@ -50,9 +50,6 @@ class Odd(Mute):
 class Strict(Mute):
     def checks(self, key, scenario, mission, before): raise RuntimeError("not today")
 
-class Begun(Mute):
-    def begin(self, vehicle): vehicle.radio = None
-
 class Silent(DeclaredFault):
     TEXT = "does nothing"
 
@@ -129,7 +126,6 @@ def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path)
         ("kind='own_kinds:Silent', at_s=9", "kind", "does nothing; define leaves(data)"),
         ("kind='own_kinds:Nameless', at_s=9", "kind", "lacks TEXT, a line that describes the fault"),
         ("kind='own_kinds:Odd', at_s=9", "kind", "leaves(self) cannot be called as leaves(data)"),
-        ("kind='own_kinds:Begun', at_s=9", "kind", "has begin, which nothing calls"),
         ("kind='own_kinds:Numbered', at_s=9", "kind", "has a NUMBER, which is for kinds that are shipped"),
         ("kind='own_kinds:Wrong', at_s=9", "kind", "leaves returned 0.5; expected: a Condition"),
         ("kind='own_kinds:Strict', at_s=9", "kind", "whose tables are well-formed, but raised Runtime"),
