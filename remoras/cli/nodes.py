@@ -68,15 +68,9 @@ def node(
         typer.Option(metavar="NAME=HOST:PORT,...", help="UDP addresses of the peers; packets from others are ignored."),
     ] = "",
     speed: Speed = 1.0,
-    start: Annotated[
-        float | None,
-        typer.Option(metavar="T", help="Mission start by Python's time.monotonic() (s); see the how-to."),
-    ] = None,
     start_utc: Annotated[
         str,
-        typer.Option(
-            metavar="TIME", help="Mission start by UTC, such as 2026-05-01T09:00:00, for nodes on several machines."
-        ),
+        typer.Option(metavar="TIME", help="Mission start by UTC, such as 2026-05-01T09:00:00."),
     ] = "",
     serial: Annotated[
         Path | None, typer.Option(metavar="PORT", help="Serial port of a Nanomodem v3, in place of UDP.")
@@ -121,7 +115,7 @@ def node(
 ) -> None:
     """Run one vehicle of a scenario in this process, with UDP, a modem or UnetStack.
 
-    Without --start it listens first: if it receives a peer, it joins that peer's mission; else it starts its own.
+    Without --start-utc it listens first: if it receives a peer, it joins that peer's mission; else it starts its own.
     """
     if replay is not None:
         _replay(replay, vehicle, as_json)
@@ -133,7 +127,7 @@ def node(
     from missions.nodes.node import Mishaps, VehicleNode
 
     _check(speed, settle, drop, double)
-    begins_s = _start(start, start_utc)
+    begins_s = _start(start_utc) if start_utc else None
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
     modems = [name for name, value in (("--serial", serial), ("--unet", unet)) if value]
     seat = _frontseat(frontseat, start_utc, bool(modems) or bind != ANY_PORT or bool(peers))
@@ -141,7 +135,7 @@ def node(
     if has_body and seat.body is not None:
         fail("--ros body: the body is that of --frontseat; leave out one of them")
     if begins_s is not None and not resume and (late_s := (now_by_machine() - begins_s) * speed - plan.end_s) > 0.0:
-        fail(f"--start: the mission was over {late_s:.0f} s ago, at {plan.end_s:.0f} s of it; give a later start")
+        fail(f"--start-utc: the mission was over {late_s:.0f} s ago, at {plan.end_s:.0f} s of it; give a later start")
     share: RosShare | None = None
     if ros is not None:
         from missions.nodes.ros import RosShare
@@ -246,25 +240,19 @@ def _driver(
     return Nanomodem(serial, pace)
 
 
-def _start(start: float | None, start_utc: str) -> float | None:
-    """Return the mission start by ``time.monotonic`` (s); None if no option gives it."""
-    if start is not None and start_utc:
-        fail("--start-utc: --start gives the time, too; leave out one of them")
-    now_s = now_by_machine()
-    if start_utc:
-        import time
-        from datetime import UTC, datetime
+def _start(start_utc: str) -> float:
+    """Return the mission start by ``time.monotonic`` (s)."""
+    import time
+    from datetime import UTC, datetime
 
-        try:
-            begins = datetime.fromisoformat(start_utc)
-        except ValueError:
-            fail(f"--start-utc {start_utc!r}: allowed is a time of ISO 8601 such as 2026-05-01T09:00:00")
-        start = now_s + (begins.replace(tzinfo=begins.tzinfo or UTC).timestamp() - time.time())
-    if start is not None and not abs(start - now_s) <= MOST_AWAY_S:
-        option = f"--start-utc {start_utc}" if start_utc else f"--start {start:g}"
-        by = "within a year of now" if start_utc else f"by time.monotonic(), within a year of {now_s:.0f}"
-        fail(f"{option}: allowed is a time {by}")
-    return start
+    try:
+        begins = datetime.fromisoformat(start_utc)
+    except ValueError:
+        fail(f"--start-utc {start_utc!r}: allowed is a time of ISO 8601 such as 2026-05-01T09:00:00")
+    ahead_s = begins.replace(tzinfo=begins.tzinfo or UTC).timestamp() - time.time()
+    if abs(ahead_s) > MOST_AWAY_S:
+        fail(f"--start-utc {start_utc}: allowed is a time within a year of now")
+    return now_by_machine() + ahead_s
 
 
 def now_by_machine() -> float:
