@@ -37,7 +37,7 @@ from worldmodel import WorldModel
 
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
     """Return the scenario's channel, with the draws of a seed."""
-    scenario, deployment = setup.scenario, setup.deployment
+    scenario, deployment = setup.scenario, setup.scenario.deployment
     model = scenario.channel.settings()
     return BroadcastChannel(
         setup.modem,
@@ -223,7 +223,8 @@ def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:
                 if other == role.name or (role.name in to.influences and (role.job or to.job)):
                     equals.setdefault((group.name, role.name), set()).add((group.name, other))
     passes_on = not setup.scenario.guidance.keeps_calls
-    return ExecutiveLayer(setup.decision, vehicle, working, equals, passes_on)
+    decision = setup.scenario.decision.constants(setup.schedule.frame_s)
+    return ExecutiveLayer(decision, vehicle, working, equals, passes_on)
 
 
 def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, RenewedNeeds | None]:

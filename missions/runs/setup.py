@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from exchange.channel.models import Deployment
 from exchange.channel.modems import Modem
 from exchange.policy.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
@@ -16,7 +15,7 @@ from missions.feature import Feature
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
 from missions.scenarios.channel import guard_s
-from missions.scenarios.communication import key_of, policy_of
+from missions.scenarios.communication import key_of, modem_named, policy_of
 from missions.scenarios.features import features, used_in
 from missions.scenarios.fleet import common_equipment, database_of
 from missions.scenarios.knowledge import pruning_of, sources_of
@@ -26,7 +25,6 @@ from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario, StrategyTable
 from remoras.authority import CONSULTING
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
-from remoras.executive.satisfaction import DecisionConstants
 from remoras.fleet.run_log import DELIVERIES, UNSAID
 from remoras.mission import Mission
 from remoras.nesting import Defect, specification_faults
@@ -194,7 +192,6 @@ class Setup:
         common_facts: known to all before the mission: equipment of vehicles, and facts of ontology files.
         database: vehicles as the fleet knows them.
         agreement: reached before the mission.
-        deployment: vehicles as channel models know them.
         urgency: priority of each attribute exchanged by all, by uid.
         subjects: of instances, where needs follow from groups; else None.
         own_metrics: named by the scenario itself, by reference.
@@ -209,13 +206,10 @@ class Setup:
     common_facts: tuple[PropertyValue, ...]
     database: AUVDatabase
     agreement: Agreement
-    deployment: Deployment
-    modem: Modem
     schedule: TdmaSchedule
     codec: Codec
     urgency: Mapping[int, int]
     subjects: Subjects | None
-    decision: DecisionConstants
     metrics: Mapping[str, Metric]
     own_metrics: Mapping[str, Metric]
     features: tuple[Feature, ...]
@@ -226,6 +220,11 @@ class Setup:
         domains = self.tbox.attributes
         needs = [InformationNeed(uid, value, class_uid=domains[uid].domain) for uid, value in self.urgency.items()]
         return NeedsIndex(self.tbox, dict.fromkeys(range(len(self.database)), tuple(needs)))
+
+    @property
+    def modem(self) -> Modem:
+        """Modem of all vehicles."""
+        return modem_named(self.scenario.communication.modem, self.scenario.modem)
 
     @property
     def nodes(self) -> dict[str, int]:
@@ -249,22 +248,19 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     for feature in used:
         strategy = feature.strategy(scenario, strategy)
     policy = policy_of(scenario.communication.policy)
-    own_files, words = (
-        sources_of(scenario.worldmodel.ontology_text),
-        [path for feature in used for path in feature.words(scenario)],
-    )
+    own_files = sources_of(scenario.worldmodel.ontology_text)
+    words = [path for feature in used for path in feature.words(scenario)]
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *own_files, *words)
     tbox = reaching(tbox, REACH_SHARE * max(map(abs, (*scenario.world.x_m, *scenario.world.y_m))))
-    database, groups, deployment = database_of(scenario, mission_type), groups_of(scenario), scenario.deployment
+    database, groups = database_of(scenario, mission_type), groups_of(scenario)
+    modem = modem_named(scenario.communication.modem, scenario.modem)
     instances = _instances(scenario, mission, tbox, used)
-    equipment, common_facts = common_equipment(scenario, deployment.modem, mission_type.sensors, tbox, instances)
+    equipment, common_facts = common_equipment(scenario, modem, mission_type.sensors, tbox, instances)
     # equipment facts are not exchanged, so equipment needs no names on the wire unless new instances follow it
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
     common_facts += _stated_facts(tbox, instances)
-    modem = deployment.modem
-    packet_s = modem.packet_s(modem.payload_bits)
-    schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario))
+    schedule = TdmaSchedule(len(database), modem.packet_s(modem.payload_bits), guard_s(scenario))
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     if faults := [*_malformed(agreement.organisation), *_undivided(strategy, agreement, database)]:
         raise ConfigurationError(scenario.scenario.name, faults)
@@ -284,13 +280,10 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         common_facts=common_facts,
         database=database,
         agreement=agreement,
-        deployment=deployment,
-        modem=modem,
         schedule=schedule,
         codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s),
         urgency=urgency,
         subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
-        decision=scenario.decision.constants(schedule.frame_s),
         metrics=metrics_of(scenario, mission_type, own),
         own_metrics=own,
         features=used,
