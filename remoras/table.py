@@ -37,7 +37,8 @@ def _rising(ends: PointM) -> PointM:
     return ends
 
 
-SpanM = Annotated[PointM, AfterValidator(_rising)]
+RISING = AfterValidator(_rising)
+SpanM = Annotated[PointM, RISING]
 """Lower and higher end."""
 LONGEST_REPR = 120
 """Maximum characters of a table's repr."""

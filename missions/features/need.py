@@ -72,26 +72,22 @@ class NeedTable(Section):
     of: str = Field("", description="class or instance with these values; all with the attribute if absent")
     vehicle: str = Field(ALL, description='vehicle that needs them, or "all"')
     priority: int = Field(1, ge=1, le=1000, description="priority")
-    ttl_s: float | None = Field(None, description="age at which a value expires; none if absent")
+    ttl_s: Positive | None = Field(None, description="age at which a value expires; none if absent")
     blackout_s: NotNegative = Field(0.0, description="minimum time between two packets of one vehicle with such values")
-    queue_limit: int | None = Field(None, description="longest queue of such values per vehicle; no limit if absent")
+    queue_limit: int | None = Field(None, ge=1, description="longest queue of such values per vehicle; any if absent")
     newest_first: bool = Field(False, description="true: the newest value is sent first; false: the one queued longest")
     acknowledged: bool = Field(True, description="true: sent until all that need it acknowledge; false: once")
     from_s: NotNegative = Field(0.0, description="start of the need; agreed before the mission if 0 or absent")
     until_s: Positive | None = Field(None, description="withdrawal of the need; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield limits below their minimum, a blackout in which values expire, and an end before the start."""
-        if self.ttl_s is not None and not self.ttl_s > 0.0:
-            yield "ttl_s", "must be above 0: leave it out for no limit"
-        elif self.ttl_s is not None and self.blackout_s >= self.ttl_s:
+        """Yield a blackout in which values expire, and an end before the start."""
+        if self.ttl_s is not None and self.blackout_s >= self.ttl_s:
             yield (
                 "blackout_s",
                 f"must be below ttl_s = {self.ttl_s:g}, else values expire before they may be sent: shorten the "
                 "blackout",
             )
-        if self.queue_limit is not None and self.queue_limit < 1:
-            yield "queue_limit", "must be 1 or more: leave it out for no limit"
         if self.until_s is not None and self.until_s <= self.from_s:
             yield "until_s", f"must be above from_s = {self.from_s:g}"
 

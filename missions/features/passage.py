@@ -20,7 +20,7 @@ from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from remoras.events import Observer
 from remoras.motion.avoidance import RECOVERY_S, HalfPlane
-from remoras.table import Positive, Section
+from remoras.table import Positive, Section, SpanM
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
@@ -38,7 +38,7 @@ SLACK_M = 0.3
 class PassageTable(Section):
     """The table ``[passage]``."""
 
-    x_m: tuple[float, float] = Field(description="western and eastern border of the reef")
+    x_m: SpanM = Field(description="western and eastern border of the reef")
     y_m: float = Field(description="centre of the passage")
     width_m: Positive = Field(description="width of the passage")
 
@@ -139,8 +139,8 @@ def passage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Confi
     if width_m < separation_m:
         allowed = f"narrower than the separation; allowed: guidance.separation_m = {separation_m:g} or more"
         yield ConfigurationFault(f"{KEY}.width_m", "", allowed)
-    elif not x_min < west_m < east_m < x_max:
-        allowed = f"allowed: a western and an eastern border within the world, x {x_min:g} to {x_max:g}"
+    elif not (x_min < west_m and east_m < x_max):
+        allowed = f"allowed: borders within the world, x {x_min:g} to {x_max:g}"
         yield ConfigurationFault(f"{KEY}.x_m", "", allowed)
     elif not y_min + width_m / 2.0 <= table.y_m <= y_max - width_m / 2.0:
         allowed = f"allowed: {y_min + width_m / 2.0:g} to {y_max - width_m / 2.0:g}, so that it lies within the world"

@@ -7,7 +7,7 @@ Key names include units. A mission may extend the tables by subclasses, named in
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, ClassVar, Final
+from typing import Annotated, Any, Final
 
 from pydantic import ConfigDict, Field
 
@@ -22,7 +22,7 @@ from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.organisation import GroupTable, Role
 from remoras.executive.satisfaction import DecisionTable
 from remoras.motion.attraction import GuidanceTable
-from remoras.table import Name, PointM, Section, Sparse, unless
+from remoras.table import RISING, Name, PointM, Section, Sparse, unless
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups; otherwise all vehicles have equal needs."""
@@ -51,40 +51,30 @@ class About(Sparse):
     )
 
 
+Coordinate = Annotated[float, Field(ge=-100_000.0, le=100_000.0)]
+"""Coordinate (m) on the planar map, limited as the greatest operating range of modems."""
+Borders = Annotated[tuple[Coordinate, Coordinate], RISING]
+Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]
+"""Latitude (deg) where east and north are defined."""
+Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
+
+
 class World(Section):
     """The table ``[world]``."""
 
-    MOST_M: ClassVar[float] = 100_000.0
-    """Limit of the planar map, equal to the greatest operating range of modems."""
-    MOST_LATITUDE_DEG: ClassVar[float] = 89.0
-    """Limit of the planar map: nearer to a pole, east and north are undefined."""
-
-    x_m: PointM = Field(description="west and east border of the area of operations")
-    y_m: PointM = Field(description="south and north border of the area of operations")
+    x_m: Borders = Field(description="west and east border of the area of operations")
+    y_m: Borders = Field(description="south and north border of the area of operations")
     sound_speed_mps: float = Field(
         1500.0,
         ge=1400.0,
         le=1600.0,
         description="speed of sound in water; the channel acoustic has its own, from temperature and salinity",
     )
-    origin_deg: tuple[float, float] | None = Field(
+    origin_deg: tuple[Latitude, Longitude] | None = Field(
         None,
         description="latitude -89 to 89 and longitude -180 to 180 (WGS 84) of the point x = 0, y = 0; "
         "maps need it, no run depends on it",
     )
-
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield borders out of order or range, and an invalid origin."""
-        for key, names in (("x_m", "west {} east"), ("y_m", "south {} north")):
-            low, high = getattr(self, key)
-            if low >= high:
-                yield key, f"{names.format('border must be below')} border"
-            elif low < -self.MOST_M or high > self.MOST_M:
-                yield key, f"allowed: {-self.MOST_M:.0f} to {self.MOST_M:.0f}"
-        latitude_deg, longitude_deg = self.origin_deg or (0.0, 0.0)
-        if abs(latitude_deg) > self.MOST_LATITUDE_DEG or abs(longitude_deg) > 180.0:
-            most_deg = self.MOST_LATITUDE_DEG
-            yield "origin_deg", f"allowed: latitude {-most_deg:.0f} to {most_deg:.0f}, longitude -180 to 180"
 
     @property
     def box_m(self) -> tuple[float, float, float, float]:

@@ -112,7 +112,7 @@ REFUSED = [  # scenario, settings, what is said
     (TEAMS, NO_CIRCLE, "no group of the circle would ever be there"), (TEAMS, NO_MISSION, "leave it out"),
     (ESCORT, "line.line 1.to_m=[-320.0, -95.0]", "the line is too short; allowed: 10 m or more"),
     (FERRY, "passage.width_m=4.0", r"= 4.0: narrower than the separation; allowed: guidance\.separation_m = 5"),
-    (FERRY, "passage.x_m=[40.0, -40.0]", "allowed: a western and an eastern border within"),
+    (FERRY, "passage.x_m=[40.0, -40.0]", "allowed: the lower end first"),
     (FERRY, "passage.y_m=119.0", r"y_m\) = 119.0: allowed: -117 to 117, so that it lies within the world"),
     (FERRY, "vehicle.AUV00.start_m=[0.0, 0.0]", "in the reef, x -42.5 to 42.5, or its passage"),
     (FERRY, "delivery.load 1.from_m=[10.0, 0.0]", r"= \[10, 0\]: in the reef or its passage"),

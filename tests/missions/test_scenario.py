@@ -30,7 +30,7 @@ ONE_FAULT = [
     (":MappingMission", ":Nothing", "scenario.mission", "", "can be imported", "mission"),
     ("[200.0, 200.0]", "[200.0, 260.0]", "rally_point.jetty.position_m", "[200.0, 260.0]", "outside the world",
      "position_m"),
-    ("x_m = [-50.0, 250.0]", "x_m = [250.0, -50.0]", "world.x_m", "", "west border must be below east", "x_m"),
+    ("x_m = [-50.0, 250.0]", "x_m = [250.0, -50.0]", "world.x_m", "", "allowed: the lower end first", "x_m"),
     ("slot = 1", "slot = 0", "vehicle.Diver.slot", "0", "owned by Boat and Diver; one owner per slot", "slot:2"),
     ('"Mapper", ', '"Maper", ', "vehicle.Diver.playable_roles", '"Maper"', "did you mean 'Mapper'",
      "playable_roles:2"),
