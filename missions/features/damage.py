@@ -1,21 +1,27 @@
 """Damage, ``[damage]``: bit errors in received packets.
 
 Modems discard damaged packets, and channels lose packets whole. This feature models links with a weak check or none.
-Without ``communication.crc_bits`` or a key a receiver accepts many damaged packets, and believes their content.
+Without checksum or key a receiver accepts many damaged packets. Such a scenario is rejected unless ``unchecked``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from exchange.channel import loss
 from exchange.channel.channel import Arrival, Channel
+from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from remoras.events import Observer
 from remoras.table import Probability, Section
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
+    from remoras.mission import Mission
 
 KEY = "damage"
 
@@ -23,11 +29,12 @@ KEY = "damage"
 class DamageTable(Section):
     """The table ``[damage]``."""
 
-    share: Probability = Field(
-        0.0,
-        description="share of received packets with flipped bits, drawn; found by communication.crc_bits or a key",
-    )
+    share: Probability = Field(0.0, description="share of received packets with flipped bits, drawn")
     bits: int = Field(1, ge=1, le=64, description="flipped bits per damaged packet, at random places")
+    unchecked: bool = Field(
+        False,
+        description="true: accept damage although packets have neither checksum nor key, so that much is undetected",
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +75,17 @@ class DamagingChannel:
         return Arrival(arrival.receiver, arrival.time_s, (content ^ mask).to_bytes(len(arrival.data), "big"))
 
 
+def damage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """Yield faults: damage that no check detects."""
+    table, communication = scenario.of_feature(KEY), scenario.communication
+    if table.share > 0.0 and not (communication.crc_bits or communication.key_file or table.unchecked):
+        allowed = (
+            "packets have neither checksum nor key, so many damaged packets would be accepted: set "
+            f"communication.crc_bits = 8, 16 or 32, or communication.key_file; or {KEY}.unchecked = true if meant"
+        )
+        yield ConfigurationFault(f"{KEY}.share", "", allowed)
+
+
 class Damage(Observer):
     """Run hooks that make the channel of the fleet damage packets."""
 
@@ -84,4 +102,5 @@ class Damage(Observer):
 FEATURE = Feature(
     {"": {KEY: (DamageTable | None, None)}},
     Damage,
+    damage_faults,
 )
