@@ -1,6 +1,5 @@
 """The folder of an exchange study appears, and is replaced, whole or not at all."""
 
-import errno
 from pathlib import Path
 
 import pytest
@@ -56,18 +55,3 @@ def test_what_is_interrupted_while_it_draws_leaves_the_older_study(
     ended = remoras(*STUDY, "--seed", 2, "--format", "svg", "--out", older, "--force")
     assert ended.exit_code == 130
     assert content_of(older) == before
-
-
-def test_a_full_disk_leaves_the_older_study(older: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before, write_bytes = content_of(older), Path.write_bytes
-
-    def full(path: Path, content: bytes) -> int:
-        if path.name == "senders.svg":
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write_bytes(path, content)
-
-    monkeypatch.setattr(Path, "write_bytes", full)
-    said = refused(*STUDY, "--seed", 2, "--format", "svg", "--out", older, "--force")
-    assert said == f"remoras: --out {older}: cannot be written: No space left on device\n"
-    assert content_of(older) == before
-    assert list(older.parent.iterdir()) == [older]

@@ -76,13 +76,13 @@ def test_a_cut_table_is_named_and_nothing_written(results: Path, tmp_path: Path)
 
 def test_of_a_folder_that_lacks_tables_it_says_what_is_not_shown(results: Path, tmp_path: Path) -> None:
     shutil.copytree(results, tmp_path / "run")
-    for name in ("decisions", "items"):
+    for name in ("decisions", "items", "trajectories", "packets", "roles", "knowledge"):
         (tmp_path / "run" / f"{name}.parquet").unlink()
     result = remoras("replay", tmp_path / "run")
     assert result.exit_code == 0
     assert result.stderr == (
-        f"remoras: {tmp_path / 'run'}: tables are missing; not shown: items sent, and the knowledge of "
-        "each vehicle; reasons of decisions\n"
+        f"remoras: {tmp_path / 'run'}: tables are missing; not shown: positions of the vehicles; roles of the "
+        "vehicles; packets sent and received; items sent, and the knowledge of each vehicle; reasons of decisions\n"
     )
 
 

@@ -139,20 +139,6 @@ def test_one_fault_is_one_clear_message(
     assert fault.line == line_of(SMALL, "[channel]") + channel[: channel.index(old)].count("\n")
 
 
-@pytest.mark.parametrize(
-    ("channel", "settings", "key"),
-    [
-        (CHANNEL, ["channel.per_bad=0.9"], "channel.per_bad"),
-        (CHANNEL, ["channel.name=gilbert-elliott", "channel.per=0.3"], "channel.per"),
-        (BURSTS + "per = 0.1\n", ["channel.name=gilbert-elliott"], "channel.per"),
-    ],
-)
-def test_a_setting_without_effect_is_refused(tmp_path: Path, channel: str, settings: list[str], key: str):
-    faults = faults_of(tmp_path, with_channel(channel), *settings)
-    assert [fault.key for fault in faults if key in fault.key] == [fault.key for fault in faults]
-    assert "not used by" in faults[0].allowed
-
-
 # A model from outside -----------------------------------------------------------------------------
 
 MUD = f"""[channel]

@@ -2,7 +2,6 @@
 
 import math
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -29,30 +28,6 @@ def test_a_current_as_fast_as_a_vehicle_is_refused_with_line_and_what_is_allowed
     assert fault.allowed.endswith("allowed: less than 1.5 m/s, its survey_speed_mps")
     [fault] = faults_of(tmp_path, "[uncertainty]\nspeed_spread = 0.1\n[current]\neast_mps = 1.4\n" + SMALL)
     assert fault.allowed.endswith("less than 1.35 m/s, its survey_speed_mps less the uncertainty.speed_spread of 0.1")
-
-
-def over_ground_mps(run: Run) -> dict[str, float]:
-    """Greatest speed over ground, by vehicle, in a tick in which it covered cells."""
-    fastest: dict[str, float] = {}
-    tracks: dict[str, list[tuple[float, float, float]]] = {}
-    for time_s, name, x_m, y_m, *_ in run.recorder.trajectories:
-        tracks.setdefault(name, []).append((time_s, x_m, y_m))
-    for name, track in tracks.items():
-        covered_s = {row[0] for row in run.recorder.rows("coverage") if row[1] == name}
-        for (from_s, *from_m), (time_s, *to_m) in pairwise(track):
-            if time_s in covered_s:
-                fastest[name] = max(fastest.get(name, 0.0), math.dist(from_m, to_m) / (time_s - from_s))
-    return fastest
-
-
-@pytest.mark.slow
-def test_no_cell_is_covered_faster_over_ground_than_the_sensor_may() -> None:
-    """1.3 and 2 m/s; rows with the current and against it are passed alike."""
-    run = finished("uncertainty.speed_spread=0", "current.east_mps=-0.9", "current.north_mps=0.9")
-    assert summary(run)["coverage_fraction"] >= 0.95
-    fastest_mps = over_ground_mps(run)
-    assert fastest_mps["AUV00"] <= 1.3 + 1e-5
-    assert max(fastest_mps.values()) <= 2.0 + 1e-5
 
 
 # Navigation ---------------------------------------------------------------------------------------

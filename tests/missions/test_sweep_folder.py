@@ -38,6 +38,20 @@ def folder(made: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(made, tmp_path / "out"))
 
 
+@pytest.mark.slow
+def test_a_torn_tail_is_cut_and_its_run_made_again(folder: Path, tmp_path: Path) -> None:
+    plan = plan_of(tmp_path)
+    content = (folder / LEDGER).read_bytes()
+    (folder / LEDGER).write_bytes(content[:-200])
+    log = SweepFolder(folder, plan)
+    assert len(log.summaries) == 2
+    assert (folder / LEDGER).read_bytes() == content[: content[:-1].rindex(b"\n") + 1]
+    log.append([run_task(task) for task in plan.missing(log.summaries)])
+    log.close()
+    status = SweepResults.read(folder).status()
+    assert (status.planned, status.done, status.remaining) == (8, 8, 0)
+
+
 def test_a_sweep_is_refused_on_a_file_system_without_locks(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -47,16 +47,6 @@ def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_los
         assert duplicated(strategy, 0.0) < 0.005  # who chooses in the same frame hears of it one frame later
 
 
-@pytest.mark.slow
-def test_fixed_partition_sends_nothing_and_no_channel_changes_it() -> None:
-    one, other = (finished("fixed-partition", *given) for given in ((), ("channel.per=0.9",)))
-    assert one.recorder.packets == other.recorder.packets == []
-    assert one.recorder.trajectories == other.recorder.trajectories
-    assert one.recorder.rows("coverage") == other.recorder.rows("coverage")
-    assert summary(other)["duplicate_fraction"] == 0.0
-    assert other.completed
-
-
 # Meetings cost time -------------------------------------------------------------------------------
 
 

@@ -35,13 +35,6 @@ def test_objects_wait_less_where_calls_are_answered() -> None:
     assert all(flown(seed, LONG).completed for seed in (1, 2))
 
 
-@pytest.mark.slow
-def test_a_call_moves_to_the_act_that_ends_the_wait_and_to_no_other() -> None:
-    """Not to the meeting, which is a collective activity of the role that is called, too."""
-    moved = {row[4] for seed in (1, 2) for row in flown(seed, LONG).recorder.decisions if row[9] > 0.0}
-    assert moved == {"Helping"}
-
-
 @pytest.mark.parametrize("seed", [1, 185449697741568])
 def test_nobody_takes_a_lift_for_done_that_is_not(seed: int) -> None:
     """In the last of them a vehicle swings round its end as it comes, and is too far off for a moment."""

@@ -254,7 +254,9 @@ def test_vehicles_are_drawn_where_the_tables_have_them_and_crossed_out_while_the
             assert len(crossed) == len(out)
 
 
-@pytest.mark.parametrize("without", [("organisation", "decisions"), ("packets", "items", "decisions", "coverage")])
+@pytest.mark.parametrize(
+    "without", [("organisation", "decisions", "trajectories"), ("packets", "items", "decisions", "coverage", "roles")]
+)
 def test_a_run_that_recorded_less_is_shown_and_says_so(chrome: Any, tmp_path: Path, without: tuple[str, ...]) -> None:
     """One of a second, in which nothing is done, with a name that is no name of an element."""
     short = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=1", f"vehicle.AUV01.name='{ODD}'")

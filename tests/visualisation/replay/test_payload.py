@@ -59,18 +59,6 @@ def test_the_page_asks_for_nothing(results: Results) -> None:
 # Damaged ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("table", "what"),
-    [("trajectories", "positions of"), ("packets", "packets sent"), ("roles", "roles of"), ("knowledge", None)],
-)
-def test_a_table_may_be_missing(results: Results, tmp_path: Path, table: str, what: str | None) -> None:
-    partly = Path(shutil.copytree(results.folder, tmp_path / "partly"))
-    (partly / f"{table}.parquet").unlink()
-    told = asked([data_of(Results.read(partly))], LOOK, tmp_path)
-    assert told["n"] == 4
-    assert [text for text in told["missing"] if what and text.startswith(what)] == told["missing"][: what is not None]
-
-
 def test_a_damaged_scenario_is_named(tmp_path: Path) -> None:
     results = Fiction().write(tmp_path / "run")
     path = tmp_path / "run" / "manifest.json"

@@ -42,14 +42,6 @@ def test_news_are_as_old_as_the_last_packet_that_was_heard() -> None:
     assert ages_s[0, 1].tolist() == [5.0, 15.0, 20.0]  # since 10 s, then since 30 s
 
 
-def test_the_mean_age_is_that_of_the_ages_over_the_mission() -> None:
-    """B of A: (20**2 / 2 + 30**2 / 2) / 50 = 13; A of B: (10**2 + 20**2 + 20**2) / 2 / 50 = 9."""
-    assert traffic().mean_ages_s[1, 0] == pytest.approx(13.0)
-    assert traffic().mean_ages_s[0, 1] == pytest.approx(9.0)
-    at_s = (np.arange(5000) + 0.5) / 100.0
-    assert traffic().ages_s(at_s).mean(axis=2)[1, 0] == pytest.approx(13.0, abs=1e-6)
-
-
 def test_who_is_out_of_the_mission_has_no_news_and_gives_none() -> None:
     """B is out from 25 s: its news of A are 0 to 20 s old, then 0 to 5 s, a mean of (20**2 + 5**2) / 2 / 25 = 8.5 s."""
     cut = replace(traffic(), out={"B": [Span(25.0, math.inf)]})
