@@ -1,4 +1,4 @@
-"""Shell completion of names, files, metrics, figures and scenario keys.
+"""Shell completion of names, files, figures and scenario keys.
 
 Any error yields no completions: output would corrupt the command line.
 """
@@ -55,6 +55,7 @@ def _said_by(module: str, name: str) -> Names:
 _scenarios = _said_by("missions.files", "shipped")
 _studies = _said_by("missions.files", "shipped_studies")
 _strategies = _said_by("remoras.strategies", "strategies")
+_policies = _said_by("exchange.policy.policies", "POLICIES")
 _networks = _said_by("exchange.channel.network", "shipped")
 
 
@@ -70,45 +71,10 @@ def _keys_of_all(ctx: typer.Context) -> Iterable[str]:
     return ["codec", *_keys(ctx), *study_explanations()]
 
 
-def _folder(ctx: typer.Context) -> Path:
-    """Folder argument; before an option value it is still among the raw arguments."""
-    return Path(ctx.params.get("folder") or next(argument for argument in ctx.args if not argument.startswith("-")))
-
-
-def _metrics(ctx: typer.Context) -> Iterable[str]:
-    from missions.sweeps.folder import SweepResults
-
-    return SweepResults.read(_folder(ctx)).metrics
-
-
-def _baselines(ctx: typer.Context) -> Iterable[str]:
-    from missions.sweeps.folder import SweepResults
-
-    lines = SweepResults.read(_folder(ctx)).lines.values()
-    return sorted({line["summary"][name] for line in lines for name in ("strategy", "policy")})
-
-
 def _kinds(ctx: typer.Context) -> Iterable[str]:
     from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
 
-    folder = _folder(ctx)
-    if (folder / "study.json").is_file():
-        from missions.sweeps.folder import SweepResults
-        from visualisation.sweeps.arrangement import by_kind
-
-        return [*SWEEP_KINDS, *FACTORIAL_KINDS, *by_kind(list(SweepResults.read(folder).metrics.values()))]
-    from missions.figure import Figure
-    from missions.runs.results import Results
-    from missions.scenarios.parts import mission_of
-
-    figures = mission_of(Results.read(folder).scenario).figures
-    return [*KINDS, *(figure.name for figure in figures if isinstance(figure, Figure))]
-
-
-def _vehicles(ctx: typer.Context) -> Iterable[str]:
-    from missions.runs.results import Results
-
-    return [table.name for table in Results.read(_folder(ctx)).scenario.vehicle]
+    return [*KINDS, *SWEEP_KINDS, *FACTORIAL_KINDS]
 
 
 TOML = (".toml",)
@@ -117,17 +83,15 @@ study = _offering(_studies, TOML)
 scenario_or_study = _offering(lambda ctx: [*_scenarios(ctx), *_studies(ctx)], TOML)
 strategy = _offering(_strategies, (".py",))
 strategy_name = _offering(_strategies)
-policy = _offering(_said_by("exchange.policy.policies", "POLICIES"))
+policy = _offering(_policies)
 channel = _offering(_said_by("exchange.channel.shipped", "CHANNELS"))
 modem = _offering(_said_by("exchange.channel.modems", "modems"))
 network = _offering(_networks, (".toml", ".csv"))
 sea = _offering(lambda ctx: [*_networks(ctx), *_scenarios(ctx)], (".toml", ".csv"))
 setting = _offering(lambda ctx: [f"{key}=" for key in _keys(ctx)])
 key = _offering(_keys_of_all)
-metric = _offering(_metrics)
-baseline = _offering(_baselines)
+baseline = _offering(lambda ctx: [*_strategies(ctx), *_policies(ctx)])
 kind = _offering(_kinds)
-vehicle = _offering(_vehicles)
 
 
 def offering(*names: str) -> Any:

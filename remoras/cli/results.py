@@ -61,7 +61,6 @@ def plot(
         typer.Option(
             metavar="METRIC",
             help="Sweep: summary field of the ranking and the differences; default: mission_time_s.",
-            autocompletion=completion.metric,
         ),
     ] = None,
     at: Annotated[
@@ -151,9 +150,7 @@ def _plot_sweep(
 
 Vehicle = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME", help="Vehicle whose knowledge is read; default: all.", autocompletion=completion.vehicle
-    ),
+    typer.Option(metavar="NAME", help="Vehicle whose knowledge is read; default: all."),
 ]
 At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Time of the knowledge; default: end of the run.")]
 

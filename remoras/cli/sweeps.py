@@ -167,7 +167,6 @@ def compare(
             "--metric",
             metavar="METRIC",
             help="Field of the summary, or one of your own, mine.py:MINE, of the tables kept; else those of the study.",
-            autocompletion=completion.metric,
         ),
     ] = None,
     baseline: Annotated[
