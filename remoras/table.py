@@ -85,9 +85,6 @@ class Section(BaseModel):
     def _repr_html_(self) -> str:
         return card(type(self).__name__, ((name, _shown(getattr(self, name))) for name in type(self).model_fields))
 
-    def __dir__(self) -> list[str]:
-        return own_names(self)
-
 
 def _shown(value: Any) -> str:
     return repr(value) if isinstance(value, BaseModel | tuple | dict) else number_text(value)
@@ -140,8 +137,6 @@ LONGEST_TEXT = 160
 """Maximum characters of a value."""
 MOST_ROWS = 60
 """Maximum rows; a line gives the number of others."""
-LIBRARIES = ("builtins", "pydantic", "typing", "abc")
-"""Packages with names hidden from completion."""
 
 
 def card(title: str, rows: Iterable[tuple[str, ...]], note: str = "") -> str:
@@ -177,20 +172,6 @@ def number_text(value: Any) -> str:
     if value is None or isinstance(value, bool):
         return {None: "none", True: "yes", False: "no"}[value]
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def own_names(value: object) -> list[str]:
-    """Return the public names of a value without inherited library names; dunders stay."""
-    kinds = [kind for kind in type(value).__mro__ if kind.__module__.partition(".")[0] not in LIBRARIES]
-    fields = set(getattr(type(value), "model_fields", ()))
-    names = {name for kind in kinds for name in vars(kind)} | fields
-    return sorted(name for name in names if name in fields or _is_offered(name))
-
-
-def _is_offered(name: str) -> bool:
-    if name.startswith("_"):
-        return name.endswith("__") and not name.startswith("__pydantic")
-    return not name.startswith("model_") and not name.isupper()
 
 
 class Figures(dict[str, Any]):
