@@ -23,8 +23,6 @@ from pydantic import (
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
-    SerializationInfo,
-    model_serializer,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
@@ -253,12 +251,6 @@ class DeclaredFault(Section):
             return handler(table)
         own = json.dumps(dict(table), default=str)
         return fitting(table, _AnyKind).model_validate_json(own, strict=True)
-
-    @model_serializer(mode="plain")
-    def _said(self, info: SerializationInfo) -> dict[str, Any]:
-        """Serialise all keys of its kind, so that the text can be read back."""
-        values = {key: getattr(self, key) for key in type(self).model_fields}
-        return {key: value for key, value in values.items() if value is not None or not info.exclude_none}
 
     @classmethod
     def fitting(cls, table: Mapping[str, Any]) -> type[DeclaredFault]:

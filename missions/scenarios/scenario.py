@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Final
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, SerializeAsAny
 
 from exchange.channel.models import Deployment
 from missions.errors import ConfigurationFault
@@ -138,7 +138,7 @@ class Scenario(Sparse):
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=1, max_length=MAX_VEHICLES)
-    fault: tuple[DeclaredFault, ...] = ()
+    fault: SerializeAsAny[tuple[DeclaredFault, ...]] = ()
 
     @property
     def vehicle_names(self) -> list[str]:
