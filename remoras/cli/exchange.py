@@ -265,8 +265,28 @@ def sea(
         if misused := [option for option, value in of_scenario.items() if value is not None]:
             fail(f"{misused[0]}: applies to the modems of a scenario, and {name} is a network")
         _describe_network(name, out, form, as_json)
+        return
+    from missions.scenarios import load
+
+    ranges_m = ranges_of(ranges or DEFAULT_RANGES)
+    _refuse_other_channels(settings or ())
+    overrides = [("sea", "channel.name=acoustic"), *(("--set", setting) for setting in settings or ())]
+    chosen = (
+        [[]] if modem is None else [[("--modem", f"communication.modem={part.strip()}")] for part in modem.split(",")]
+    )
+    scenarios = [load(name, [*overrides, *more]) for more in chosen]
+    reaches = [_reach(scenario, ranges_m) for scenario in scenarios]
+    if draws:
+        reaches = [
+            reach._replace(drawn=_drawn(scenario, ranges_m, draws, seed))
+            for reach, scenario in zip(reaches, scenarios, strict=True)
+        ]
+    if out is not None:
+        _draw(scenarios, reaches, ranges_m[-1], out, form, as_json)
+    if as_json:
+        show_json([_as_json(reach, number) for reach in reaches for number in range(len(reach.points))])
     else:
-        _describe_modems(name, modem, ranges or DEFAULT_RANGES, draws, seed, settings or (), out, form, as_json)
+        _print(reaches)
 
 
 def _is_network(name: str) -> bool:
@@ -279,40 +299,6 @@ def _is_network(name: str) -> bool:
         check_known("network or scenario", name, [*networks(), *shipped()])
         return name in networks()
     return file != name or file.endswith(".csv") or has_table(name, "network")
-
-
-def _describe_modems(
-    name: str,
-    modem: str | None,
-    ranges: str,
-    draws: int,
-    seed: int,
-    settings: Sequence[str],
-    out: Path | None,
-    file_format: str,
-    as_json: bool,
-) -> None:
-    from missions.scenarios import load
-
-    ranges_m = ranges_of(ranges)
-    _refuse_other_channels(settings)
-    overrides = [("sea", "channel.name=acoustic"), *(("--set", setting) for setting in settings)]
-    chosen = (
-        [[]] if modem is None else [[("--modem", f"communication.modem={part.strip()}")] for part in modem.split(",")]
-    )
-    scenarios = [load(name, [*overrides, *more]) for more in chosen]
-    reaches = [_reach(scenario, ranges_m) for scenario in scenarios]
-    if draws:
-        reaches = [
-            reach._replace(drawn=_drawn(scenario, ranges_m, draws, seed))
-            for reach, scenario in zip(reaches, scenarios, strict=True)
-        ]
-    if out is not None:
-        _draw(scenarios, reaches, ranges_m[-1], out, file_format, as_json)
-    if as_json:
-        show_json([_as_json(reach, number) for reach in reaches for number in range(len(reach.points))])
-    else:
-        _print(reaches)
 
 
 def _refuse_other_channels(settings: Sequence[str]) -> None:

@@ -85,7 +85,17 @@ def plot(
     if (folder / "study.json").is_file():
         if at is not None or viewer:
             fail(f"--at and --viewer: apply to the organisation of a single run, and {folder} holds a sweep")
-        _plot_sweep(folder, kinds or (), out or folder, form, metric, width, draw_all)
+        from missions.sweeps.folder import SweepResults
+        from visualisation.sweeps import draw_sweep_figures
+        from visualisation.sweeps.arrangement import RANKED
+
+        if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
+            fail(f"--metric {metric}: applies to the figures ranking and differences only; name one of them too")
+        swept, (ranked,) = SweepResults.read(folder).naming([metric or RANKED])
+        swept, named = swept.naming(kinds or (), "KIND")
+        with Progress(f"plot {folder}", 1, "steps") as progress:
+            drawn = draw_sweep_figures(swept, named, out or folder, form, ranked, progress.of, width, draw_all)
+        _show_drawn(drawn)
         return
     if draw_all:
         fail(f"--all: applies to the figures of a sweep, and {folder} holds a single run, of which all are drawn")
@@ -123,29 +133,6 @@ def _show_drawn(drawn: Drawn) -> None:
         print(f"remoras: {note}", file=sys.stderr)
     for path in drawn.files:
         print(path)
-
-
-def _plot_sweep(
-    folder: Path,
-    kinds: Sequence[str],
-    out: Path,
-    file_format: str,
-    metric: str | None,
-    width_in: float | None,
-    draw_all: bool,
-) -> None:
-    from missions.sweeps.folder import SweepResults
-    from visualisation.sweeps import draw_sweep_figures
-    from visualisation.sweeps.arrangement import RANKED
-
-    if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
-        fail(f"--metric {metric}: applies to the figures ranking and differences only; name one of them too")
-    results = SweepResults.read(folder)
-    results, (ranked,) = results.naming([metric or RANKED])
-    results, kinds = results.naming(kinds, "KIND")
-    with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = draw_sweep_figures(results, kinds, out, file_format, ranked, progress.of, width_in, draw_all)
-    _show_drawn(drawn)
 
 
 Vehicle = Annotated[
