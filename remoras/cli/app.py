@@ -12,7 +12,7 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from importlib import import_module
@@ -61,49 +61,36 @@ class PlainCommand(TyperCommand):
             _write_lines(formatter, "Example", [self.epilog])
 
 
-class Commands(Mapping[str, TyperCommand]):
-    """All commands by name, loaded and built on demand."""
-
-    def __init__(self) -> None:
-        self._made: dict[str, TyperCommand] = {}
-
-    def __getitem__(self, name: str) -> TyperCommand:
-        if name not in self._made:
-            import_module(f"remoras.cli.{HOMES[name]}")
-            self._made[name] = MAKERS[name]()
-        return self._made[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(HOMES)
-
-    def __len__(self) -> int:
-        return len(HOMES)
-
-
 class OrderedGroup(TyperGroup):
-    """Command group in order of purpose."""
+    """Command group in order of purpose; each command is loaded and built on demand."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{**settings, "commands": {}})
-        self.commands: Any = Commands()
+        self.commands: Any = dict.fromkeys(HOMES)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return command names in help order."""
         return list(HOMES)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> TyperCommand | None:
+        """Return a command, built at its first use; None for an unknown name."""
+        if cmd_name in HOMES and self.commands[cmd_name] is None:
+            import_module(f"remoras.cli.{HOMES[cmd_name]}")
+            self.commands[cmd_name] = MAKERS[cmd_name]()
+        return cast(TyperCommand | None, self.commands.get(cmd_name))
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write one section per group, with summaries."""
         limit = formatter.width - 6 - max(map(len, HOMES))
         for heading, names in GROUPS.items():
             with formatter.section(heading):
-                formatter.write_dl([(name, self.commands[name].get_short_help_str(limit)) for name in names])
+                commands = [(name, self.get_command(ctx, name)) for name in names]
+                formatter.write_dl([(name, made.get_short_help_str(limit)) for name, made in commands if made])
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write the example of every command unwrapped."""
-        commands = [self.get_command(ctx, name) for name in self.list_commands(ctx)]
-        _write_lines(
-            formatter, "Examples", [command.epilog for command in commands if command is not None and command.epilog]
-        )
+        commands = [self.get_command(ctx, name) for name in HOMES]
+        _write_lines(formatter, "Examples", [command.epilog for command in commands if command and command.epilog])
 
 
 def _write_lines(formatter: Any, heading: str, lines: list[str]) -> None:
