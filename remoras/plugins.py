@@ -222,16 +222,16 @@ def asked_for(module: str) -> Iterator[None]:
 
 
 @contextmanager
-def safe_path() -> Iterator[None]:
-    """Keep the current folder off the path of Python processes started inside the context."""
-    before = os.environ.get(SAFE_PATH)
-    os.environ[SAFE_PATH] = "1"
+def switched_on(variable: str) -> Iterator[None]:
+    """Set an environment variable to 1 inside the context, also for processes started there."""
+    before = os.environ.get(variable)
+    os.environ[variable] = "1"
     try:
         yield
     finally:
-        del os.environ[SAFE_PATH]
+        del os.environ[variable]
         if before is not None:
-            os.environ[SAFE_PATH] = before
+            os.environ[variable] = before
 
 
 def drop_current_folder() -> None:

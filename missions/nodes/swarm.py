@@ -21,7 +21,7 @@ from missions.nodes.alone import NodePlan, alone
 from missions.nodes.logs import NodeLog
 from missions.nodes.node import Mishaps, VehicleNode
 from remoras.errors import RemorasError
-from remoras.plugins import look_in, plugin_folders, safe_path
+from remoras.plugins import SAFE_PATH, look_in, plugin_folders, switched_on
 
 LOOPBACK = "127.0.0.1"
 
@@ -111,7 +111,7 @@ class Processes:
     def begin(self) -> None:
         """Start all processes and their mission; raises SwarmError if one could not start."""
         context = multiprocessing.get_context("spawn")
-        with safe_path():
+        with switched_on(SAFE_PATH):
             for name, job in self._jobs.items():
                 own, theirs = context.Pipe()
                 process = context.Process(target=work, args=(job, theirs), daemon=True)

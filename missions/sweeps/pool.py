@@ -24,7 +24,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from missions.errors import ClusterError
 from missions.sweeps.plan import version
-from remoras.plugins import look_in, plugin_folders, safe_path
+from remoras.plugins import SAFE_PATH, look_in, plugin_folders, switched_on
 
 START_ATTEMPTS = 3
 SERVER_DIED = 255
@@ -146,7 +146,7 @@ class SupervisedPool(Executor):
             ours, theirs = self._context.Pipe()
             process: BaseProcess = self._context.Process(target=_serve, args=(theirs, plugin_folders()), daemon=True)  # type: ignore[attr-defined]
             try:
-                with _STARTING, safe_path(), _interruption_held():
+                with _STARTING, switched_on(SAFE_PATH), _interruption_held():
                     process.start()
                 break
             except (OSError, EOFError):  # the fork server was killed: the next start replaces it

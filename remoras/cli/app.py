@@ -12,8 +12,8 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Container, Iterable, Sequence
+from contextlib import nullcontext
 from enum import StrEnum
 from importlib import import_module
 from itertools import pairwise
@@ -24,7 +24,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from missions.errors import LONGEST_VALUE, cut
-from remoras.plugins import NO_PLUGINS, look_in
+from remoras.plugins import NO_PLUGINS, look_in, switched_on
 from remoras.process import SAID, Terminated
 
 GROUPS = {
@@ -208,19 +208,6 @@ NoPlugins = Annotated[
 ]
 
 
-@contextmanager
-def shipped_alone() -> Iterator[None]:
-    """Disable plug-ins, in worker processes too, which inherit the environment variable."""
-    before = os.environ.get(NO_PLUGINS)
-    os.environ[NO_PLUGINS] = "1"
-    try:
-        yield
-    finally:
-        del os.environ[NO_PLUGINS]
-        if before is not None:
-            os.environ[NO_PLUGINS] = before
-
-
 def command(
     name: str, example: str = "", names_code: bool = True
 ) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
@@ -238,7 +225,7 @@ def command(
         def reported(*args: Any, no_plugins: bool = False, **kwargs: Any) -> None:
             as_json = bool(kwargs.get("as_json"))
             try:
-                with shipped_alone() if no_plugins else nullcontext():
+                with switched_on(NO_PLUGINS) if no_plugins else nullcontext():
                     function(*args, **kwargs)
             except KeyboardInterrupt as error:
                 raise typer.Exit(_report_end(error)) from None
