@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from missions.errors import OutputError
+from missions.errors import OutputError, writing
 
 if sys.platform != "win32":
     import fcntl
@@ -133,7 +133,7 @@ def _digest(path: Path) -> str | None:
 
 def check_output(folder: Path, force: bool) -> None:
     """Raise OutputError unless results can be written to ``folder`` without data loss."""
-    try:
+    with writing(f"--out {folder}"):
         _recover(folder)
         if folder.exists() and not folder.is_dir():
             raise OutputError(f"--out {folder}: is a file; name a folder")
@@ -146,8 +146,6 @@ def check_output(folder: Path, force: bool) -> None:
             parent = parent.parent
         with tempfile.TemporaryFile(dir=parent):
             pass
-    except OSError as error:
-        raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
 
 
 def files_of_run(names: Set[str]) -> set[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -81,6 +82,15 @@ class ConfigurationError(MissionsError):
 
 class OutputError(MissionsError):
     """Output folder not writable, or with results that would be overwritten."""
+
+
+@contextmanager
+def writing(where: object) -> Iterator[None]:
+    """Report that a place, such as ``--out x``, cannot be written: OutputError for each OSError inside the context."""
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"{where}: cannot be written: {error.strerror}") from None
 
 
 class DiskFullError(OutputError):

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 
 from exchange.drivers import Paced
 from missions.disk import MANIFEST
-from missions.errors import ConfigurationError, OutputError
+from missions.errors import ConfigurationError, OutputError, writing
 from missions.files import text_of
 from missions.nodes.alone import LoneVehicle, NodePlan, Pause, alone
 from missions.nodes.frontseat import Fix, placed
@@ -96,11 +96,9 @@ class NodeLog:
 
     def __init__(self, folder: Path, plan: NodePlan, began: Began | None = None) -> None:
         self.path = refuse_written(folder, plan)
-        try:
+        with writing(self.path):
             folder.mkdir(parents=True, exist_ok=True)
             self._file = self.path.open("x", encoding="utf-8")
-        except OSError as error:
-            raise OutputError(f"{self.path}: cannot be written: {error.strerror}") from None
         self._line({"log": FORMAT, "version": __version__, "plan": asdict(plan), "began": began and began._asdict()})
 
     @classmethod
@@ -108,13 +106,11 @@ class NodeLog:
         """Reopen a log after its last complete line; raises OutputError if not writable."""
         log = cls.__new__(cls)
         log.path = path
-        try:
+        with writing(path):
             whole = path.read_bytes()
             log._file = path.open("r+", encoding="utf-8")
             log._file.truncate(whole.rfind(b"\n") + 1)
             log._file.seek(0, os.SEEK_END)
-        except OSError as error:
-            raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
         return log
 
     def write(self, entry: LogEntry) -> None:

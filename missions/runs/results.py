@@ -22,7 +22,7 @@ import tomli_w
 
 from missions.disk import MANIFEST, SUMMARY, check_output, new_content
 from missions.document import Document
-from missions.errors import OutputError
+from missions.errors import OutputError, writing
 from missions.metric import NOT_APPLICABLE
 from missions.runs.reader import KeptRun, RunReader, value_of
 from missions.runs.tables import recorded_table, write_table
@@ -116,14 +116,11 @@ def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -
     """Write results; raise OutputError for a non-empty folder unless ``force``."""
     check_output(folder, force)
     results = run if isinstance(run, MemoryResults) else MemoryResults(run)
-    try:
-        with new_content(folder) as draft:
-            (draft / SUMMARY).write_text(_json(results.summary), encoding="utf-8")
-            (draft / MANIFEST).write_text(_json(results.manifest), encoding="utf-8")
-            for name in results.tables:
-                write_table(draft / f"{name}.parquet", results.table(name))
-    except OSError as error:
-        raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
+    with writing(f"--out {folder}"), new_content(folder) as draft:
+        (draft / SUMMARY).write_text(_json(results.summary), encoding="utf-8")
+        (draft / MANIFEST).write_text(_json(results.manifest), encoding="utf-8")
+        for name in results.tables:
+            write_table(draft / f"{name}.parquet", results.table(name))
 
 
 def _json(value: Any) -> str:

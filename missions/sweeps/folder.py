@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from missions.disk import drafted, lock, not_as_noted, write_synced
-from missions.errors import DiskFullError, MissionsError, OutputError, StudyChangedError
+from missions.errors import DiskFullError, MissionsError, OutputError, StudyChangedError, writing
 from missions.files import is_named, leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Better, Metric
 from missions.sweeps.code import fingerprint, short
@@ -421,7 +421,7 @@ class SweepFolder:
                     f"{self.folder / LEDGER}: the run {key} was repeated, since its tables are lost, and differs "
                     "now; name another folder for --out"
                 )
-        try:
+        with writing(parts):
             for key, run in new.items():
                 n_bytes = len(run.tables)
                 if self._plan.study.design.keep_tables is None and self._table_bytes + n_bytes > MOST_TABLE_BYTES:
@@ -431,8 +431,6 @@ class SweepFolder:
                     with drafted(parts / f"{key}.zip", lasts=True) as draft:
                         draft.write_bytes(run.tables)
                     self._table_bytes += n_bytes
-        except OSError as error:
-            raise OutputError(f"{parts}: cannot be written: {error.strerror}") from None
         self._ledger.append(run.line for key, run in new.items() if key not in known or known[key]["status"] == FAILED)
         self._again -= new.keys()
         self.summaries |= {key: run.line["summary"] for key, run in new.items()}
@@ -443,13 +441,11 @@ class SweepFolder:
 
         from missions.runs import tables
 
-        try:
+        with writing(f"--out {self.folder}"):
             with drafted(self.folder / RUNS, lasts=True) as draft:
                 pq.write_table(run_table(self._plan.schedule.labelled(self._ledger.lines)), draft, compression="zstd")
             kept = [key for key, line in self._ledger.lines.items() if line["tables"]]
             tables.merge_tables(self.folder / PARTS, self.folder / TABLES, kept)
-        except OSError as error:
-            raise OutputError(f"--out {self.folder}: cannot be written: {error.strerror}") from None
 
     def close(self) -> None:
         """Close the ledger and release the lock."""

@@ -178,16 +178,13 @@ def _files(
 def _write(files: Sequence[tuple[str, bytes]], out: Path) -> None:
     """Write all files of a study or none, replacing an earlier study."""
     from missions.disk import FIGURES, new_content
-    from missions.errors import OutputError
+    from missions.errors import writing
 
     suffixes = (*FIGURES, ".txt")
     ours = {f"{name}{suffix}" for name in (*TIMES, *OF_THE_PAPER, LOADED) for suffix in suffixes}
-    try:
-        with new_content(out, of_older=ours.intersection, last=None) as draft:
-            for name, content in files:
-                (draft / name).write_bytes(content)
-    except OSError as error:
-        raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
+    with writing(f"--out {out}"), new_content(out, of_older=ours.intersection, last=None) as draft:
+        for name, content in files:
+            (draft / name).write_bytes(content)
 
 
 def _print_study(rows: Sequence[StudyRow]) -> None:

@@ -216,13 +216,11 @@ def compare(
 
 def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
     from missions.comparison.baseline import write_csv
-    from missions.errors import OutputError
+    from missions.errors import writing
 
     if out is not None:
-        try:
+        with writing(f"--out {out}"):
             write_csv(rows, out)
-        except OSError as error:
-            raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
 
 
 def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
