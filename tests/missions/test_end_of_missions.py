@@ -1,45 +1,33 @@
-"""When a mission of jobs is over: once all groups have met, and nobody is to return."""
+"""When a mission of jobs is over, and which waits and open jobs it gives as its reason."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from recorded import flown
 from watched import JETTY_M, PLAYED, TEAM, seen
 
-from missions.arrows.detectors import CONTACTS
-from missions.arrows.truth import IDENTIFIED, ArrowsTruth
 from missions.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth
-from missions.pandora.structure import LOOKS, TURNS
-from missions.pandora.truth import MET, SERVICED, PandoraTruth
+from remoras.activities import Wait
 from remoras.organisation import Organisation, RoleSpecification
 from remoras.recorder import Recorder
 
 MEETING = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
+CLOSE = replace(MEETING, arrival_radius_m=3.0)
+REEF: Any = SimpleNamespace(name="reef", needs=(), is_able=lambda data: True)
 ALONE = Organisation.of([TEAM], PLAYED[:1])
 UNASKED: Any = None
 
 
-def arrows() -> JobTruth:
-    """The truth of a seafloor on which nothing lies."""
-    empty: Any = SimpleNamespace(things={})
-    return ArrowsTruth(MEETING, UNASKED, Recorder([JOBS, CONTACTS, IDENTIFIED]), empty, UNASKED, ("A", "B"))
-
-
-def pandora() -> JobTruth:
-    """The truth of a structure without parts."""
-    empty: Any = SimpleNamespace(things=())
-    return PandoraTruth(MEETING, "Servicing", Recorder([JOBS, LOOKS, TURNS, SERVICED, MET]), empty, {})
-
-
-@pytest.mark.parametrize("truth", [arrows, pandora])
-def test_a_mission_of_jobs_waits_for_who_will_be_back(truth: Callable[[], JobTruth]) -> None:
+def test_a_mission_of_jobs_waits_for_who_will_be_back() -> None:
     """A meets alone while B is out of contact: B may do what is left once it is back."""
-    watching, a, b = truth(), *(seen(name, organisation=ALONE) for name in "AB")
+    watching = JobTruth(MEETING, "Servicing", Recorder([JOBS]))
+    a, b = (seen(name, organisation=ALONE) for name in "AB")
     fleet: Any = SimpleNamespace(vehicles=(a, b))
     b.is_in_contact, b.will_return = False, True
     watching.observe(fleet, 10.0)
@@ -67,8 +55,7 @@ def test_what_is_reached_is_the_share_of_all_jobs_that_are_done() -> None:
 
 def test_the_wait_of_a_head_goes_on_while_others_push_it_out_of_the_radius() -> None:
     """Two have no room within 3 m of the rally point: each is out for every other minute."""
-    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 3.0, 20.0, 60.0, 900.0, {})
-    truth, (x_m, y_m) = JobTruth(meeting, "Surveying", Recorder([JOBS])), JETTY_M
+    truth, (x_m, y_m) = JobTruth(CLOSE, "Surveying", Recorder([JOBS])), JETTY_M
 
     def observed(minute: int, has_met: bool) -> bool:
         off_m = (1.0, 6.0) if minute % 2 else (6.0, 1.0)
@@ -78,3 +65,58 @@ def test_the_wait_of_a_head_goes_on_while_others_push_it_out_of_the_radius() -> 
     assert not any(observed(minute, False) for minute in range(1, 17))
     assert observed(17, True)
     assert [one.name for one in truth.milestones][-1] == "mission_complete"
+
+
+# Reasons
+
+
+@pytest.mark.parametrize(
+    ("waits", "said"),
+    [(None, ""), (Wait("energy at hole 1", 2400.0), "; A waits for energy at hole 1 until 2400 s")],
+)
+def test_the_reason_names_who_has_not_come_and_what_is_waited_for(waits: Wait | None, said: str) -> None:
+    truth = JobTruth(CLOSE, "Surveying", Recorder([JOBS]))
+    fleet = SimpleNamespace(vehicles=(seen("A", position_m=JETTY_M, waits=waits), seen("B")))
+    truth.observe(fleet, 10.0)
+    assert truth.close(fleet, 60.0) == f"not together after 60 s: Team (waits for B){said}"
+
+
+class Judged(JobTruth):
+    """Nothing is really done, whatever vehicles say."""
+
+    jobs_done = ()
+
+
+def test_a_run_is_over_once_all_have_met_and_take_for_done_what_is_not() -> None:
+    """Nobody goes back. Before, such a run went on to its limit and gave no reason."""
+    truth = Judged(replace(CLOSE, jobs={"reef": REEF}), "Surveying", Recorder([JOBS]))
+    fleet: Any = SimpleNamespace(vehicles=[seen(name, position_m=JETTY_M, met=True) for name in "AB"])
+    truth.observe(fleet, 10.0)
+    assert not truth.is_over
+    truth.note("A", "reef", 20.0)
+    truth.observe(fleet, 20.0)
+    assert truth.is_over
+    assert truth.close(fleet, 20.0) == "reported as done, but not done: reef"
+
+
+def test_what_was_said_to_be_impossible_and_is_done_is_no_reason() -> None:
+    """A vehicle that was not heard for a while did it: before, a completed run had that for its reason."""
+    recorder = Recorder([JOBS])
+    truth = JobTruth(replace(CLOSE, jobs={"reef": REEF}, says_impossible=True), "Surveying", recorder)
+    fleet: Any = SimpleNamespace(vehicles=[seen(name, position_m=JETTY_M, met=True) for name in "AB"])
+    recorder.items.append(("0-1", "A", 5.0, 5.0, "reef", "isImpossible", "true", "told", ""))
+    truth.observe(fleet, 10.0)
+    assert "reef declared impossible at 10 s" in truth.close(fleet, 10.0)
+    truth.note("B", "reef", 20.0)
+    assert truth.observe(fleet, 20.0)
+    assert truth.close(fleet, 20.0) == ""
+
+
+def test_a_run_says_of_what_its_analysts_await_strips() -> None:
+    """At a loss of 0.8 all were home long before the end, and nobody said what for they stayed."""
+    finished = flown("minehunting-contacts", "scenario.duration_s=700")
+    viewed = {row[2] for row in finished.recorder.rows("jobs") if row[2].startswith("contact")}
+    classified = {row[2] for row in finished.recorder.rows("classifications")}
+    said = re.search(r"analysts wait for strips of (.+) until the end", finished.reason)
+    assert said is not None
+    assert set(said[1].split(", ")) == viewed - classified

@@ -123,17 +123,6 @@ def test_whom_a_head_that_waited_to_the_deadline_met_without_is_said() -> None:
     assert tuple(watching.milestones[1:3]) == gathered
 
 
-def test_the_group_that_supervises_gathers_last() -> None:
-    """Only the one that was given its mission waits, and both can come together in one look."""
-    crew = Group("Crew", TEAM.roles, "jetty", None)
-    played = (*PLAYED, RoleAssignment("Crew", "Head", "A"), RoleAssignment("Crew", "Hand", "B"))
-    organisation = Organisation.of([TEAM, crew], played)
-    fleet = Fleet(*(seen(name, position_m=JETTY_M, organisation=organisation) for name in "AB"))
-    watching = truth(TEAM, crew)
-    assert watching.observe(fleet, 1.0)
-    assert [m.group for m in watching.milestones if m.name == "gathered"] == ["Crew", "Team"]
-
-
 # What is covered, and the goal --------------------------------------------------------------------
 
 MAPPING = replace(AUV, sensors=(SwathSettings(name="mapping", swath_m=25.0, speed_limit_mps=1.25),))

@@ -232,10 +232,3 @@ def test_a_fault_in_the_second_table_points_into_it(tmp_path: Path) -> None:
     assert found.key == "vehicle.Diver.sensor.deep.interval"
     assert "did you mean 'interval_s'" in found.allowed
     assert found.line == line_of(wrong, "interval =")
-
-
-@pytest.mark.parametrize("wrong", ["5", '"wide"', "[1]"])
-def test_what_is_no_table_is_a_fault(tmp_path: Path, wrong: str) -> None:
-    text = SMALL[: SMALL.index("  [vehicle.sensor]")] + f"sensor = {wrong}\n"
-    with pytest.raises(ConfigurationError, match=r"vehicle\.Diver\.sensor"):
-        pond(tmp_path, text)
