@@ -14,7 +14,7 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.feature import Feature
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
-from missions.scenarios.channel import guard_s
+from missions.scenarios.channel import guard_s, most_apart_s
 from missions.scenarios.communication import key_of, modem_named, policy_of
 from missions.scenarios.features import features, used_in
 from missions.scenarios.fleet import common_equipment, database_of
@@ -355,7 +355,6 @@ def _items_per_round(declaration: Declaration, tbox: TBox) -> int:
 def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
     """Create the initial world model of a vehicle; ``epoch`` counts its restarts."""
     kept, communication = setup.scenario.worldmodel, setup.scenario.communication
-    apart_s = max([feature.apart_s(setup.scenario) for feature in setup.features], default=0.0)
     return WorldModel(
         setup.tbox,
         node,
@@ -365,7 +364,7 @@ def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
         n_origins=len(setup.database),
         run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
         keeping=Keeping(
-            max(communication.clock_tolerance_s, apart_s),
+            max(communication.clock_tolerance_s, most_apart_s(setup.scenario)),
             kept.waiting_s,
             kept.waiting_blocks,
             pruning_of(kept, setup.tbox),

@@ -266,7 +266,6 @@ def sea(
     from missions.scenarios import load
 
     ranges_m = ranges_of(ranges or DEFAULT_RANGES)
-    _refuse_other_channels(settings or ())
     overrides = [("sea", "channel.name=acoustic"), *(("--set", setting) for setting in settings or ())]
     chosen = (
         [[]] if modem is None else [[("--modem", f"communication.modem={part.strip()}")] for part in modem.split(",")]
@@ -298,22 +297,12 @@ def _is_network(name: str) -> bool:
     return file != name or file.endswith(".csv") or has_table(name, "network")
 
 
-def _refuse_other_channels(settings: Sequence[str]) -> None:
-    """Fail if a setting names a channel other than acoustic."""
-    from missions.document import key_parts
-
-    for setting in settings:
-        key, _, value = setting.partition("=")
-        if key_parts(key.strip()) in (["channel"], ["channel", "name"]) and value.strip(" \"'") != "acoustic":
-            allowed = "sea describes the channel acoustic only; allowed: its keys, such as channel.spreading=2"
-            fail(f"--set {cut(setting, LONGEST_VALUE)}: {allowed}")
-
-
 def _acoustic(scenario: Scenario) -> AcousticChannel:
     from exchange.channel.acoustic import AcousticChannel
 
     channel = scenario.channel.settings()
-    assert isinstance(channel, AcousticChannel)
+    if not isinstance(channel, AcousticChannel):
+        fail(f"--set: sea describes the channel acoustic, not {scenario.channel.name}; allowed: keys of acoustic")
     return channel
 
 
