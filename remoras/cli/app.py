@@ -14,11 +14,10 @@ import signal
 import sys
 from collections.abc import Callable, Container, Iterable, Sequence
 from contextlib import nullcontext
-from enum import StrEnum
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, ParamSpec, cast
+from typing import Annotated, Any, Literal, NoReturn, ParamSpec, cast
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -297,19 +296,14 @@ def aligned(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> list[s
     ]
 
 
-class Format(StrEnum):
-    """Formats of figures."""
-
-    PNG = "png"
-    SVG = "svg"
-    PDF = "pdf"
+Format = Literal["png", "svg", "pdf"]
 
 
 def figure_format(given: Format | None, out: Path | None) -> str:
     """Return the file format of figures; fail if one is given without a folder for figures."""
     if given is not None and out is None:
         fail(f"--format {given}: applies to figures, which need --out DIR; add it")
-    return (given or Format.PNG).value
+    return given or "png"
 
 
 Jobs = Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")]

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -24,11 +23,8 @@ if TYPE_CHECKING:
 CARD, TABLE, LATEX, CITATION, RUNS, GROUNDS = "card.json", "table.md", "table.tex", "cite.bib", "runs", "grounds"
 
 
-class Split(StrEnum):
-    """Parts of a suite: development and held-out cases."""
-
-    DEV = "dev"
-    TEST = "test"
+Split = Literal["dev", "test"]
+"""Parts of a suite: development and held-out cases."""
 
 
 @command("benchmark", "remoras benchmark fathom-1 --strategy mine.py:MINE --jobs 2 --out results/mine")
@@ -48,7 +44,7 @@ def benchmark(
         typer.Option(
             metavar="dev|test", help="Cases for development (dev), or held-out cases for the final score (test)."
         ),
-    ] = Split.DEV,
+    ] = "dev",
     seeds: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Seeds of the held-out cases, once they are released.")
     ] = None,
@@ -81,13 +77,13 @@ def benchmark(
     from missions.benchmark.suite import suite_named
 
     chosen = suite_named(suite)
-    if seeds is not None and split is Split.DEV:
+    if seeds is not None and split == "dev":
         fail("--seeds applies to --split test only; leave it out, or add --split test")
     if verified is not None:
         with TemporaryDirectory() as folder:
             _verify(verified, _of_split(chosen, split, seeds, Path(folder)), drawn, draw_seed, as_json)
         return
-    if split is Split.TEST and seeds is None:
+    if split == "test" and seeds is None:
         _of_split(chosen, split, seeds, Path())
     if out is None:
         fail("--out DIR is missing; it says where runs, card and tables go")
@@ -130,7 +126,7 @@ def benchmark(
 def _of_split(suite: Suite, split: Split, seeds: Path | None, folder: Path) -> Suite:
     from missions.benchmark.suite import split_to_judge
 
-    return suite if split is Split.DEV else split_to_judge(suite, seeds, folder)
+    return suite if split == "dev" else split_to_judge(suite, seeds, folder)
 
 
 def _conform(references: Sequence[str]) -> None:

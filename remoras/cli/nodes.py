@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import sys
 from dataclasses import asdict, replace
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -29,13 +28,6 @@ LISTEN_FRAMES = 2.0
 MOST_PORT, MOST_AWAY_S = 65_535, 365.0 * 86_400.0
 ANY_PORT = "127.0.0.1:0"
 OUTCOME = "vehicle", "sent", "heard", "lost", "twice", "refused", "items", "open", "state", "behind by"
-
-
-class RosSide(StrEnum):
-    """Direction of a vehicle's position between a node and a ROS 2 graph."""
-
-    BODY = "body"
-    TELL = "tell"
 
 
 Speed = Annotated[float, typer.Option(metavar="X", help="Simulated seconds per second; 1 is real time.")]
@@ -86,7 +78,7 @@ def node(
         ),
     ] = "",
     ros: Annotated[
-        RosSide | None,
+        Literal["body", "tell"] | None,
         typer.Option(
             metavar="body|tell", help="ROS 2: read the vehicle's position from topics (body), or publish it (tell)."
         ),
@@ -131,7 +123,7 @@ def node(
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
     modems = [name for name, value in (("--serial", serial), ("--unet", unet)) if value]
     seat = _frontseat(frontseat, start_utc, bool(modems) or bind != ANY_PORT or bool(peers))
-    has_body = ros is RosSide.BODY
+    has_body = ros == "body"
     if has_body and seat.body is not None:
         fail("--ros body: the body is that of --frontseat; leave out one of them")
     if begins_s is not None and not resume and (late_s := (now_by_machine() - begins_s) * speed - plan.end_s) > 0.0:

@@ -7,9 +7,8 @@ import sys
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -173,19 +172,7 @@ def query(
     print(f"{len(rows)} rows", file=sys.stderr)
 
 
-class ExportFormat(StrEnum):
-    """Formats of exports."""
-
-    MCAP = "mcap"
-    GEOJSON = "geojson"
-    NETCDF = "netcdf"
-    CSV = "csv"
-    TURTLE = "ttl"
-    TRIG = "trig"
-    JSON_LD = "jsonld"
-    N_TRIPLES = "nt"
-
-
+ExportFormat = Literal["mcap", "geojson", "netcdf", "csv", "ttl", "trig", "jsonld", "nt"]
 FORMAT_HELP = (
     "mcap for Foxglove and ROS 2, geojson for QGIS and Neptus, netcdf with CF conventions, csv for anything; "
     "what vehicles knew as RDF: ttl, trig, jsonld, nt."
@@ -215,10 +202,10 @@ def export(
     results, selection = Results.read(folder), Selection(vehicle, at, items)
     path, of_knowledge = out or export_path(folder, file_format, selection), FORMATS[file_format].of_knowledge
     places = () if of_knowledge else _places_or_none(results)
-    _, counts = write(results, file_format.value, path, force, places, selection)
+    _, counts = write(results, file_format, path, force, places, selection)
     label = "facts known to " if of_knowledge else ""
     lines = [str(path), *(f"  {count:>8}  {label}{name}" for name, count in counts.items())]
-    show({"path": str(path), "format": file_format.value, "counts": dict(counts)}, as_json, lines)
+    show({"path": str(path), "format": file_format, "counts": dict(counts)}, as_json, lines)
 
 
 def _places_or_none(run: Results) -> Sequence[Place]:
