@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Annotated, ClassVar
 
 from pydantic import Field
@@ -22,13 +21,13 @@ from remoras.organisation import Group, RoleAssignment
 from remoras.strategies.allocation import AllocationPlan, Engagement, affordable, all_jobs, helped, planned, revised
 from remoras.strategies.factors import (
     ALL,
-    MISSIONS_AT_SEA,
     NO_HELP_S,
     Announces,
     CommonPlan,
     Factors,
     Repairs,
     helps,
+    known_from,
 )
 from remoras.strategies.founding import common_roles
 from remoras.strategies.negotiator import HELP, MARGIN, DividedAtSea, Member
@@ -45,13 +44,6 @@ TOLD = {
     JOB_DONE: "a vehicle has done a job",
 }
 CALLS = {INFLUENCE_SIGNAL: "one signed byte for every role that the sender plays, in every slot"}
-
-
-@lru_cache
-def _declared(source: str, common_plan: str, repairs: str) -> Declaration:
-    calls, before = repairs == "calls", common_plan != "none"
-    messages = {**({} if before else MISSIONS_AT_SEA), **TOLD, **(CALLS if calls else {})}
-    return Declaration(source=source, messages=messages, planned_before=before, influences=calls)
 
 
 class Dispatcher(Member["HeadLed"]):
@@ -269,7 +261,9 @@ class HeadLed(DividedAtSea):
     @property
     def declaration(self) -> Declaration:
         """Declaration for the current factor levels."""
-        return _declared(self.source, self.common_plan, self.repairs)
+        calls = self.repairs == "calls"
+        planned = Declaration(self.source, {**TOLD, **(CALLS if calls else {})}, influences=calls)
+        return known_from(self.common_plan, planned)
 
     @property
     def factors(self) -> Factors:
