@@ -117,9 +117,9 @@ def check_mean_per(model: Model) -> None:
     """
     mean = _settings(model).mean_per(DEPLOYMENT)
     shares = []
-    for seed, of_seed in enumerate(_of_seeds()):
-        link = links(model, seed)
-        lost = [loss.uniform(seed, 0, q.packet.slot, q.packet.sender, q.receiver) < link.p_loss(*q) for q in of_seed]
+    for seed in range(N_SEEDS):
+        link, asked = links(model, seed), questions(len(PAIRS), seed)
+        lost = [loss.uniform(seed, 0, q.packet.slot, q.packet.sender, q.receiver) < link.p_loss(*q) for q in asked]
         shares.append(sum(lost) / len(lost))
     rate = sum(shares) / len(shares)
     variance = sum((share - rate) ** 2 for share in shares) / (len(shares) - 1)
@@ -128,11 +128,6 @@ def check_mean_per(model: Model) -> None:
         f"mean_per is {mean:g}, but {rate:.4f} of {len(shares) * len(PAIRS)} packets are lost "
         f"({abs(rate - mean) / error if error else math.inf:.1f} standard errors away)"
     )
-
-
-def _of_seeds() -> Iterator[list[Question]]:
-    for seed in range(N_SEEDS):
-        yield list(questions(len(PAIRS), seed))
 
 
 CHECKS: tuple[Callable[[Model], None], ...] = (
