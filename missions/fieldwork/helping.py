@@ -9,7 +9,7 @@ would come anyway, see ``Help.ends``. Idle vehicles help uncalled.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, cast
@@ -170,7 +170,7 @@ class HelpMission(JobMission):
     """Class of ``Help``, and the attribute of the reported job."""
 
     @cached_property
-    def helped(self) -> Collection[str]:
+    def helped(self) -> Mapping[str, Any]:
         """Jobs that need help, by name: those with an attribute ``n_helpers``."""
         return {name: job for name, job in self.jobs.items() if n_helpers(job)}
 

@@ -14,7 +14,7 @@ departure restarts it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -359,23 +359,20 @@ class Lift(ReportedJob):
         return Helping(self, help, data, scenario.mission.wait_s)
 
 
-@dataclass(frozen=True)
-class SeaField:
-    """True middle of each object of a run, by lift."""
-
-    lying_m: tuple[tuple[str, Point], ...]
+SeaField = Mapping[str, Point]
+"""True middle of each object of a run, by lift."""
 
 
 def laid_out(lifts: Collection[str], sites: Sequence[SiteSurvey], range_m: float, seed: int) -> SeaField:
     """Sample object positions near equally likely sites, within the shortest sonar's range."""
-    lying = []
+    lying = {}
     for number, lift in enumerate(lifts):
         which, course, far = (loss.uniform(seed, loss.FINDS, number, 0, draw) for draw in (0, 1, 2))
         site = sites[min(int(which * len(sites)), len(sites) - 1)]
         sin, cos = sincos(2.0 * math.pi * course)
         away_m = NEAREST_M + far * max(0.0, SEEN_SHARE * range_m - NEAREST_M)
-        lying.append((lift, (site.place_m[0] + away_m * cos, site.place_m[1] + away_m * sin)))
-    return SeaField(tuple(lying))
+        lying[lift] = site.place_m[0] + away_m * cos, site.place_m[1] + away_m * sin
+    return lying
 
 
 class SonarSettings(SensorSettings):
@@ -402,7 +399,7 @@ class Sonar:
     def sense(self, pose: Pose, world: SeaField, now_s: float) -> list[Observation]:
         """Return objects newly within range."""
         observations = []
-        for name, (x_m, y_m) in world.lying_m:
+        for name, (x_m, y_m) in world.items():
             if name not in self._seen and distance((x_m, y_m), (pose.x_m, pose.y_m)) <= self._range_m:
                 self._seen.add(name)
                 observations.append(Observation(((name, LYING_AT, (x_m + pose.error_m[0], y_m + pose.error_m[1])),)))

@@ -85,10 +85,8 @@ from remoras.table import Name, NotNegative, PointM, Positive, Section
 from remoras.work import IS_IMPOSSIBLE, Job, Point
 
 Kind = TypeVar("Kind")
-MOST_LIFTS = 20
 ROOM = 1.65
 """Least distance of vehicles side by side, in separations: their margin and half of it."""
-SEEN_M = 30.0
 FARTHEST_M = 20.0
 """Greatest distance of a berth from its drill site, within obstacle sonar."""
 SHORTEST_M = 10.0
@@ -97,7 +95,7 @@ SHORTEST_M = 10.0
 class LiftsTable(Section):
     """Table ``[lifts]``: objects near sites, at positions unknown until a sonar shows them."""
 
-    number: int = Field(4, ge=0, le=MOST_LIFTS, description="number of objects, each near a drawn site")
+    number: int = Field(4, ge=0, le=20, description="number of objects, each near a drawn site")
     vehicles: int = Field(2, ge=1, le=6, description="number of vehicles needed to lift one")
     lift_s: Positive = Field(60.0, description="duration once all are in place")
     length_m: Positive = Field(10.0, description="distance between positions of two of them")
@@ -121,20 +119,11 @@ class EscortSettings(HelpSettings):
     """Table ``[mission]``."""
 
     within_m: float = Field(
-        20.0, ge=10.0, le=SEEN_M, description="largest effective distance of an escort from the surveying vehicle"
+        20.0, ge=10.0, le=30.0, description="largest effective distance of an escort from the surveying vehicle"
     )
 
 
-class FieldScenario(JobScenario):
-    """Input of a run of field work."""
-
-    @property
-    def jobs(self) -> Sequence[Any]:
-        """All jobs, as listed or derived from tables."""
-        raise NotImplementedError
-
-
-class RecoveryScenario(FieldScenario):
+class RecoveryScenario(JobScenario):
     """Input of a recovery run."""
 
     mission: HelpSettings = HelpSettings()
@@ -150,7 +139,7 @@ class RecoveryScenario(FieldScenario):
         return (*self.site, *lifts)
 
 
-class FerryScenario(FieldScenario):
+class FerryScenario(JobScenario):
     """Input of a ferry run."""
 
     mission: FerrySettings = FerrySettings.usual()
@@ -164,7 +153,7 @@ class FerryScenario(FieldScenario):
         return tuple(Delivery(d.name, d.from_m, d.to_m, handling_s, length_m) for d in self.delivery)
 
 
-class EscortScenario(FieldScenario):
+class EscortScenario(JobScenario):
     """Input of an escort run."""
 
     mission: EscortSettings = EscortSettings()
@@ -176,7 +165,7 @@ class EscortScenario(FieldScenario):
         return self.line
 
 
-class ResupplyScenario(FieldScenario):
+class ResupplyScenario(JobScenario):
     """Input of a resupply run."""
 
     mission: HelpSettings = HelpSettings()
@@ -216,9 +205,9 @@ class FieldworkMission(JobMission):
         roles = [job_role(job.PLAYER, job.name, founding if n_helpers(job) else ()) for job in scenario.jobs]
         return with_job_roles(scenario, roles, cls.urgencies)
 
-    def jobs_of(self, scenario: FieldScenario) -> Iterable[Job]:
+    def jobs_of(self, scenario: Any) -> Iterable[Job]:
         """The jobs of the scenario."""
-        return scenario.jobs
+        return cast(Sequence[Job], scenario.jobs)
 
     def all_of(self, kind: type[Kind]) -> dict[str, Kind]:
         """Return jobs of a kind, by name."""
@@ -352,8 +341,7 @@ class EscortMission(FieldworkMission, HelpMission):
 
     def truth(self, recorder: Recorder, world: Any) -> EscortTruth:
         """Create the ground truth of escorted surveys."""
-        lines = [line for line in self.scenario.line if line.escorted]
-        return EscortTruth(self.meeting, self.objective, recorder, lines, self.scenario.mission.within_m)
+        return EscortTruth(self.meeting, self.objective, recorder, self.helped, self.scenario.mission.within_m)
 
 
 class ResupplyMission(FieldworkMission, HelpMission):
@@ -367,11 +355,8 @@ class ResupplyMission(FieldworkMission, HelpMission):
     vocabulary = (_vocabulary("resupply"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"drill": DrillSettings, "charger": ChargerSettings}
     urgencies: ClassVar[Mapping[str, int]] = {
-        IS_HALTED: URGENCY,
-        BRINGS: URGENCY,
-        IS_IMPOSSIBLE: URGENCY,
-        STORE_CHARGE: 10,
-    }
+        IS_HALTED: URGENCY, BRINGS: URGENCY, IS_IMPOSSIBLE: URGENCY, STORE_CHARGE: 10,
+    }  # fmt: skip
     tables = (*HelpMission.tables, ENERGY)
     metrics = RESUPPLY_METRICS
     figures = RESUPPLY_FIGURES
@@ -384,17 +369,17 @@ class ResupplyMission(FieldworkMission, HelpMission):
         yield from listed_faults(scenario, "boring", "position_m", taken=[table.name for table in scenario.site])
         sensors = [sensor for vehicle in scenario.vehicle for sensor in vehicle.sensor]
         drills = {str(sensor.get("name", "drill")) for sensor in sensors if sensor.get("type") == "drill"}
-        least_m, before = 2.0 * THERE_M, list[Boring]()
-        for table in scenario.boring:
+        least_m = 2.0 * THERE_M
+        for number, table in enumerate(scenario.boring):
             if table.drill not in drills:
                 known = ", ".join(sorted(drills)) or "none, as there is no drill"
                 allowed = f"no vehicle has such a drill; allowed: {known}"
                 yield ConfigurationFault(f"boring.{table.name}.drill", f'"{table.drill}"', allowed)
-            near = next((other for other in before if distance(table.position_m, other.position_m) <= least_m), None)
+            others = scenario.boring[:number]
+            near = next((other for other in others if distance(table.position_m, other.position_m) <= least_m), None)
             if near is not None:
                 allowed = f"more than {least_m:g} m from {near.name}: a drill is at one hole"
                 yield ConfigurationFault(f"boring.{table.name}.position_m", "", allowed)
-            before.append(table)
         berth_m = scenario.transfer.berth_m
         yield from _too_near(scenario, "transfer.berth_m", berth_m, FARTHEST_M, ", and see each other")
 

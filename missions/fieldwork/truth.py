@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from missions.fieldwork.jobs import LYING_AT, ON_LINE_M, Lift, SeaField, SurveyL
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, last_position_s
 from missions.meeting.job_mission import THERE_M
 from missions.meeting.meeting import Meeting
-from missions.meeting.truth import JOBS, JobTruth
+from missions.meeting.truth import JOBS, JobTruth, done_s, first_s, mean_of_all_s
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from remoras.mission import FleetView
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table, Unread
@@ -78,7 +78,7 @@ class LiftTruth(FieldTruth):
     ) -> None:
         super().__init__(meeting, objective, recorder, LIFTS, lifts)
         self._lifts = lifts
-        self._ends = {name: lifts[name].ends_m(middle_m) for name, middle_m in world.lying_m}
+        self._ends = {name: lifts[name].ends_m(middle_m) for name, middle_m in world.items()}
         self._since_s: dict[str, float] = {}
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
@@ -111,12 +111,11 @@ class EscortTruth(FieldTruth):
     """Referee of escorted lines: all marks were passed with an escort within ``within_m``."""
 
     def __init__(
-        self, meeting: Meeting, objective: str, recorder: Recorder, lines: Sequence[SurveyLine], within_m: float
+        self, meeting: Meeting, objective: str, recorder: Recorder, lines: Mapping[str, SurveyLine], within_m: float
     ) -> None:
-        self._lines = {line.name: line for line in lines}
-        super().__init__(meeting, objective, recorder, ESCORTING, self._lines)
-        self._within_m = within_m
-        self._marks = {line.name: {line.at(along_m) for along_m in marks_m(line.length_m)} for line in lines}
+        super().__init__(meeting, objective, recorder, ESCORTING, lines)
+        self._lines, self._within_m = lines, within_m
+        self._marks = {name: {line.at(along_m) for along_m in marks_m(line.length_m)} for name, line in lines.items()}
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Record surveys since the last call."""
@@ -202,17 +201,6 @@ class EnergyTruth(FieldTruth):
 # Results ----------------------------------------------------------------------------------------
 
 
-def done_s(run: MeasuredRun) -> dict[str, float]:
-    """Time (s) of the first completion of each job."""
-    return {job: time_s for time_s, _, job in reversed(run.recorder.rows(JOBS.name))}
-
-
-def mean_of_all_s(times_s: Collection[float], n_all: int, run: MeasuredRun) -> float:
-    """Mean time (s) over ``n_all``; undone items count with the mission's duration."""
-    scenario: Any = run.scenario
-    return (math.fsum(times_s) + (n_all - len(times_s)) * float(scenario.scenario.duration_s)) / n_all
-
-
 def mean_with_sites_s(run: MeasuredRun, others_s: Collection[float], n_others: int) -> float:
     """Mean as of ``mean_of_all_s`` over all sites and ``n_others`` items done at ``others_s``."""
     scenario: Any = run.scenario
@@ -231,11 +219,6 @@ def mean_wait_s(run: MeasuredRun, table: str, event: str) -> float | None:
     ended_s = event_s(run, table, event)
     spans_s = [ended_s.get(name, run.end_s) - from_s for name, from_s in event_s(run, table, WAITS).items()]
     return math.fsum(spans_s) / len(spans_s) if spans_s else None
-
-
-def first_s(results: RunResults) -> dict[str, float]:
-    """Return ``done_s`` from the tables of a results folder."""
-    return {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
 
 
 def marks_m(length_m: float) -> list[float]:

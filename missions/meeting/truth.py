@@ -14,7 +14,9 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import ClassVar
 
+from missions.figure import RunResults
 from missions.meeting.meeting import Meeting
+from missions.metric import MeasuredRun
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.motion.separation import NEAR_M
 from remoras.nesting import height
@@ -409,3 +411,21 @@ class JobTruth(MeetingTruth):
 
     def _undone(self, group: Group) -> list[str]:
         return [role.job for role in group.roles if role.job is not None and role.job not in self._done]
+
+
+# Results ----------------------------------------------------------------------------------------
+
+
+def done_s(run: MeasuredRun) -> dict[str, float]:
+    """Time (s) of the first completion of each job."""
+    return {job: time_s for time_s, _, job in reversed(run.recorder.rows(JOBS.name))}
+
+
+def first_s(results: RunResults) -> dict[str, float]:
+    """Return ``done_s`` from the tables of a results folder."""
+    return {row["job"]: row["time_s"] for row in reversed(results.rows(JOBS.name))}
+
+
+def mean_of_all_s(times_s: Collection[float], n_all: int, run: MeasuredRun) -> float:
+    """Mean time (s) over ``n_all``; undone items count with the mission's duration."""
+    return (math.fsum(times_s) + (n_all - len(times_s)) * run.scenario.scenario.duration_s) / n_all

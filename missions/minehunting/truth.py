@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from missions.figure import Declared, Figure, Mark, RunResults, Style
+from missions.figure import Declared, Figure, Mark, RunResults, Style, last_position_s
 from missions.meeting.meeting import Meeting
-from missions.meeting.truth import JOBS, JobTruth
+from missions.meeting.truth import JOBS, JobTruth, mean_of_all_s
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.minehunting.imagery import CLASSIFIED, MINE, REVISITS, ROCK, STRIPS, Minefield
 from remoras.mission import FleetView, Milestone
@@ -92,8 +91,7 @@ def mean_classified_s(run: MeasuredRun) -> float:
     """Mean time of classification; missing ones count with the mission's duration."""
     scenario: Any = run.scenario
     times_s = [row[0] for row in run.recorder.rows(CLASSIFICATIONS.name)]
-    n_open = len(scenario.contact) - len(times_s)
-    return (math.fsum(times_s) + n_open * float(scenario.scenario.duration_s)) / len(scenario.contact)
+    return mean_of_all_s(times_s, len(scenario.contact), run)
 
 
 def wrong_fraction(run: MeasuredRun) -> float | Absent:
@@ -119,7 +117,7 @@ def draw_classified(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw strips taken and contacts classified over time."""
     taken_s = [row["time_s"] for row in results.table(STRIPS.name).to_pylist()]
     said_s = [row["time_s"] for row in results.table(CLASSIFICATIONS.name).to_pylist()]
-    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
+    end_s = last_position_s(results)
     for times_s, label, color, line in (
         (taken_s, "strips taken", style.grey, "--"),
         (said_s, "contacts classified", style.black, "-"),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, cast
 from exchange.arithmetic import distance
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, last_position_s
 from missions.meeting.meeting import Meeting
-from missions.meeting.truth import JOBS, JobTruth
+from missions.meeting.truth import JOBS, JobTruth, first_s
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.pandora.scenario import PandoraScenario, job_of
 from missions.pandora.structure import LOOKS, TURNS, PlannedPart, Structure
@@ -314,7 +314,7 @@ FOUND_BY = ("diagnosis", "anomaly")
 
 def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw parts over time: taken for done and truly serviced."""
-    taken = {row["job"]: row["time_s"] for row in reversed(results.rows(JOBS.name))}
+    taken = first_s(results)
     serviced = {row["part"]: row["time_s"] for row in reversed(results.rows(SERVICED.name))}
     curves = (
         ("reported as done", taken.values(), "--", style.grey), ("truly serviced", serviced.values(), "-", style.black),

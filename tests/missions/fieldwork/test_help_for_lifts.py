@@ -49,8 +49,8 @@ def test_nobody_takes_a_lift_for_done_that_is_not(seed: int) -> None:
 def test_objects_lie_where_the_seed_says_and_near_sites() -> None:
     """Whoever surveys the site sees it, whatever the strategy does."""
     sites_m = [site.position_m for site in flown(1, SHORT).scenario.site]
-    worlds = [flown(1, SHORT).mission.world(seed).lying_m for seed in range(20)]
-    assert worlds == [flown(1, SHORT, OFF).mission.world(seed).lying_m for seed in range(20)]
-    assert len({lying for world in worlds for lying in world}) == 80
-    for _, at_m in itertools.chain(*worlds):
+    worlds = [flown(1, SHORT).mission.world(seed) for seed in range(20)]
+    assert worlds == [flown(1, SHORT, OFF).mission.world(seed) for seed in range(20)]
+    assert len({lying for world in worlds for lying in world.items()}) == 80
+    for at_m in itertools.chain(*(world.values() for world in worlds)):
         assert 5.0 <= min(math.dist(at_m, site_m) for site_m in sites_m) <= 36.0
