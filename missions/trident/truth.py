@@ -8,12 +8,12 @@ first transmission, received or not.
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
+from exchange.arithmetic import distance
 from missions.figure import Figure, Layer, RunResults, Style, axis_end_s
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
@@ -50,20 +50,6 @@ class StatedFact(NamedTuple):
     recorded_s: float
 
 
-def reachable(arrows: Mapping[str, Iterable[str]], start: Iterable[str]) -> set[str]:
-    """Return all nodes reachable along arrows.
-
-    >>> sorted(reachable({"a": ["b"], "c": ["a"]}, ["a"]))
-    ['a', 'b']
-    """
-    reached, left = set(start), list(start)
-    while left:
-        new = set(arrows.get(left.pop(), ())) - reached
-        reached |= new
-        left += sorted(new)
-    return reached
-
-
 def unsound(
     states: Sequence[str], final: Iterable[str], arrows: Sequence[tuple[str, str]]
 ) -> Iterator[tuple[str, str]]:
@@ -72,12 +58,13 @@ def unsound(
     >>> list(unsound(["a", "b", "c"], ["b"], [("a", "b"), ("a", "c")]))
     [('c', 'is a dead end: no message leads from it to a final state, which are b')]
     """
-    ahead, back = defaultdict(list), defaultdict(list)
-    for state, to in arrows:
-        ahead[state].append(to)
-        back[to].append(state)
+    import networkx as nx  # slow to load
+
+    graph = nx.DiGraph(arrows)
+    graph.add_nodes_from(states)
     ends = [state for state in final if state in states]
-    reached, out = reachable(ahead, states[:1]), reachable(back, ends)
+    reached = {states[0], *nx.descendants(graph, states[0])}
+    out = {*ends, *(state for end in ends for state in nx.ancestors(graph, end))}
     for state in states:
         if state not in reached:
             yield state, f"cannot be reached: no message leads to it from {states[0]}, the first state"
@@ -299,23 +286,17 @@ def n_violations(run: MeasuredRun) -> int | Absent:
 def navigation_error_m(run: MeasuredRun) -> float | Absent:
     """Greatest error of the positions reported by submerged vehicles."""
     submerged = {vehicle.name for vehicle in run.scenario.vehicle if vehicle.depth_m > 1.0}
-    ways: dict[str, list[tuple[float, float, float]]] = {name: [] for name in submerged}
-    for row in run.recorder.rows("trajectories"):
-        if row[1] in submerged:
-            ways[row[1]].append((row[0], row[2], row[3]))
-    tick_s, worst_m = run.scenario.scenario.tick_s, None
+    rows, tick_s = run.recorder.rows("trajectories"), run.scenario.scenario.tick_s
+    ways = {name: [(row[2], row[3]) for row in rows if row[1] == name] for name in submerged}
+    off_m = []
     for _, origin, _, recorded_s, _, attribute, value, *_ in run.recorder.rows("items"):
-        if attribute != "position" or origin not in submerged:
-            continue
-        way, place = ways[origin], recorded_s / tick_s
-        before = min(int(place), len(way) - 2)
-        if before < 0:
-            continue
-        share, (_, x_m, y_m), (_, to_x_m, to_y_m) = place - before, way[before], way[before + 1]
-        east, north = (float(part) for part in value.removeprefix("POINT (").removesuffix(")").split())
-        dx_m, dy_m = x_m + share * (to_x_m - x_m) - east, y_m + share * (to_y_m - y_m) - north
-        worst_m = max(worst_m or 0.0, math.sqrt(dx_m * dx_m + dy_m * dy_m))
-    return NOT_APPLICABLE if worst_m is None else round(worst_m, 3)
+        if attribute == "position" and len(ways.get(origin, ())) > 1:
+            way, place = ways[origin], recorded_s / tick_s
+            before = min(int(place), len(way) - 2)
+            share, (x_m, y_m), (to_x_m, to_y_m) = place - before, way[before], way[before + 1]
+            east, north = (float(part) for part in value.removeprefix("POINT (").removesuffix(")").split())
+            off_m.append(distance((x_m + share * (to_x_m - x_m), y_m + share * (to_y_m - y_m)), (east, north)))
+    return round(max(off_m), 3) if off_m else NOT_APPLICABLE
 
 
 METRICS = (
