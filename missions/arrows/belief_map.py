@@ -233,8 +233,9 @@ class Seafloor:
     seed: int
 
 
-def draw_seafloor(grid: CellGrid, prior: Array, scenario: ArrowsScenario, rates: Array, seed: int) -> Seafloor:
+def draw_seafloor(scenario: ArrowsScenario, seed: int) -> Seafloor:
     """Sample the seafloor of a run."""
+    grid, prior = grid_of(scenario), prior_of(scenario)
     names, things = [kind.name for kind in scenario.kinds], dict[int, Thing]()
     occupied = (prior[0] < 1.0).nonzero()[0]
     for cell in map(int, occupied):
@@ -246,7 +247,7 @@ def draw_seafloor(grid: CellGrid, prior: Array, scenario: ArrowsScenario, rates:
                 east, north = (loss.uniform(seed, loss.FINDS, cell, 0, which) - 0.5 for which in (1, 2))
                 things[cell] = Thing(number, name, (x_m + east * grid.cell_m, y_m + north * grid.cell_m))
                 break
-    return Seafloor(grid, things, scenario, rates, seed)
+    return Seafloor(grid, things, scenario, rates_of(scenario), seed)
 
 
 Counts = npt.NDArray[np.int64]
@@ -358,9 +359,10 @@ class Chart:
     ``prior`` has shape (1 + kinds, n_cells), ``rates`` of detection (detectors, 1 + kinds); nothing comes first.
     """
 
-    def __init__(self, grid: CellGrid, prior: Array, rates: Array, names: Sequence[str]) -> None:
-        self.grid, self.prior, self.rates, self.names = grid, prior, rates, names
-        self._sites = [number for number, name in enumerate(names) if name in SITES]
+    def __init__(self, scenario: ArrowsScenario) -> None:
+        self.grid, self.prior, self.rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)
+        self.names = scenario.names
+        self._sites = [number for number, name in enumerate(self.names) if name in SITES]
         self._n_changes = -1
         self._seen: dict[tuple[str, str], set[int]] = {}
         self._clear()

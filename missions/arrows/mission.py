@@ -30,8 +30,6 @@ from missions.arrows.belief_map import (
     expected_of,
     grid_of,
     halved,
-    prior_of,
-    rates_of,
     total_of,
 )
 from missions.arrows.choosing import Choosing, Hearers, Reach, contact_range_m
@@ -130,7 +128,7 @@ class ArrowsMission(JobMission):
     scenario: ArrowsScenario
 
     def __init__(self, scenario: ArrowsScenario) -> None:
-        self.grid, self.prior, self.rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)
+        self.grid = grid_of(scenario)
         self._database = database_of(scenario, type(self))
         super().__init__(scenario)
 
@@ -187,7 +185,7 @@ class ArrowsMission(JobMission):
 
     def world(self, seed: int) -> Seafloor:
         """True seafloor of a run."""
-        return draw_seafloor(self.grid, self.prior, self.scenario, self.rates, seed)
+        return draw_seafloor(self.scenario, seed)
 
     def truth(self, recorder: Recorder, world: Seafloor) -> ArrowsTruth:
         """Create the ground truth of sites and maps."""
@@ -195,7 +193,7 @@ class ArrowsMission(JobMission):
 
     def chart(self) -> Chart:
         """Return a map that equals the prior."""
-        return Chart(self.grid, self.prior, self.rates, self.scenario.names)
+        return Chart(self.scenario)
 
     # Activities ----------------------------------------------------------------------------------
 
@@ -224,7 +222,8 @@ class ArrowsMission(JobMission):
         settings, point = self.scenario.mission, next(iter(self.groups.values())).rally_point
         at_m = self.meeting.rally_points_m[point or ""]
         if settings.search != "central":
-            grid, sites = self.grid, self.chart().sites(self.prior)
+            grid, chart = self.grid, self.chart()
+            sites = chart.sites(chart.prior)
             dx_m, dy_m = grid.x_m[:, None] - grid.x_m, grid.y_m[:, None] - grid.y_m
             at_m = grid.centre_m(int(np.argmin(halved(sites * np.sqrt(dx_m * dx_m + dy_m * dy_m)))))
         alone_s, greeting_s = (settings.alone_s, settings.greeting_s) if settings.contact else (math.inf, 0.0)

@@ -19,9 +19,6 @@ from missions.arrows.belief_map import (
     disagreement,
     divergence,
     draw_seafloor,
-    grid_of,
-    prior_of,
-    rates_of,
 )
 from missions.arrows.detectors import CONTACTS, SAME_M, ClassifyingCameraSettings, DetectorSettings
 from missions.arrows.scenario import NOTHING, SITES, UNKNOWN, ArrowsScenario
@@ -368,8 +365,8 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     from matplotlib.colors import ListedColormap
 
     scenario = ArrowsScenario.model_validate(results.scenario_tables)
-    grid, prior, rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)
-    chart = Chart(grid, prior, rates, scenario.names)
+    chart = Chart(scenario)
+    grid = chart.grid
     for row in results.rows("items"):
         if row["attribute"] in (SWEPT, CONTACT):
             chart.add(row["attribute"], (int(float(row["value"])),))
@@ -382,7 +379,7 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     for level, colour in zip(LEVELS, colours[1:], strict=True):
         axes.plot([], [], marker="s", markersize=6, linestyle="none", color=colour, label=f"probability ≥ {level:g}")
     _draw_ways(axes, results, style)
-    things = draw_seafloor(grid, prior, scenario, rates, int(results.summary["seed"])).things
+    things = draw_seafloor(scenario, int(results.summary["seed"])).things
     contacts = results.rows(CONTACTS.name)
     seen, sites = {row["cell"] for row in contacts}, {cell for cell, thing in things.items() if thing.name in SITES}
     for label, cells, fill in (

@@ -29,7 +29,7 @@ def test_it_goes_where_something_is_to_be_found() -> None:
     """All that is likely lies around one place: it goes there from both sides; where all is alike, to what is near."""
     chart = SEA.chart()
     likely = (chart.grid.x_m - 900.0) ** 2 + (chart.grid.y_m - 600.0) ** 2 < 100.0**2
-    chart.prior = np.where(likely, 0.2, 1e-6) * np.ones_like(SEA.prior)
+    chart.prior = np.where(likely, 0.2, 1e-6) * np.ones_like(SEA.chart().prior)
     chart.prior[0] = 1.0 - chart.prior[1:].sum(axis=0)
     chart.add("contact", ())
     for at_m in ((700.0, 600.0), (1100.0, 600.0)):

@@ -167,8 +167,8 @@ N_SEEDS = 60
 def test_things_lie_as_often_as_the_prior_says() -> None:
     """Over seeds, of each kind as many as are expected, within 4 standard errors."""
     counts = [np.bincount([one.kind for one in SEA.world(seed).things.values()], minlength=5) for seed in range(200)]
-    expected = SEA.prior.sum(axis=1)
-    variance = (SEA.prior * (1.0 - SEA.prior)).sum(axis=1)
+    prior = SEA.chart().prior
+    expected, variance = prior.sum(axis=1), (prior * (1.0 - prior)).sum(axis=1)
     for kind in range(1, 5):
         mean = float(np.mean([one[kind] for one in counts]))
         assert abs(mean - expected[kind]) < 4.0 * math.sqrt(variance[kind] / len(counts))
