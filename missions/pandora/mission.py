@@ -74,7 +74,7 @@ def _tools(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
     carried = {table.get("type", "camera") for vehicle in scenario.vehicle for table in vehicle.sensor}
     demanded = {"camera": tuple(KINDS), "arm": ("valve", "anode")}
     for kind, parts in demanded.items():
-        name = next((part.name for part_kind, part, _ in scenario.parts if part_kind in parts), None)
+        name = next((part.name for part_kind, part in scenario.parts if part_kind in parts), None)
         if name is not None and carried and kind not in carried:
             allowed = f'no vehicle has one, and the plan demands it for {name}; allowed: type = "{kind}" in one'
             yield ConfigurationFault("vehicle.sensor", kind, allowed)
@@ -147,7 +147,7 @@ class PandoraMission(JobMission):
         """Add a role per part for all vehicles with sensors, and default needs."""
         if not scenario.parts:
             return scenario
-        roles = [Role(name=f"Servicer of {p.name}", maximum=1, job=job_of(p.name)) for _, p, _ in scenario.parts]
+        roles = [Role(name=f"Servicer of {p.name}", maximum=1, job=job_of(p.name)) for _, p in scenario.parts]
         completed = with_job_roles(scenario, roles, {}, able=lambda vehicle: bool(vehicle.sensor))
         return with_needs(completed, dict.fromkeys(TOLD, URGENCY))
 
@@ -158,10 +158,10 @@ class PandoraMission(JobMission):
             tables = ", ".join(f"[[{kind}]]" for kind in KINDS)
             yield ConfigurationFault("panel", "", f"there is nothing to be serviced: give one of {tables}")
         yield from names_apart(scenario, tuple(KINDS))
-        for kind, part, _ in scenario.parts:
+        for kind, part in scenario.parts:
             if part.name == ANY_VALVE:
                 yield ConfigurationFault(f"{kind}.{part.name}.name", "", "stands for a valve that is drawn")
-        placed = [(kind, part.name, at_m) for kind, part, points_m in scenario.parts for at_m in points_m]
+        placed = [(kind, part.name, at_m) for kind, part in scenario.parts for at_m in part.points_m]
         yield from scenario.world.outside((_key_of(kind, name), at_m) for kind, name, at_m in placed)
         yield from _too_near([place for place in placed if place[0] in ("valve", "anode")], APART_M)
         yield from _too_near([place for place in placed if place[0] in ("panel", "chain")], SEEN_APART_M)

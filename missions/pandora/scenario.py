@@ -39,6 +39,11 @@ class PlacedTable(PartTable):
 
     position_m: PointM = Field(description="planned position, x east, y north")
 
+    @property
+    def points_m(self) -> tuple[PointM, ...]:
+        """Its only point."""
+        return (self.position_m,)
+
 
 class ValveTable(PlacedTable):
     """One ``[[valve]]`` to close."""
@@ -121,16 +126,9 @@ class PandoraScenario(JobScenario):
     upset: tuple[UpsetTable, ...] = ()
 
     @property
-    def parts(self) -> list[tuple[str, PartTable, tuple[PointM, ...]]]:
-        """Kind, table and points of every part, by kind."""
-        placed: list[tuple[str, PlacedTable]] = [
-            *(("panel", part) for part in self.panel), *(("valve", part) for part in self.valve)
-        ]  # fmt: skip
-        return [
-            *((kind, part, (part.position_m,)) for kind, part in placed),
-            *(("chain", part, part.points_m) for part in self.chain),
-            *(("anode", part, (part.position_m,)) for part in self.anode),
-        ]
+    def parts(self) -> list[tuple[str, PlacedTable | ChainTable]]:
+        """Kind and table of every part, by kind."""
+        return [(kind, part) for kind in KINDS for part in getattr(self, kind)]
 
     @property
     def foretold(self) -> Flow | None:

@@ -367,13 +367,11 @@ def planned_parts(scenario: PandoraScenario) -> dict[str, PlannedPart]:
     panels = {panel.name: panel.position_m for panel in scenario.panel}
     hands_on = tuple(vehicle.name for vehicle in scenario.vehicle) if scenario.mission.repairs else ()
     parts = {}
-    for kind, of_class in KINDS.items():
-        for table in getattr(scenario, kind):
-            points_m = getattr(table, "points_m", None) or (table.position_m,)
-            panel = table.panel if isinstance(table, ValveTable) else table.name if kind == "panel" else ""
-            parts[job_of(table.name)] = PlannedPart(
-                table.name, of_class, points_m, table.work_s, panels.get(panel), panel, vehicles=hands_on
-            )
+    for kind, table in scenario.parts:
+        panel = table.panel if isinstance(table, ValveTable) else table.name if kind == "panel" else ""
+        parts[job_of(table.name)] = PlannedPart(
+            table.name, KINDS[kind], table.points_m, table.work_s, panels.get(panel), panel, vehicles=hands_on
+        )
     return parts
 
 
