@@ -7,7 +7,6 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from exchange.channel.channel import Arrival
 from missions.mapping import MappingMission
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import SwathSettings
@@ -187,16 +186,6 @@ def small_patches(name: str, *settings: str) -> Scenario:
     return load(str(file), [("--set", setting) for setting in (f"strategy.name={name}", *settings)])
 
 
-class Silent:
-    """Channel that loses every packet."""
-
-    def transmit(
-        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
-    ) -> list[Arrival]:
-        """Deliver to no node."""
-        return []
-
-
 class Watched(InTime):
     """Strategy wrapper that records all moves of its negotiators."""
 
@@ -224,10 +213,10 @@ class _WatchedNegotiator:
         return move
 
 
-def role_facts(statements: Sequence[Statement]) -> Iterator[tuple[str, str, str]]:
-    """Yield (vehicle, group, role) of all statements on roles."""
+def role_facts(statements: Sequence[Statement]) -> Iterator[tuple[str, str, str, str]]:
+    """Yield (vehicle, attribute, group, role) of all statements on roles."""
     for statement in statements:
         for subject, attribute, value in statement.facts:
             if attribute in ROLES:
                 group, _, role = str(value).partition(".")
-                yield subject, group, role
+                yield subject, attribute, group, role

@@ -30,7 +30,6 @@ from remoras.testing.sample_worlds import (
     ROLES,
     TBOX,
     WORLDS,
-    Silent,
     Watched,
     fleets,
     hearsay,
@@ -207,7 +206,7 @@ def _check_states(strategy: Strategy) -> None:
 
 def _assert_within(situation: Situation, group: str, statements: Any) -> None:
     organisation, database = situation.work.organisation, situation.work.database
-    for vehicle, of_group, role in role_facts(statements):
+    for vehicle, _, of_group, role in role_facts(statements):
         claim = f"states that {vehicle} plays or left {of_group}.{role}"
         assert of_group == group, f"{claim}, but negotiates for {group}"
         assert organisation.groups[group].role(role) is not None, f"{claim}, which is no role"
@@ -218,20 +217,16 @@ def _assert_within(situation: Situation, group: str, statements: Any) -> None:
 def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any) -> None:
     """Check that statements on roles, in order, comply with the declared authorities."""
     organisation = situation.work.organisation
-    for statement in statements:
-        for subject, attribute, value in statement.facts:
-            if attribute not in ROLES:
-                continue
-            of_group, _, role = str(value).partition(".")
-            act = Act.ASSIGN if attribute == "playsRole" else Act.RELEASE
-            ruling = may_assign(Request(me, act, of_group, role, subject), organisation, rules)
-            claim = f"{me} states that {subject} {attribute} {value}"
-            assert ruling not in UNLAWFUL, (
-                f"{claim}: {ruling.value}; it leads no group, so the declaration has to name an authority "
-                f"({', '.join(str(authority) for authority in Authority)}) that allows it"
-            )
-            change = organisation.assign if act is Act.ASSIGN else organisation.leave_role
-            organisation, _ = change(subject, of_group, role)
+    for subject, attribute, of_group, role in role_facts(statements):
+        act = Act.ASSIGN if attribute == "playsRole" else Act.RELEASE
+        ruling = may_assign(Request(me, act, of_group, role, subject), organisation, rules)
+        assert ruling not in UNLAWFUL, (
+            f"{me} states that {subject} {attribute} {of_group}.{role}: {ruling.value}; it leads no group, so the "
+            f"declaration has to name an authority ({', '.join(str(authority) for authority in Authority)}) that "
+            "allows it"
+        )
+        change = organisation.assign if act is Act.ASSIGN else organisation.leave_role
+        organisation, _ = change(subject, of_group, role)
 
 
 # Runs
@@ -254,7 +249,7 @@ def check_does_jobs_in_order(strategy: Strategy) -> None:
 
 def check_survives_silence(strategy: Strategy) -> None:
     """Check a run without any reception: it ends, and all initially assigned jobs are done."""
-    finished, watched = _watched_run(strategy, silent=True)
+    finished, watched = _watched_run(strategy, "channel.blackout=[{from_s=0.0, until_s=1e6}]")
     assert finished.completed or finished.reason, "a run in silence has no reason"
     assert finished.n_false_beliefs == 0
     _assert_as_declared(finished, watched)
@@ -283,10 +278,9 @@ def check_survives_the_silence_of_one(strategy: Strategy) -> None:
         _assert_as_declared(finished, watched)
 
 
-def _watched_run(strategy: Strategy, *given_settings: str, silent: bool = False) -> tuple[Run, Watched]:
+def _watched_run(strategy: Strategy, setting: str) -> tuple[Run, Watched]:
     watched = Watched(strategy)
-    scenario = small_patches("remoras", *given_settings)
-    return run(scenario, channel=Silent() if silent else None, strategy=watched), watched
+    return run(small_patches("remoras", setting), strategy=watched), watched
 
 
 def _mapped_fractions(finished: Run) -> dict[str, float]:
