@@ -58,12 +58,6 @@ class Acting(Behaviour):
         """Check the progress of the work; return the facts concluded."""
         raise NotImplementedError
 
-    def resign(self) -> list[Fact]:
-        """Fail: the plan takes another alternative, or ends if plans are not repaired."""
-        self._has_failed = self._is_beyond_it = self._settings.repairs
-        self._is_done = not self._settings.repairs
-        return [(self._part.of, "outcome", "failed")]
-
     # Behaviour interface -------------------------------------------------------------------------
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
@@ -159,8 +153,11 @@ class Acting(Behaviour):
         return [(self._data.name, "actionStatus", status)]
 
     def _failed(self) -> list[Fact]:
+        """Fail: the plan takes another alternative, or ends if plans are not repaired."""
+        self._has_failed = self._is_beyond_it = self._settings.repairs
+        self._is_done = not self._settings.repairs
         self._status = "failed"
-        return [*self.resign(), (self._data.name, "actionStatus", "failed")]
+        return [(self._part.of, "outcome", "failed"), (self._data.name, "actionStatus", "failed")]
 
 
 LOOK_S = 120.0
