@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from exchange.channel import loss
 from missions.mapping.scenario import FindsTable, MappingRole, MappingScenario
-from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, Stays, mapping_speed_mps, swath_m
+from missions.mapping.sensors import Cell, ObjectTable, Seabed, SeabedFeature, Stays, mapping_speed_mps, swath_m
 from missions.meeting.job_mission import ReportedJob, numbered, playing, with_needs
 from remoras.activities import Objective
 from remoras.behaviours import (
@@ -42,7 +42,7 @@ INSPECTING = "Inspecting"
 NEEDED = ("foundAt", "inspectedBy")
 
 
-def seabed_with_finds(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[SeaObject, ...] = ()) -> Seabed:
+def seabed_with_finds(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[ObjectTable, ...] = ()) -> Seabed:
     """Return the seabed with a run's sampled features: at most one per cell, equally likely."""
     if not (finds.number or objects):
         return seabed

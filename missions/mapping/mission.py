@@ -257,7 +257,7 @@ class MappingMission(JobMission):
         }
         self.finds = finds = scenario.finds or NO_FINDS
         self._find_weight = weight_in_cells(finds, scenario.world.cell_m, mappers)
-        self._objects = tuple(thing.lying() for thing in scenario.object)
+        self._objects = scenario.object
         self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in numbered("find", finds.number)}
         self._forms_groups = any(group.formed_by is not None for group in groups)
         self._goal_known = partial(Unfinished, goal=scenario.mission.goal, finds=self._inspections)

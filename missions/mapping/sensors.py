@@ -47,10 +47,6 @@ class ObjectTable(Section):
     position_m: PointM = Field(description="position, x east, y north")
     classification: Literal["wreck", "pipeline", "anomaly"] = Field(description="kind of object")
 
-    def lying(self) -> SeaObject:
-        """Return the object as a value."""
-        return SeaObject(self.name, self.position_m, self.classification)
-
 
 class ClassifierSettings(SensorSettings):
     """Table ``[vehicle.sensor]`` of a classifier."""
@@ -101,7 +97,7 @@ class Classifier:
                 observations.append(self._look(number, thing, pose, world.seed))
         return observations
 
-    def _look(self, number: int, thing: SeaObject, pose: Pose, seed: int) -> Observation:
+    def _look(self, number: int, thing: ObjectTable, pose: Pose, seed: int) -> Observation:
         settings, look = self._settings, self._n_looks[number]
         self._n_looks[number] += 1
         self._n_of_dive[number] += 1
@@ -142,15 +138,6 @@ class SeabedFeature:
     close_speed_mps: float
 
 
-@dataclass(frozen=True, slots=True)
-class SeaObject:
-    """Object in the sea unknown to all vehicles; ``name`` appears in tables only."""
-
-    name: str
-    position_m: Point
-    classification: str
-
-
 @dataclass(frozen=True)
 class Seabed:
     """Cells of the areas to map, with features and objects.
@@ -162,7 +149,7 @@ class Seabed:
     cell_m: float
     cells: Mapping[Cell, tuple[str, int]]
     features: Mapping[Cell, SeabedFeature] = field(default_factory=dict)
-    objects: tuple[SeaObject, ...] = ()
+    objects: tuple[ObjectTable, ...] = ()
     seed: int = 0
     under: Callable[[float, float, float], tuple[Cell, ...]] = field(init=False, repr=False, compare=False)
     _about: Callable[[int, int, float], list[tuple[Cell, float, float]]] = field(init=False, repr=False, compare=False)

@@ -8,7 +8,7 @@ import pytest
 
 import remoras
 from missions.mapping.metrics import REGION
-from missions.mapping.sensors import Classifier, ClassifierSettings, Seabed, SeaObject
+from missions.mapping.sensors import Classifier, ClassifierSettings, ObjectTable, Seabed
 from remoras.sensor import Pose
 from worldmodel import Block, Estimate, Observation, PropertyValue, core_ontology_paths, fused, read_tbox
 
@@ -19,7 +19,8 @@ WRECK_M = 10.0, 0.0
 def looked(seed: int, errors_m: list[tuple[float, float]], sigmas_m: list[float]) -> list[tuple[Any, ...]]:
     """Facts of looks at a wreck, a minute apart, by a vehicle that takes itself to be so far off, and knows how far."""
     sensor = Classifier(ClassifierSettings(), 1)
-    world = Seabed(25.0, {}, objects=(SeaObject("it", WRECK_M, "wreck"),), seed=seed)
+    lies = ObjectTable(name="it", position_m=WRECK_M, classification="wreck")
+    world = Seabed(25.0, {}, objects=(lies,), seed=seed)
     found = []
     for look, (error_m, sigma_m) in enumerate(zip(errors_m, sigmas_m, strict=True)):
         pose = Pose(0.0, 0.0, 20.0, 0.0, 1.0, error_m=error_m, sigma_m=sigma_m)

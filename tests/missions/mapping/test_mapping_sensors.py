@@ -14,8 +14,8 @@ from missions.mapping.sensors import (
     CLASSES,
     Classifier,
     ClassifierSettings,
+    ObjectTable,
     Seabed,
-    SeaObject,
     SwathSensor,
     mapping_speed_mps,
     swath_m,
@@ -160,7 +160,9 @@ def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back(tmp_path: Pat
 
 def looks(settings: ClassifierSettings, seed: int, n: int, node: int = 1) -> list[Observation]:
     sensor = Classifier(settings, node)
-    world = Seabed(25.0, {}, objects=(SeaObject("it", (10.0, 0.0), "wreck"),), seed=seed)
+    world = Seabed(
+        25.0, {}, objects=(ObjectTable(name="it", position_m=(10.0, 0.0), classification="wreck"),), seed=seed
+    )
     pose = Pose(0.0, 0.0, 20.0, 0.0, 1.0)
     return [one for k in range(n) for one in sensor.sense(pose, world, settings.every_s * k)]
 
