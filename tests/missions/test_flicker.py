@@ -17,7 +17,7 @@ STRONG = "current={east_mps=0.98, north_mps=0.43}"
         # leaders and followers
         ("mapping-nine-teams", (), 0, 20),
         # several helpers of one lift, and helpers that are not heard
-        ("recovery-field", (LONG, "lifts.vehicles=4", "channel.per=0.4"), 2, 3),
+        pytest.param("recovery-field", (LONG, "lifts.vehicles=4", "channel.per=0.4"), 2, 3, marks=pytest.mark.thorough),
         ("recovery-field", (LONG, UNHEARD), 2, 3),
         # an escort that a current carries out of the area of operations
         ("trident-intervention", ("scenario.duration_s=2500", ASTRAY, STRONG), 1, 2),

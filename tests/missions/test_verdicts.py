@@ -77,7 +77,7 @@ def test_survivors_who_are_able_to_do_all_complete_it(strategy: str) -> None:
 # Less is never more -------------------------------------------------------------------------------
 
 
-MORE_LOST = [[lost(600.0, *AUVS[3 - n :])] for n in range(4)]
+MORE_LOST = [[lost(600.0, *AUVS[3 - n :])] for n in (0, 1, 3)]
 LESS_ENERGY = [with_energy("mapping-rendezvous", energy_j) for energy_j in (2e6, 100e3, 1.0)]
 
 
