@@ -114,7 +114,11 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 def _band(tree: Tree, depth: int) -> list[Row[tuple[Tree, TaskRow]]]:
     """Return the rows of a tree down to a depth."""
-    return [Row(task.label, ROW_IN, task.depth, (tree, task)) for task in tree.tasks if task.depth <= depth]
+    return [
+        Row(task.label, ROW_IN, task.depth, (tree, task), "normal" if task.depth else "bold")
+        for task in tree.tasks
+        if task.depth <= depth
+    ]
 
 
 def _row(axes: Axes, task: TaskRow, middle_in: float, colour: str, end_s: float) -> None:

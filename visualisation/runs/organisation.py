@@ -7,6 +7,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
+from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -18,7 +19,6 @@ from visualisation.run_records import Span
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.roles import FOLDED_ROW_IN, draw_shares
-from visualisation.runs.roster import HEAD, MARGIN_IN, Roster, ink
 from visualisation.runs.sheet import TITLE_IN, Row, Sheet, ends_in, room_in, sheet
 from visualisation.runs.views import (
     CREATED,
@@ -54,8 +54,12 @@ HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": style.GREY, "hatch": 
 
 DETAILS = ((0.115, 99), (0.07, 99), (0.04, 12), (0.04, 4))
 """Pairs of lane height, and most holders of a role that have lanes instead of a count, from most to least detail."""
-HEADING_IN, LEAST_ROW_IN = 0.2, 0.11
-"""Height of the heading of the roster, minimum height of a row."""
+LEAST_ROW_IN = 0.11
+"""Minimum height of a row."""
+HEAD = "\u2605 "
+"""Prefix of roles that lead their group."""
+LEAST_LIGHT = 0.45
+"""Names on colours with a luminance (0 to 1) up to this are white."""
 
 
 class RoleRow(NamedTuple):
@@ -75,10 +79,10 @@ RowOfGroup = Row[tuple[GroupNode, RoleRow | None]]
 def picture(
     results: RunResults, at_s: float | None = None, viewer: str = "", width_in: float = style.PAGE_IN
 ) -> DrawnPage:
-    """Draw a roster of the groups at a time, and below it all role holders over the mission.
+    """Draw all role holders over the mission, with a line at the time whose holders the caption names.
 
     Args:
-        at_s: time of the roster; None for the last time with the most role assignments.
+        at_s: that time; None for the last one with the most role assignments.
         viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
 
     Raises:
@@ -89,13 +93,12 @@ def picture(
     with style.paper():
         for n_groups, detail in product(range(max(1, len(whole.groups)), 0, -1), DETAILS):
             view = whole._replace(groups=whole.groups[:n_groups])
-            roster = Roster(view, shown_s, looks, width_in)
-            bands = [list(_rows(view, group, *detail)) for group in view.groups]
-            above_in, body_in = HEADING_IN + roster.height_in, ends_in(bands)[-1] or 0.3
-            if above_in + body_in <= room_in(results, width_in):
+            bands = [list(_rows(view, group, depth, *detail)) for group, depth in _by_supervision(view.groups)]
+            body_in = ends_in(bands)[-1] or 0.3
+            if body_in <= room_in(results, width_in):
                 break
         roles = [role for band in bands for row in band if (role := row.content[1])]
-        page = sheet(results, body_in, _legend(view, roles), width_in, above_in)
+        page = sheet(results, body_in, _legend(view, roles), width_in)
         placed = list(page.rows(bands))
         if not roles:
             page.axes.set_yticks([body_in / 2], ["no role was held"])
@@ -114,13 +117,22 @@ def picture(
                     page.axes.plot([mark.time_s], [top_in + row.high_in / 2], **look)
         page.axes.axvline(shown_s, color=style.BLACK, linewidth=1.2, zorder=4)
         figure = page.finished()
-        _draw_roster(page, roster, view, shown_s, width_in)
-    return DrawnPage(figure, _caption(results, view, roster, shown_s, roles, len(whole.groups) - len(view.groups)))
+    return DrawnPage(figure, _caption(results, view, shown_s, roles, len(whole.groups) - len(view.groups)))
 
 
-def _rows(view: View, group: GroupNode, lane_in: float, most_lanes: int) -> Iterator[RowOfGroup]:
+def _by_supervision(groups: Sequence[GroupNode]) -> Iterator[tuple[GroupNode, int]]:
+    """Yield groups, each before those that it supervises, with the number of groups above it."""
+    names = {group.name for group in groups}
+    front = [(group, 0) for group in groups if group.above not in names][::-1]
+    while front:
+        group, depth = front.pop()
+        yield group, depth
+        front += [(below, depth + 1) for below in groups if below.above == group.name][::-1]
+
+
+def _rows(view: View, group: GroupNode, depth: int, lane_in: float, most_lanes: int) -> Iterator[RowOfGroup]:
     """Yield the title of a group, and a row for each role that was ever held, required or marked."""
-    yield Row(group.name, TITLE_IN, 0, (group, None))
+    yield Row(group.name, TITLE_IN, depth, (group, None), "bold")
     vacancies = view.vacancies(group)
     marked = {mark.role for mark in view.marks if mark.group == group.name}
     for role in group.roles:
@@ -129,8 +141,8 @@ def _rows(view: View, group: GroupNode, lane_in: float, most_lanes: int) -> Iter
             continue
         is_counted = len(lanes) > most_lanes
         high_in = FOLDED_ROW_IN if is_counted else max(LEAST_ROW_IN, len(lanes) * lane_in) + 0.02
-        name = f"{HEAD if role.is_head else ''}{role.name}{f' ({len(lanes)})' if is_counted else ''}"
-        yield Row(name, high_in, 1, (group, RoleRow(role.name, lanes, vacant, is_counted, lane_in)))
+        name = f"{HEAD * role.is_head}{role.name} {role.cardinality}".rstrip()
+        yield Row(name, high_in, depth + 1, (group, RoleRow(role.name, lanes, vacant, is_counted, lane_in)))
 
 
 def _draw_row(
@@ -163,16 +175,10 @@ def _draw_bar(page: Sheet, holding: Holding, colour: str, top_in: float, lane_in
         )  # fmt: skip
 
 
-def _draw_roster(page: Sheet, roster: Roster, view: View, at_s: float, width_in: float) -> None:
-    axes, (above_in, _) = page.above, page.heights_in
-    assert axes is not None
-    room = axes.get_position()
-    axes.set_position((0.0, room.y0, 1.0, room.height))  # beside it are no names
-    axes.set(xlim=(0.0, width_in), ylim=(above_in, 0.0))
-    seen = f"view of {view.viewer}" if view.viewer else "own roles of each vehicle"
-    title = style.fitted(f"Organisation at {words.time(at_s)}, {seen}", width_in - 2 * MARGIN_IN, style.TEXT_PT)
-    axes.text(MARGIN_IN, HEADING_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
-    roster.draw(axes, HEADING_IN)
+def ink(colour: str) -> str:
+    """Return black or white, whichever is legible on a colour."""
+    red, green, blue = to_rgb(colour)
+    return style.BLACK if 0.299 * red + 0.587 * green + 0.114 * blue > LEAST_LIGHT else "white"
 
 
 def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
@@ -209,23 +215,39 @@ def _legend(view: View, rows: Sequence[RoleRow]) -> list[Artist]:
     ]
 
 
-def _caption(
-    results: RunResults, view: View, roster: Roster, at_s: float, rows: Sequence[RoleRow], left_out: int
-) -> str:
+def _caption(results: RunResults, view: View, at_s: float, rows: Sequence[RoleRow], left_out: int) -> str:
     seen = f"in the view of {view.viewer}" if view.viewer else "by the roles that each vehicle holds itself"
+    busy = {holding.vehicle for own in view.holdings.values() for holding in own if holding.holds(at_s)}
+    reserves = [name for name in run_records.vehicle_names(results) if name not in busy]
+    groups = (
+        _holders(view, group, at_s)
+        for group in view.groups
+        if any(span.holds(at_s) for span in view.exists[group.name])
+    )
     return captions.of_run(
         results,
-        f"Organisation {seen}: above at {words.time(at_s)}, below over mission time; the thick line marks "
-        "that time.",
+        f"Organisation {seen}, over mission time; the thick line marks {words.time(at_s)}.",
+        f"Holders at that time: {'; '.join(groups)}.",
+        f"Reserves hold no role: {words.listed(reserves)}." if reserves else "",
         "Each role has its required number of holders; a star marks the role of the group leader. A group is indented "
         "below the one that supervises it.",
-        f"Reserves hold no role: {words.listed(roster.reserves)}."
-        if roster.reserves else "",
         "Hatched: fewer holders in the mission than the role requires." if any(row.vacant for row in rows) else "",
         f"{left_out} groups are not shown." if left_out else "",
         _refused(view),
         is_timed=True,
-    )  # fmt: skip
+    )
+
+
+def _holders(view: View, group: GroupNode, at_s: float) -> str:
+    """Name a group with the holders and vacancies of its roles at a time."""
+    roles = []
+    for role in group.roles:
+        holders = [holding for holding in view.holdings.get((group.name, role.name), ()) if holding.holds(at_s)]
+        present = [holding.vehicle for holding in holders if holding.is_present(at_s)]
+        names = [*present, *(f"{holding.vehicle} (absent)" for holding in holders if holding.vehicle not in present)]
+        names += [f"{role.minimum - len(present)} vacant"] if len(present) < role.minimum else []
+        roles += [f"{role.name} {', '.join(names)}"] if names else []
+    return f"{group.name} ({'; '.join(roles)})"
 
 
 def _refused(view: View) -> str:

@@ -152,7 +152,7 @@ def _band(lane: VehicleLane) -> Iterator[Row[tuple[VehicleLane, LaneRole | None]
     """Yield the title of a lane and a row for each of its roles."""
     names = ", ".join(lane.vehicles)
     title = f"{len(lane.vehicles)} vehicles: {names}" if lane.is_folded else names
-    yield Row(title, TITLE_IN, 0, (lane, None))
+    yield Row(title, TITLE_IN, 0, (lane, None), "bold")
     for role in lane.rows:
         yield Row(role.role, FOLDED_ROW_IN if lane.is_folded else ROW_IN, 1, (lane, role))
 

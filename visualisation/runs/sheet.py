@@ -44,17 +44,13 @@ class NumberedMark(NamedTuple):
 
 
 class Row(NamedTuple, Generic[Content]):
-    """Row of a band with its level of indent; 0 is that of the bold title."""
+    """Row of a band, with the level of indent and the weight of its name."""
 
     name: str
     high_in: float
     level: int
     content: Content
-
-    @property
-    def weight(self) -> str:
-        """Weight of the name."""
-        return "normal" if self.level else "bold"
+    weight: str = "normal"
 
     @property
     def name_in(self) -> float:
@@ -67,17 +63,11 @@ Band = Sequence[Row[Content]]
 
 @dataclass(frozen=True)
 class Sheet:
-    """Page over mission time with one panel.
-
-    Args:
-        above: extra panel above the flags, or None.
-        heights_in: of the panels, from the top.
-    """
+    """Page over mission time with one panel, ``body_in`` high."""
 
     figure: Figure
-    above: Axes | None
     axes: Axes
-    heights_in: Sequence[float]
+    body_in: float
     marks: Sequence[NumberedMark]
     end_s: float
 
@@ -118,30 +108,20 @@ class Sheet:
         inch_s = self.inch_s()
         _time_axis(self.axes, self.end_s, inch_s)
         _flags(self.axes, self.marks, inch_s)
-        page.lay_out(self.figure, [self.above, self.axes] if self.above else [self.axes], self.heights_in)
+        page.lay_out(self.figure, [self.axes], [self.body_in])
         return self.figure
 
 
-def sheet(
-    results: RunResults, body_in: float, legend: Sequence[Artist], width_in: float, above_in: float = 0.0
-) -> Sheet:
-    """Create a page: empty panel, legend on top, key of the flags below.
-
-    Args:
-        body_in: height of the panel.
-        above_in: height of an extra panel on top, 0 for none.
-    """
+def sheet(results: RunResults, body_in: float, legend: Sequence[Artist], width_in: float) -> Sheet:
+    """Create a page: empty panel ``body_in`` high, legend on top, key of the flags below."""
     marks = grouped(run_records.milestones(results))
-    heights_in = [above_in, body_in] if above_in else [body_in]
-    figure = page.opened(width_in, sum(heights_in) + LINE_IN * len(marks))
-    *above, axes = page.panels(figure, len(heights_in), 1, framed=True)
-    for extra in above:
-        extra.set_axis_off()
+    figure = page.opened(width_in, body_in + LINE_IN * len(marks))
+    (axes,) = page.panels(figure, 1, 1, framed=True)
     page.legend(figure, legend, "outside upper center")
     key = [Line2D([], [], linestyle="", label=f"{mark.number}  {mark.label}") for mark in marks]
     page.legend(figure, key, room_in=width_in, handlelength=0.0, handletextpad=0.0)
     axes.set(xlim=(0.0, axis_end_s(results)), ylim=(body_in, 0.0), xlabel=words.axis("time", "s"), yticks=[])
-    return Sheet(figure, above[0] if above else None, axes, heights_in, marks, run_records.end_s(results))
+    return Sheet(figure, axes, body_in, marks, run_records.end_s(results))
 
 
 def room_in(results: RunResults, width_in: float) -> float:

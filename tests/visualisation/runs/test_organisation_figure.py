@@ -42,8 +42,8 @@ def test_a_succession_ends_the_vacancy_that_a_loss_leaves(lost: Results) -> None
     (mark,) = [one for one in view.marks if (one.kind, one.role) == ("succeed", "Coordinator")]
     assert view.vacancies(operational)["Coordinator"] == [Span(200.0, mark.time_s)]
     assert operational.above == "Coordination"
-    boxes = shown(lost, 0.5 * (200.0 + mark.time_s))
-    assert boxes[boxes.index("Operational") :][1:4] == ["\u2605 Coordinator (1)", "AUV00", "vacant"]
+    at_s = 0.5 * (200.0 + mark.time_s)
+    assert "Operational (Coordinator AUV00 (absent), 1 vacant; " in run_picture(lost, "organisation", at_s=at_s).caption
     seen_s = [one.time_s for one in view_of(lost, "ASV00").marks if (one.kind, one.role) == ("succeed", "Coordinator")]
     assert seen_s[0] > mark.time_s  # it hears of it
 
@@ -65,25 +65,21 @@ def test_a_group_formed_at_sea_exists_from_its_forming_to_its_dissolution(tmp_pa
     }  # fmt: skip
 
 
-def shown(results: Results, at_s: float | None, viewer: str = "") -> list[str]:
-    """Texts of the boxes."""
-    figure = run_picture(results, "organisation", at_s=at_s, viewer=viewer).figure
-    boxes = next(axes for axes in figure.axes if not axes.axison)
-    return [text.get_text() for text in boxes.texts]
-
-
-def test_boxes_are_of_the_time_and_of_the_viewer(tmp_path: Path) -> None:
+def test_caption_names_the_holders_of_the_time_and_of_the_viewer(tmp_path: Path) -> None:
     results = FICTIONS["nested"].write(tmp_path / "run")
-    before, within = shown(results, 100.0), shown(results, 600.0)
-    assert ("Inspection" in before, "Inspection" in within) == (False, True)
-    assert within[within.index("Inspection") :][:6] == [
-        "Inspection", "\u2605 Leader (1)", "AUV06", "Diver (2\u20139)", "AUV07", "vacant",
-    ]  # fmt: skip
-    of_first = shown(results, 600.0, "AUV00")
-    assert "view of AUV00" in of_first[0]
-    assert of_first[of_first.index("Team A") :][1:6] == [
-        "\u2605 Leader (1)", "vacant", "Diver (2\u20139)", "2 vacant", "Spare",
-    ]  # fmt: skip
+    before, within = (run_picture(results, "organisation", at_s=at_s).caption for at_s in (100.0, 600.0))
+    assert "Inspection (" not in before
+    assert "Inspection (Leader AUV06; Diver AUV07, 1 vacant)" in within
+    of_first = run_picture(results, "organisation", at_s=600.0, viewer="AUV00").caption
+    assert "Team A (Leader 1 vacant; Diver 2 vacant)" in of_first
+
+
+def test_groups_are_named_below_those_that_supervise_them(tmp_path: Path) -> None:
+    (axes,) = run_picture(FICTIONS["nested"].write(tmp_path / "run"), "organisation").figure.axes
+    names = [text for text in axes.texts if text.get_weight() == "bold"]
+    assert [text.get_text() for text in names] == ["Fleet", "Wing", "Team A", "Team B", "Inspection", "Team C"]
+    left_px = [text.get_window_extent().x0 for text in names]
+    assert left_px[0] < left_px[1] < left_px[2] == left_px[3] == left_px[5] < left_px[4]
 
 
 def test_the_last_time_with_the_most_holders_is_shown_if_none_is_named(tmp_path: Path) -> None:
@@ -95,7 +91,6 @@ def test_the_last_time_with_the_most_holders_is_shown_if_none_is_named(tmp_path:
 def test_who_holds_no_role_is_a_reserve(tmp_path: Path) -> None:
     fiction = Fiction(vehicles=FLEET[:2], roles=(), groups=nested()[:1])
     results = fiction.write(tmp_path / "run")
-    assert shown(results, 100.0)[-3:] == ["reserves", "AUV00", "AUV01"]
     assert "Reserves hold no role: AUV00 and AUV01." in run_picture(results, "organisation").caption
 
 
@@ -110,5 +105,5 @@ def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
     assert marks(results) == {"X", "*", "d", "|"}
     assert marks(results, "AUV00") == {"X", "d"}
     caption = run_picture(results, "organisation", at_s=600.0, viewer="AUV00").caption
-    assert caption.startswith("Organisation in the view of AUV00: above at 600 s, ")
+    assert caption.startswith("Organisation in the view of AUV00, over mission time; the thick line marks 600 s. ")
     assert "Requests refused by AUV00 are crossed at 1 place." in caption
