@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from missions.statistics import Interval, wilson_interval
 from visualisation import page, style, words
 from visualisation.output import DrawingError, as_csv, check_format
 
@@ -19,8 +18,6 @@ NAME = "delivery-against-range"
 BY_FRAME = (0, (3, 1.2))
 NOMINAL = "nominal range"
 MARKERS_ON_A_LINE = 12
-DRAWN: dict[str, Any] = {"marker": "_", "markersize": 7, "markeredgewidth": 1.0, "linestyle": "", "zorder": 4}
-"""Style of sampled packets."""
 
 
 class Point(NamedTuple):
@@ -34,32 +31,13 @@ class Point(NamedTuple):
     frames_delivered: float
 
 
-class DrawnPackets(NamedTuple):
-    """Numbers of sampled and of delivered packets at one range."""
-
-    range_m: float
-    n_packets: int
-    n_arrived: int
-
-    @property
-    def delivered(self) -> float:
-        """Delivery ratio."""
-        return self.n_arrived / self.n_packets
-
-    @property
-    def interval(self) -> Interval:
-        """95 % Wilson interval of the delivery ratio."""
-        return wilson_interval(self.n_arrived, self.n_packets)
-
-
 class ModemReach(NamedTuple):
-    """One modem: nominal range, frames per packet, points by range, and sampled packets, if any."""
+    """One modem: nominal range, frames per packet, points by range."""
 
     modem: str
     nominal_m: float
     n_frames: int
     points: tuple[Point, ...]
-    drawn: tuple[DrawnPackets, ...] = ()
 
 
 def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list[tuple[str, bytes]]:
@@ -69,8 +47,7 @@ def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list
     """
     check_format(format)
     figure, caption = reach_figure(reaches), reach_caption(reaches, sea)
-    drawn = [(f"{NAME}-drawn.csv", drawn_as_csv(reaches))] if any(reach.drawn for reach in reaches) else []
-    return style.contents(NAME, format, figure, caption, reach_csv(reaches)) + drawn
+    return style.contents(NAME, format, figure, caption, reach_csv(reaches))
 
 
 def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
@@ -85,8 +62,6 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
         ]
         if any(reach.n_frames > 1 for reach in reaches):
             entries.append(Line2D([], [], color=style.BLACK, linestyle=BY_FRAME, label="frame by frame"))
-        if any(reach.drawn for reach in reaches):
-            entries.append(Line2D([], [], color=style.BLACK, **DRAWN, label="drawn, 95 %"))
         entries.append(Line2D([], [], color=style.BLACK, marker="*", markersize=9, linestyle="", label=NOMINAL))
         figure = page.opened(style.PAGE_IN, BODY_IN)
         (axes,) = page.panels(figure, 1, 1)
@@ -99,9 +74,6 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
             if modem.n_frames > 1:
                 by_frame = [point.frames_delivered for point in modem.points]
                 axes.plot(ranges_km, by_frame, color=look.colour, linestyle=BY_FRAME)
-            for point in modem.drawn:
-                axes.plot(point.range_m / 1000.0, point.delivered, color=style.BLACK, **DRAWN)
-                axes.vlines(point.range_m / 1000.0, *point.interval, color=style.BLACK, linewidth=0.8, zorder=4)
             nominal_km = modem.nominal_m / 1000.0
             if ranges_km[0] <= nominal_km <= ranges_km[-1]:
                 share = float(np.interp(nominal_km, ranges_km, whole))
@@ -119,32 +91,10 @@ def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:
     several = (
         " Dashed: share of frames, if each is delivered for itself." if any(r.n_frames > 1 for r in reaches) else ""
     )
-    n_packets = max((point.n_packets for reach in reaches for point in reach.drawn), default=0)
-    measured = (
-        f" Bars: shares of {n_packets} packets for each modem and range that were drawn one by one, and their 95 % "
-        "intervals (Wilson), most of which are smaller than the bar." if n_packets else " Nothing is drawn."
-    )  # fmt: skip
     return (
         f"Share of full packets that arrive whole, against range, "
         f"for {words.listed([reach.modem for reach in reaches])}; lines are computed from the link "
-        f"budget.{measured}{several} Stars: the {NOMINAL} of a profile. {sea}"
-    )
-
-
-def drawn_as_csv(reaches: Sequence[ModemReach]) -> bytes:
-    """Return one line per modem and range with sampled packets."""
-    return as_csv(
-        ("modem", *DrawnPackets._fields, "delivered", "low", "high"),
-        (
-            (
-                reach.modem,
-                f"{point.range_m:g}",
-                *point[1:],
-                *(f"{share:.6g}" for share in (point.delivered, *point.interval)),
-            )
-            for reach in reaches
-            for point in reach.drawn
-        ),
+        f"budget.{several} Stars: the {NOMINAL} of a profile. {sea}"
     )
 
 

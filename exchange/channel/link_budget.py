@@ -7,12 +7,10 @@ and Francois and Garrison (1982); noise by Coates (1989) from the curves of Wenz
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, Self
 
 from exchange.arithmetic import exp, log, log10, power_of_10
-from exchange.channel import loss
 from exchange.channel.link import Transmission
 
 
@@ -209,13 +207,3 @@ class BudgetLinks(Links):
     def shifted(self, excess_db: float) -> Self:
         """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
         return replace(self, budget=self.budget.shifted(excess_db))
-
-
-def n_arrived(links: Links, size_bits: int, ranges_m: Sequence[float], n_packets: int, seed: int) -> list[int]:
-    """Return the number of packets of node 0, one per slot, that arrive at a receiver at each range."""
-    draws = [loss.slot_key(loss.trial_key(seed, 0), slot) for slot in range(n_packets)]
-    counts = []
-    for receiver, range_m in enumerate(ranges_m, 1):
-        p_loss = links.loss_at(range_m, size_bits)
-        counts.append(sum(loss.link_uniform(key, 0, receiver) >= p_loss for key in draws))
-    return counts

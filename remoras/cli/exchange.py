@@ -25,7 +25,7 @@ from remoras.cli.app import (
     show,
     show_json,
 )
-from remoras.cli.runs import Seed, Settings
+from remoras.cli.runs import Settings
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from exchange.study.parameters import ExchangeStudy
     from exchange.study.study import StudyRow
     from missions.scenarios.scenario import Scenario
-    from visualisation.reach import DrawnPackets, ModemReach
+    from visualisation.reach import ModemReach
 
 
 TIMES = ("delivered", "source", "senders")
@@ -209,7 +209,6 @@ DEFAULT_RANGES = "250,500,1000,2000,3000,4000,5000,6000,8000,10000"
 DRAWN = 200
 """Number of ranges at which the lines of the figure are computed."""
 COLUMNS = ("modem", "range / m", "loss / dB", "SNR / dB", "Eb/N0 / dB", "delivered", "by frame")
-DRAWN_COLUMNS = ("drawn", "95 %")
 
 
 def ranges_of(text: str) -> tuple[float, ...]:
@@ -243,10 +242,6 @@ def sea(
     ranges: Annotated[
         str | None, typer.Option(metavar="METRES", help=f"Ranges of the table.  [default: {DEFAULT_RANGES}]")
     ] = None,
-    draws: Annotated[
-        int, typer.Option(min=0, max=1_000_000, metavar="N", help="Packets to simulate for each modem and range; slow.")
-    ] = 0,
-    seed: Seed = 1,
     settings: Settings = None,
     out: FigureFolder = None,
     file_format: FigureFormat = None,
@@ -257,7 +252,7 @@ def sea(
     Reach is the share of delivered packets over range, on the channel acoustic.
     """
     form = figure_format(file_format, out)
-    of_scenario = {"--modem": modem, "--ranges": ranges, "--draws": draws or None, "--set": settings}
+    of_scenario = {"--modem": modem, "--ranges": ranges, "--set": settings}
     if _is_network(name):
         if misused := [option for option, value in of_scenario.items() if value is not None]:
             fail(f"{misused[0]}: applies to the modems of a scenario, and {name} is a network")
@@ -272,15 +267,10 @@ def sea(
     )
     scenarios = [load(name, [*overrides, *more]) for more in chosen]
     reaches = [_reach(scenario, ranges_m) for scenario in scenarios]
-    if draws:
-        reaches = [
-            reach._replace(drawn=_drawn(scenario, ranges_m, draws, seed))
-            for reach, scenario in zip(reaches, scenarios, strict=True)
-        ]
     if out is not None:
-        _draw(scenarios, reaches, ranges_m[-1], out, form, as_json)
+        _draw(scenarios, ranges_m[-1], out, form, as_json)
     if as_json:
-        show_json([_as_json(reach, number) for reach in reaches for number in range(len(reach.points))])
+        show_json([{"modem": reach.modem, **point._asdict()} for reach in reaches for point in reach.points])
     else:
         _print(reaches)
 
@@ -326,31 +316,7 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
     return ModemReach(modem.name, modem.range_m, math.ceil(modem.payload_bits / modem.frame_bits), points)
 
 
-def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:
-    from exchange.channel.link_budget import n_arrived
-    from visualisation.reach import DrawnPackets
-
-    deployment, bits = scenario.deployment, scenario.deployment.modem.payload_bits
-    arrived = n_arrived(_acoustic(scenario).links(deployment), bits, ranges_m, n_packets, seed)
-    return tuple(DrawnPackets(range_m, n_packets, n) for range_m, n in zip(ranges_m, arrived, strict=True))
-
-
-def _as_json(reach: ModemReach, number: int) -> dict[str, object]:
-    row: dict[str, object] = {"modem": reach.modem, **reach.points[number]._asdict()}
-    if reach.drawn:
-        drawn = reach.drawn[number]
-        row |= {"n_drawn": drawn.n_packets, "drawn": drawn.delivered, "drawn_95": drawn.interval}
-    return row
-
-
-def _draw(
-    scenarios: Sequence[Scenario],
-    reaches: Sequence[ModemReach],
-    furthest_m: float,
-    out: Path,
-    file_format: str,
-    as_json: bool,
-) -> None:
+def _draw(scenarios: Sequence[Scenario], furthest_m: float, out: Path, file_format: str, as_json: bool) -> None:
     from visualisation import output
     from visualisation.reach import reach_contents
 
@@ -363,27 +329,17 @@ def _draw(
     )
     if (site := channel.site) is not None and site.is_on:
         sea += f" Mean over a site: spread {site.spread_db:g} dB, receivers {site.receiver_db:g} dB."
-    lines = [
-        _reach(scenario, lines_m)._replace(drawn=reach.drawn)
-        for scenario, reach in zip(scenarios, reaches, strict=True)
-    ]
-    drawn = reach_contents(lines, sea, file_format)
+    drawn = reach_contents([_reach(scenario, lines_m) for scenario in scenarios], sea, file_format)
     print(*output.write_folder(out, drawn), sep="\n", file=sys.stderr if as_json else sys.stdout)
-
-
-def _share(drawn: DrawnPackets) -> tuple[str, str]:
-    low, high = drawn.interval
-    return f"{drawn.delivered:.4f}", f"{low:.4f}-{high:.4f}"
 
 
 def _print(reaches: Sequence[ModemReach]) -> None:
     rows = [
         (reach.modem, f"{p.range_m:g}", f"{p.transmission_loss_db:.1f}", f"{p.snr_db:.1f}", f"{p.ebn0_db:.1f}",
-         f"{p.delivered:.3f}", f"{p.frames_delivered:.3f}", *(_share(reach.drawn[n]) if reach.drawn else ()))
-        for reach in reaches for n, p in enumerate(reach.points)
+         f"{p.delivered:.3f}", f"{p.frames_delivered:.3f}")
+        for reach in reaches for p in reach.points
     ]  # fmt: skip
-    columns = (*COLUMNS, *(DRAWN_COLUMNS if any(reach.drawn for reach in reaches) else ()))
-    print(*aligned([columns, *rows], right=range(1, len(columns))), sep="\n")
+    print(*aligned([COLUMNS, *rows], right=range(1, len(COLUMNS))), sep="\n")
 
 
 def _describe_network(name: str, out: Path | None, file_format: str, as_json: bool) -> None:

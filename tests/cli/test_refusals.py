@@ -60,7 +60,7 @@ WRONG = [
     ("exchange-study --nodes 1 --bound --out nowhere", "nodes is 1: allowed are 2 to 64"),
     ("sea mission-2021", "allowed are ahoi, .*did you mean 'mission-2012'"),
     ("sea none.csv", "cannot be read: No such file"),
-    ("sea mission-2012 --draws 5", "--draws: applies to the modems of a scenario"),
+    ("sea mission-2012 --ranges 5", "--ranges: applies to the modems of a scenario"),
     ("sea --modem s2c-18-34", "set channel.source_level_db"),
     ("sea --ranges far", "--ranges 'far': allowed are metres"),
     ("sea --ranges 0,100", "above 0 and at most 100000"),

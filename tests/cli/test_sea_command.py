@@ -55,26 +55,6 @@ def test_the_reach_that_the_documents_state(spreading: float, fading: str, half_
         assert near["delivered"] > 0.5 > far["delivered"]
 
 
-def test_packets_are_drawn_beside_the_budget(tmp_path: Path):
-    """Shares of 4000 packets are within 4 standard errors of the budget, the same each time, and in the files."""
-    settings = ("--draws", 4000, "--set", "channel.spreading=2")
-    asked = ("--modem", "whoi-psk-1", "--ranges", "1000,6000,7000,9000", *settings)
-    found = points(*asked)
-    for one in found:
-        error = (one["delivered"] * (1.0 - one["delivered"]) / 4000) ** 0.5
-        assert abs(one["drawn"] - one["delivered"]) <= 4.0 * error + 1e-12
-        assert one["n_drawn"] == 4000
-    assert 0.2 < found[2]["drawn"] < 0.5
-    assert points(*asked) == found
-    assert points(*asked, "--seed", "2") != found
-    done = remoras("sea", *asked, "--out", tmp_path / "reach")
-    assert done.exit_code == 0, done.output
-    drawn = (tmp_path / "reach" / "delivery-against-range-drawn.csv").read_text().splitlines()
-    assert drawn[0] == "modem,range_m,n_packets,n_arrived,delivered,low,high"
-    assert [line.split(",")[4] for line in drawn[1:]] == [f"{one['drawn']:.6g}" for one in found]
-    assert "shares of 4000 packets" in (tmp_path / "reach" / "delivery-against-range.txt").read_text()
-
-
 def test_the_list_of_modems_marks_what_is_not_verified():
     lines = remoras("list", "modems").stdout.splitlines()
     nano = next(line for line in lines if "nanomodem-v3" in line)

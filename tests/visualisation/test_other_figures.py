@@ -19,7 +19,7 @@ from exchange.study.study import StudyRow, loaded_studies, run
 from visualisation import policies, style
 from visualisation.output import DrawingError, write_folder
 from visualisation.policies import contents, unloaded_figure
-from visualisation.reach import DrawnPackets, ModemReach, Point, reach_caption, reach_contents, reach_figure
+from visualisation.reach import ModemReach, Point, reach_caption, reach_contents, reach_figure
 
 
 def write_figure(rows: list[StudyRow], kind: str, folder: Path, name: str, format: str = "png") -> list[Path]:
@@ -107,15 +107,6 @@ def test_a_modem_is_a_line_and_its_frames_another():
     assert (star.get_xdata(), star.get_ydata()) == ([2.0], [0.5])
     assert whole.get_color() != whole_b.get_color() == by_frame.get_color() == star_b.get_color()
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("range (km)", "delivery ratio")
-
-
-def test_what_was_drawn_is_a_bar_with_its_interval():
-    """Of 100 packets 50 arrived: 0.4038 to 0.5962 by Wilson."""
-    (axes,) = reach_figure([reach("a")._replace(drawn=(DrawnPackets(2000.0, 100, 50),))]).axes
-    _, bar, _ = axes.lines
-    assert (bar.get_xdata().tolist(), bar.get_ydata().tolist()) == ([2.0], [0.5])
-    (interval,) = axes.collections[0].get_segments()
-    assert interval[:, 1] == pytest.approx([0.4038, 0.5962], abs=1e-4)
 
 
 def test_a_nominal_range_beyond_the_ranges_has_no_star():
