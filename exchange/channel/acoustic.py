@@ -25,7 +25,6 @@ from exchange.channel.link_budget import (
     francois_garrison_db_per_km,
     noise_in_band_db,
     sound_speed_mps,
-    source_level_db,
     thorp_db_per_km,
 )
 from exchange.channel.models import ChannelModel, Deployment, SettingFault
@@ -89,10 +88,8 @@ class AcousticChannel(ChannelModel):
         None,
         ge=100.0,
         le=250.0,
-        description="acoustic: source level, dB re 1 uPa at 1 m; that of the modem's profile if left out",
-    )
-    acoustic_power_w: float | None = Field(
-        None, gt=0.0, le=1e5, description="acoustic: power of the sound sent, in place of source_level_db"
+        description="acoustic: source level, dB re 1 uPa at 1 m, as 170.8 + 10 log10 of the power in W; that of the "
+        "modem's profile if left out",
     )
     directivity_db: float = Field(
         0.0, ge=0.0, le=40.0, description="acoustic: directivity index of the receiver, its gain against noise (dB)"
@@ -169,9 +166,7 @@ class AcousticChannel(ChannelModel):
         )
 
     def _source_level_db(self, modem: Modem) -> float | None:
-        if self.source_level_db is not None:
-            return self.source_level_db
-        return modem.source_level_db if self.acoustic_power_w is None else source_level_db(self.acoustic_power_w)
+        return modem.source_level_db if self.source_level_db is None else self.source_level_db
 
     def _absorption_db_per_km(self, deployment: Deployment, frequency_khz: float) -> float:
         if self.absorption == "thorp":
@@ -180,10 +175,7 @@ class AcousticChannel(ChannelModel):
         return francois_garrison_db_per_km(frequency_khz, self.temperature_c, self.salinity_psu, depth_m, self.ph)
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """Yield faults for two source levels, and for a modem without source level, band or modulation."""
-        if self.source_level_db is not None and self.acoustic_power_w is not None:
-            allowed = "given beside source_level_db, which has the same meaning: leave one of them out"
-            yield SettingFault("acoustic_power_w", f"{self.acoustic_power_w:g}", allowed)
+        """Yield faults for a modem without source level, band or modulation."""
         modem = deployment.modem
         lacking = ["band_khz"] if modem.band_khz is None else []
         lacking += ["modulation"] if modem.modulation is None and not modem.per_at_snr else []
@@ -193,7 +185,7 @@ class AcousticChannel(ChannelModel):
         if self._source_level_db(modem) is None:
             allowed = (
                 f"missing: the profile {modem.name} has no source_level_db; set channel.source_level_db "
-                "(dB re 1 uPa at 1 m) or channel.acoustic_power_w, or take another communication.modem"
+                "(dB re 1 uPa at 1 m), or take another communication.modem"
             )
             yield SettingFault("source_level_db", "", allowed)
 

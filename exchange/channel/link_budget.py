@@ -108,19 +108,6 @@ def noise_in_band_db(low_khz: float, high_khz: float, shipping: float, wind_mps:
     return 10.0 * log10(total * 1000.0 * step / 3.0)
 
 
-SOURCE_LEVEL_OF_1_W_DB = 170.8
-"""Source level of an omnidirectional source of 1 W, dB re 1 uPa at 1 m (Urick 1983)."""
-
-
-def source_level_db(acoustic_power_w: float) -> float:
-    """Return the source level of an omnidirectional source, dB re 1 uPa at 1 m.
-
-    >>> round(source_level_db(10.0), 1)
-    180.8
-    """
-    return SOURCE_LEVEL_OF_1_W_DB + 10.0 * log10(acoustic_power_w)
-
-
 def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km: float) -> float:
     """Return the loss by spreading and absorption re 1 m; ranges below 1 m count as 1 m.
 

@@ -37,11 +37,6 @@ def test_the_loss_by_hand():
     assert found == pytest.approx(0.07895400, rel=1e-4)
 
 
-def test_power_of_the_sound_stands_for_source_level():
-    """10 W are 180.8 dB re 1 uPa at 1 m."""
-    assert loss_at(5000.0, acoustic_power_w=10.0) == pytest.approx(loss_at(5000.0, source_level_db=180.8), rel=1e-12)
-
-
 def test_sound_speed_is_that_of_the_water_at_the_mean_depth():
     """10 C, 35 psu, 100 m: 1491.4351 m/s after Mackenzie."""
     assert AcousticChannel().sound_speed_mps(FLEET) == pytest.approx(1491.4351, abs=1e-4)
@@ -95,10 +90,9 @@ def test_a_profile_without_source_level_is_refused_in_words():
     silent = replace(FLEET, modem=modems()["s2c-18-34"])
     (fault,) = AcousticChannel().misfits(silent)
     assert fault.key == "source_level_db"
-    for part in ("s2c-18-34", "channel.source_level_db", "channel.acoustic_power_w"):
+    for part in ("s2c-18-34", "channel.source_level_db"):
         assert part in fault.allowed
     assert list(AcousticChannel(source_level_db=180.0).misfits(silent)) == []
-    assert list(AcousticChannel(acoustic_power_w=5.0).misfits(silent)) == []
     with pytest.raises(ValueError, match="s2c-18-34 has no source level"):
         AcousticChannel().link_model(silent, 1)
 

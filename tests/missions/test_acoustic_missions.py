@@ -52,7 +52,6 @@ def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
     [
         ('"acoustic"', "communication.modem=s2c-18-34", "source_level_db",
          "profile s2c-18-34 has no source_level_db; set channel.source_level_db"),
-        ('"acoustic"\nsource_level_db = 170\nacoustic_power_w = 1.0', "", "acoustic_power_w", "leave one of them out"),
         ('"acoustic"\nper = 0.2', "", "per", "not used by the acoustic channel, only by bernoulli and matrix"),
         ('"network"\nnetwork = "mission-2021"', "", "network", "did you mean 'mission-2012'?"),
         ('"network"\nnetwork = "harbour.csv"\nnodes = { Boat = "quai" }', "", "nodes.Boat",
