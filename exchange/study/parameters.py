@@ -77,7 +77,6 @@ class ExchangeStudy:
 
     Attributes:
         per: loss probabilities, each equal on all links.
-        links: loss probability of every link instead, from row to column; `per` is then empty.
         policies: shipped names, by default those of the paper, or own policies; names must differ.
         trials: per policy and loss rate.
         capacity_bits: packet size, header included; None for no limit.
@@ -92,7 +91,6 @@ class ExchangeStudy:
 
     nodes: int = 5
     per: tuple[float, ...] = (0.5,)
-    links: tuple[tuple[float, ...], ...] | None = None
     policies: tuple[str | AckPolicy, ...] = tuple(PAPER_POLICIES)
     trials: int = 2000
     load: StudyLoad = StudyLoad()
@@ -132,21 +130,13 @@ class ExchangeStudy:
         yield from self._policy_faults()
 
     def _loss_faults(self) -> Iterator[str]:
-        if self.links is None:
-            if not self.per:
-                yield "per is empty: at least one loss probability is needed"
-            for p_loss in self.per:
-                yield from _p_loss_faults("per", p_loss)
-            return
-        if self.per:
-            yield "per and links are both given: a study takes one of them"
-        if len(self.links) != self.nodes or any(len(row) != self.nodes for row in self.links):
-            yield f"links must have {self.nodes} rows of {self.nodes} loss probabilities, one for every node"
-            return
-        for sender, row in enumerate(self.links):
-            for receiver, p_loss in enumerate(row):
-                if sender != receiver:
-                    yield from _p_loss_faults(f"links[{sender}][{receiver}]", p_loss)
+        if not self.per:
+            yield "per is empty: at least one loss probability is needed"
+        for p_loss in self.per:
+            if p_loss == 1.0:
+                yield "per is 1: every packet is lost and the exchange never ends; it must be from 0 to below 1"
+            elif not 0.0 <= p_loss < 1.0:
+                yield f"per is {p_loss:g}: a loss probability must be from 0 to below 1"
 
     @property
     def chosen(self) -> tuple[AckPolicy, ...]:
@@ -174,10 +164,3 @@ class ExchangeStudy:
                     f"capacity_bits is {self.capacity_bits}: with {self.nodes} nodes policy {policy.name} "
                     f"needs {least}, {least - self.item_bits} for its header and {self.item_bits} for one item"
                 )
-
-
-def _p_loss_faults(what: str, p_loss: float) -> Iterator[str]:
-    if p_loss == 1.0:
-        yield f"{what} is 1: every packet is lost and the exchange never ends; it must be from 0 to below 1"
-    elif not 0.0 <= p_loss < 1.0:
-        yield f"{what} is {p_loss:g}: a loss probability must be from 0 to below 1"

@@ -59,14 +59,9 @@ def case_of(study: ExchangeStudy, policy: AckPolicy) -> Case:
 
 
 def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:
-    """Return the loss matrix (from row to column) of each setting, with 1 on the diagonal."""
-    if study.links is not None:
-        matrices = [np.array(study.links, np.float64)]
-    else:
-        matrices = [np.full((study.nodes, study.nodes), p_loss) for p_loss in study.per]
-    for matrix in matrices:
-        np.fill_diagonal(matrix, 1.0)
-    return tuple(matrices)
+    """Return the loss matrix (from row to column) of each loss rate, with 1 on the diagonal."""
+    is_diagonal = np.eye(study.nodes, dtype=bool)
+    return tuple(np.where(is_diagonal, 1.0, p_loss) for p_loss in study.per)
 
 
 class Tally(NamedTuple):

@@ -5,7 +5,6 @@ information", and adds cases of its future work: items at every node, and items 
 policies and loss rates use the same random numbers, so that differences are paired.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -15,7 +14,7 @@ from exchange.policy.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, head
 from exchange.study import compiler, estimates, lanes
 from exchange.study.estimates import TrialMean
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
-from exchange.study.parts import Tally, p_loss_matrices, play_all
+from exchange.study.parts import Tally, play_all
 
 NO_COLUMNS = ("acknowledgement", "repeats")
 """Fields of a row that tables omit."""
@@ -26,8 +25,7 @@ class StudyRow:
     """Results of one policy at one loss rate; times in slots from slot 0 or generation.
 
     Relative values are ratios to policy `ack`. An estimate is None if all trials are censored or the quantity needs
-    Poisson load. With `links`, `per` is the mean over links. `acknowledgement` and `repeats` are for figures, not table
-    columns.
+    Poisson load. `acknowledgement` and `repeats` are for figures, not table columns.
     """
 
     nodes: int
@@ -149,7 +147,7 @@ def run(
     tallies = play_all(study, loops, 1 if compiler.why_uncompiled() else jobs, progress)
     return [
         row_of(study, per, policy, of_policy[policy])
-        for per, of_policy in zip(study.per or (mean_link(study),), tallies, strict=True)
+        for per, of_policy in zip(study.per, tallies, strict=True)
         for policy in study.chosen
     ]
 
@@ -167,8 +165,3 @@ def loaded_studies(trials: int = 100, seed: int = 1) -> list[ExchangeStudy]:
         )
         for rate in LOADED_RATES
     ]
-
-
-def mean_link(study: ExchangeStudy) -> float:
-    """Mean loss probability of the links."""
-    return float((math.fsum(p_loss_matrices(study)[0].flat) - study.nodes) / (study.nodes * (study.nodes - 1)))

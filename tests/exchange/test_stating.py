@@ -4,9 +4,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from exchange.policy import planning
 from exchange.policy.policies import PAPER_POLICIES, STATING, AckPolicy
+from exchange.study import parts
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.study import StudyRow, run
 
@@ -37,15 +39,16 @@ def test_coded_repairs_are_sooner_than_the_six_and_than_plain_ones(n_nodes: int,
     assert adaptive[0] < 0.85 * means(found["holdings-repeat"])[0]
 
 
-def line_of_four(per: float) -> tuple[tuple[float, ...], ...]:
+def line_of_four(per: float) -> NDArray[np.float64]:
     """Nodes that hear only who is next to them, but for one packet in a million."""
-    return tuple(tuple(per if abs(i - j) == 1 else 1.0 - 1e-6 for j in range(4)) for i in range(4))
+    return np.array([[per if abs(i - j) == 1 else 1.0 - (i != j) * 1e-6 for j in range(4)] for i in range(4)])
 
 
-def test_along_a_line_all_come_to_hold_all() -> None:
+def test_along_a_line_all_come_to_hold_all(monkeypatch: pytest.MonkeyPatch) -> None:
     """Who holds may tell: so items go on where their origin is not heard; where only the origin sends, they do not."""
+    monkeypatch.setattr(parts, "p_loss_matrices", lambda study: (line_of_four(0.3),))
     asked = ExchangeStudy(
-        nodes=4, per=(), links=line_of_four(0.3), policies=("adaptive", "holdings-repeat", "holdings"), trials=20,
+        nodes=4, per=(0.3,), policies=("adaptive", "holdings-repeat", "holdings"), trials=20,
         load=StudyLoad(LoadKind.BATCH, 3), capacity_bits=256, carrier_evidence=True, max_slots=3000,
     )  # fmt: skip
     censored = {row.policy: row.censored_delivered for row in run(asked)}
