@@ -176,9 +176,10 @@ def _drawn(
 def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw two matrices, receivers down and senders across, stacked on a narrow page."""
     traffic = news.traffic(results)
+    ages_s = _mean(traffic.ages_s(_sampled(traffic.end_s)), 2)
     squares = (
         Shades("packets lost", traffic.lost_shares, 1.0, "share of the sender's packets that were lost", percent=True),
-        Shades("age of information", traffic.mean_ages_s, news.worst_age_s(traffic), "mean age of information (s)"),
+        Shades("age of information", ages_s, news.worst_age_s(traffic), "mean age of information (s)"),
     )
     received, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
     text = captions.of_run(
@@ -297,7 +298,7 @@ def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     return DrawnPage(_drawn(results, strips, squares, row_in(n, *LOSS_ROWS_IN), width_in), text)
 
 
-def _mean(by_sender: Floats) -> Floats:
-    """Return the mean over senders; NaN without values."""
-    means: Floats = np.ma.masked_invalid(by_sender).mean(axis=1).filled(np.nan)
+def _mean(values: Floats, axis: int = 1) -> Floats:
+    """Return the mean along an axis, by default over senders; NaN without values."""
+    means: Floats = np.ma.masked_invalid(values).mean(axis=axis).filled(np.nan)
     return means

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from missions.figure import RunResults, round_up
 from visualisation import run_records
-from visualisation.run_records import Floats, Span, kind_of, outages, outside, packets_refused
+from visualisation.run_records import Floats, Span, kind_of, outages, packets_refused
 
 Flags = NDArray[np.bool_]
 
@@ -76,7 +77,7 @@ class RunPackets:
         """Return ages of information by receiver, sender and time; NaN while either is absent."""
         n = len(self.vehicles)
         ages = np.full((n, n, at_s.size), np.nan)
-        for receiver, sender in self._pairs:
+        for receiver, sender in permutations(range(n), 2):
             sent_s = self._news_s(receiver, sender)
             ages[receiver, sender] = at_s - sent_s[np.searchsorted(sent_s, at_s, side="right") - 1]
         for vehicle, name in enumerate(self.vehicles):
@@ -84,25 +85,6 @@ class RunPackets:
             ages[vehicle, :, gone] = np.nan
             ages[:, vehicle, gone] = np.nan
         return ages
-
-    @property
-    def mean_ages_s(self) -> Floats:
-        """Mean ages of information by receiver and sender, over the time with both in the mission."""
-        n = len(self.vehicles)
-        means = np.full((n, n), np.nan)
-        for receiver, sender in self._pairs:
-            gone = [gap for vehicle in (receiver, sender) for gap in self.out.get(self.vehicles[vehicle], ())]
-            spans = np.array(outside(0.0, self.end_s, gone)).reshape(-1, 2)
-            if spans.size:
-                sent_s = self._news_s(receiver, sender)
-                totals = _summed_ages(sent_s, spans)
-                means[receiver, sender] = (totals[:, 1] - totals[:, 0]).sum() / (spans[:, 1] - spans[:, 0]).sum()
-        return means
-
-    @property
-    def _pairs(self) -> list[tuple[int, int]]:
-        n = len(self.vehicles)
-        return [(receiver, sender) for receiver in range(n) for sender in range(n) if receiver != sender]
 
     def _news_s(self, receiver: int, sender: int) -> Floats:
         """Return sending times of packets received from a sender, preceded by the start (0)."""
@@ -120,17 +102,6 @@ def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:
     for gap in gaps:
         out |= (gap.start_s <= at_s) & (at_s < gap.end_s)
     return out
-
-
-def _summed_ages(sent_s: Floats, at_s: Floats) -> Floats:
-    """Return the integral of the age from 0 to each time.
-
-    Each gap between sending times contributes half its square.
-    """
-    before = np.concatenate([[0.0], np.cumsum(np.diff(sent_s) ** 2 / 2.0)])
-    newest = np.searchsorted(sent_s, at_s, side="right") - 1
-    summed: Floats = before[newest] + (at_s - sent_s[newest]) ** 2 / 2.0
-    return summed
 
 
 def share(part: Floats, rest: Floats) -> Floats:
