@@ -118,11 +118,6 @@ class PlanTrack(NamedTuple):
         x_m, y_m = (float(np.interp(time_s, self.time_s, along)) for along in (self.x_m, self.y_m))
         return x_m, y_m
 
-    def between(self, start_s: float, end_s: float) -> PlanTrack:
-        """Return the part from ``start_s`` to ``end_s``."""
-        inside = (self.time_s >= start_s) & (self.time_s <= end_s)
-        return PlanTrack(self.time_s[inside], self.x_m[inside], self.y_m[inside])
-
 
 class Tenure(NamedTuple):
     """One role of a vehicle: intervals held, and intervals as active role."""
@@ -251,12 +246,6 @@ def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, F
                   for key, points in of_role.items()}
         for vehicle, of_role in series.items()
     }  # fmt: skip
-
-
-def eventful_times_s(results: RunResults) -> list[float]:
-    """Return the times of milestones and role events."""
-    roles = (row["time_s"] for row in results.rows("roles"))
-    return sorted({*roles, *(milestone.time_s for milestone in milestones(results))})
 
 
 def marker_step_s(length_s: float) -> float:

@@ -1,13 +1,9 @@
-"""Figure ``trajectories``: tracks on the map, in panels by time.
-
-A quiet stretch is a quarter of the mission or more without an event. Of the eventful stretches between, the busiest
-gets its own panel if it has at least five events and takes at most half the mission.
-"""
+"""Figure ``trajectories``: tracks on the map, and beside it the final positions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import cycle, pairwise
+from itertools import cycle
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,53 +17,20 @@ from matplotlib.transforms import Bbox
 from missions.figure import Layer, Mark, Place, PointM, RunResults
 from visualisation import page, run_records, style, words
 from visualisation.page import DrawnPage, Label
-from visualisation.run_records import PlanTrack, Span, outages
+from visualisation.run_records import PlanTrack, outages
 from visualisation.runs import captions, declared
 
-QUIET = 0.25
-LEAST_EVENTS = 5
-LONGEST = 0.5
-MARGIN = 0.04
-
-
-def eventful(times_s: Sequence[float], end_s: float) -> Span | None:
-    """Return the stretch that gets its own panel, with a margin; None without one.
-
-    >>> eventful([0, 7, 80, 81, 82, 84, 90], 100.0)
-    Span(start_s=79.2, end_s=100.0)
-    >>> eventful([0, 20, 40, 60, 80], 100.0) is None
-    True
-    """
-    inside = sorted({time_s for time_s in times_s if 0.0 <= time_s <= end_s})
-    if not inside:
-        return None
-    stretches = [[inside[0]]]
-    for before_s, after_s in pairwise(inside):
-        if after_s - before_s >= QUIET * end_s:
-            stretches.append([])
-        stretches[-1].append(after_s)
-    busiest = max(stretches, key=len)
-    first_s, last_s = busiest[0], busiest[-1]
-    if end_s - last_s < QUIET * end_s:
-        last_s = end_s
-    if first_s < QUIET * end_s:
-        first_s = 0.0
-    if len(busiest) < LEAST_EVENTS or last_s - first_s > LONGEST * end_s:
-        return None
-    margin_s = MARGIN * (last_s - first_s)
-    return Span(max(0.0, first_s - margin_s), min(end_s, last_s + margin_s))
-
-
 WIDTHS = (3.55, 2.25)
-"""Width ratio of the whole-mission panel to those beside it."""
+"""Width ratio of the whole-mission panel to that beside it."""
 LEAST_FOR_TWO_IN = 5.5
 """Minimum page width for panels side by side."""
 TALLEST, LOWEST = 1.25, 0.6
 LEAST_EXTENT_M = 20.0
 MARGIN_OF_MAP = 0.075
 """Space around the contents of a map, as a share of their extent."""
+WHOLE = "whole mission"
 CLOSE = 0.4
-"""Maximum extent of end positions in their own panel, relative to the previous panel."""
+"""Maximum extent of end positions in their own panel, relative to the whole mission."""
 MOST_NAMED = 12
 """Maximum number of vehicles in the legend, limited by distinguishable line styles."""
 OTHERS = style.Look(style.GREY, "-", "")
@@ -139,14 +102,6 @@ class MapContents(NamedTuple):
         return {kind: line for kind, (line, _) in zip(self.outlines, cycle(OUTLINES), strict=False)}
 
 
-class Panel(NamedTuple):
-    """One map: title, borders, time span."""
-
-    title: str
-    frame: Bbox
-    span: Span
-
-
 def picture(
     results: RunResults,
     places: Sequence[Place],
@@ -154,7 +109,7 @@ def picture(
     marks: Sequence[Mark],
     width_in: float | None = None,
 ) -> DrawnPage:
-    """Draw the whole mission; beside it eventful stretch and end positions if they add detail.
+    """Draw the whole mission; beside it the final positions if they are close together.
 
     Args:
         layers: of the mission, below the tracks; those with missing tables are omitted with a note.
@@ -168,42 +123,37 @@ def picture(
         if layer not in shown
     ]
     scene = _scene(results, places, shown, marks)
-    panels = _panels(scene, eventful(run_records.eventful_times_s(results), scene.end_s))
-    width_in = width_in or (style.PAGE_IN if len(panels) > 1 else style.COLUMN_IN)
-    beside = len(panels) > 1 and width_in >= LEAST_FOR_TWO_IN
-    numbers = range(len(panels))
-    rows: list[Any] = [[0, number] for number in numbers[1:]] if beside else [[number] for number in numbers]
+    frames = _frames(scene)
+    width_in = width_in or (style.PAGE_IN if len(frames) > 1 else style.COLUMN_IN)
+    beside = len(frames) > 1 and width_in >= LEAST_FOR_TWO_IN
+    letters = page.LETTERS[: len(frames)]
+    rows = [list(letters)] if beside else [[letter] for letter in letters]
     with style.paper():
         figure = page.opened(width_in, width_in)
-        maps = list(figure.subplot_mosaic(rows, width_ratios=WIDTHS[: len(rows[0])]).values())
+        maps = list(figure.subplot_mosaic(rows, width_ratios=WIDTHS[: len(rows[0])]).values())  # type: ignore[arg-type]
         sentences, entries = "", []
-        for number, (axes, panel) in enumerate(zip(maps, panels, strict=True)):
-            axes.set_title(f"({'abc'[number]}) {panel.title}" if len(panels) > 1 else panel.title)
-            texts = _layers(axes, results, scene.layers)
-            if number == 0:
-                sentences, entries = texts, axes.get_legend_handles_labels()[0]
-            lowest = number in (0, len(panels) - 1) or not beside
-            _draw(axes, scene, panel, lowest, n_ticks=4 if number else 6)
+        for letter, axes, title in zip(letters, maps, frames, strict=True):
+            axes.set_title(f"({letter}) {title}" if len(frames) > 1 else title)
+            sentences = _layers(axes, results, scene.layers)
+            entries = axes.get_legend_handles_labels()[0]
+            _draw(axes, scene)
         page.legend(figure, (*_legend(scene), *entries))
 
         def bodies_in() -> list[float]:
-            sizes_in, whole = [page.panel_in(axes) for axes in maps], panels[0].frame
+            whole, widths_in = frames[WHOLE], [page.panel_in(axes)[0] for axes in maps]
             shape = (whole.height + LEAST_EXTENT_M) / (whole.width + LEAST_EXTENT_M)
-            whole_in = sizes_in[0][0] * min(TALLEST, max(LOWEST, shape))
-            small_in = [wide_in * LOWEST for wide_in, _ in sizes_in[1:]]
-            if beside:
-                between_in = sizes_in[0][1] - sum(high_in for _, high_in in sizes_in[1:])
-                small_in = [(whole_in - between_in) / len(small_in)] * len(small_in)
-            for axes, panel, (wide_in, _), high_in in zip(maps, panels, sizes_in, [whole_in, *small_in], strict=True):
-                shown = panel.frame.padded(max(MARGIN_OF_MAP * _size_m(panel.frame), LEAST_EXTENT_M / 2))
+            whole_in = widths_in[0] * min(TALLEST, max(LOWEST, shape))
+            highs_in = [whole_in, *(whole_in if beside else LOWEST * wide_in for wide_in in widths_in[1:])]
+            for axes, frame, wide_in, high_in in zip(maps, frames.values(), widths_in, highs_in, strict=True):
+                shown = frame.padded(max(MARGIN_OF_MAP * _size_m(frame), LEAST_EXTENT_M / 2))
                 m_per_in = max(shown.width / wide_in, shown.height / high_in)
                 shown = shown.expanded(m_per_in * wide_in / shown.width, m_per_in * high_in / shown.height)
                 axes.set(xlim=shown.intervalx, ylim=shown.intervaly)
-            return small_in if beside else [whole_in, *small_in]
+            return highs_in[: len(rows)]
 
-        page.lay_out(figure, maps[1:] if beside else maps, bodies_in)
-        for panel, axes in zip(panels, maps, strict=True):
-            _name_places(axes, scene, panel)
+        page.lay_out(figure, maps[: len(rows)], bodies_in)
+        for axes in maps:
+            _name_places(axes, scene)
     return DrawnPage(figure, _caption(results, scene, sentences), tuple(notes))
 
 
@@ -248,26 +198,17 @@ def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, PlanTrack]) -> 
     return {name: look if name in named else OTHERS for name, look in looks.items()}
 
 
-def _panels(scene: MapContents, eventful: Span | None) -> list[Panel]:
+def _frames(scene: MapContents) -> dict[str, Bbox]:
+    """Return the borders of each panel by its title."""
     points = [place.outline_m[0] for of_kind in scene.points.values() for place in of_kind]
     corners = [corner for of_kind in scene.outlines.values() for place in of_kind for corner in place.outline_m]
-    everything = frame_of([*points_of(scene.tracks.values()), *points, *corners])
-    mission = Span(0.0, scene.end_s)
-    panels = [Panel(f"whole mission, 0 to {scene.end_s:.0f} s", everything, mission)]
-    if not scene.tracks or _size_m(everything) < LEAST_EXTENT_M:
-        return panels
-    if eventful is not None:
-        moves = [track.between(*eventful) for track in scene.tracks.values()]
-        title = f"{eventful.start_s:.0f} to {eventful.end_s:.0f} s"
-        panels.append(Panel(title, frame_of(points_of(moves)), eventful))
+    frames = {WHOLE: frame_of([*points_of(scene.tracks.values()), *points, *corners])}
+    most_m = CLOSE * _size_m(frames[WHOLE])
     at_end = [track.at(scene.end_s) for name, track in scene.tracks.items() if name not in scene.out]
-    ends = frame_of([*at_end, *points])
-    if _size_m(ends) >= CLOSE * _size_m(panels[-1].frame):
-        ends = frame_of(at_end)
-    if _size_m(ends) < CLOSE * _size_m(panels[-1].frame) and len(at_end) > 1:
-        ending = eventful if eventful is not None and eventful.end_s == scene.end_s else mission
-        panels.append(Panel("final positions", ends, ending))
-    return panels
+    near = [frame for frame in (frame_of([*at_end, *points]), frame_of(at_end)) if _size_m(frame) < most_m]
+    if near and len(at_end) > 1 and _size_m(frames[WHOLE]) >= LEAST_EXTENT_M:
+        frames["final positions"] = near[0]
+    return frames
 
 
 def points_of(tracks: Iterable[PlanTrack]) -> list[PointM]:
@@ -300,60 +241,43 @@ def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
     return words.joined(*sentences)
 
 
-def _draw(axes: Axes, scene: MapContents, panel: Panel, lowest: bool, n_ticks: int) -> None:
-    axes.xaxis.set_major_locator(MaxNLocator(n_ticks, steps=[1, 2, 5, 10]))
+def _draw(axes: Axes, scene: MapContents) -> None:
+    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
     axes.yaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))
     axes.set_ylabel(words.axis("y north", "m"))
-    if lowest:
-        axes.set_xlabel(words.axis("x east", "m"))
+    axes.set_xlabel(words.axis("x east", "m"))
     lines = scene.lines
     for kind, of_kind in scene.outlines.items():
         for place in of_kind:
             line = {"linestyle": lines[kind], "linewidth": 0.8, "zorder": 1}
             axes.add_patch(Polygon(place.outline_m, fill=False, edgecolor=style.GREY, **line))
-    step_s = run_records.marker_step_s(panel.span.end_s - panel.span.start_s)
     for name, track in scene.tracks.items():
-        look = scene.looks[name]
-        if panel.span.start_s > 0:
-            axes.plot(track.x_m, track.y_m, color=style.tint(look.colour, 0.25), linewidth=0.5, zorder=2)
-        part = track.between(*panel.span)
-        axes.plot(part.x_m, part.y_m, color=look.colour, linestyle=look.line, linewidth=0.9, zorder=3)
-        _time_marks(axes, track, look, panel.span, step_s)
-    for (x_m, y_m), symbol in _marks(scene, panel.span):
+        look, step_s = scene.looks[name], run_records.marker_step_s(scene.end_s)
+        axes.plot(track.x_m, track.y_m, color=look.colour, linestyle=look.line, linewidth=0.9, zorder=3)
+        points = [track.at(time_s) for time_s in np.arange(step_s, min(scene.end_s, track.time_s[-1]), step_s)]
+        axes.plot(
+            [x for x, _ in points], [y for _, y in points], color=look.colour, linestyle="none",
+            marker=look.marker, markeredgecolor="white", markeredgewidth=0.3, zorder=4,
+        )  # fmt: skip
+    for (x_m, y_m), symbol in _marks(scene):
         axes.add_line(symbol.at(x_m, y_m))
 
 
-def _time_marks(axes: Axes, track: PlanTrack, look: style.Look, span: Span, step_s: float) -> None:
-    count = int(span.end_s / step_s)
-    times_s = [n * step_s for n in range(1, count + 1) if span.start_s < n * step_s < span.end_s]
-    points = [track.at(time_s) for time_s in times_s if time_s <= track.time_s[-1]]
-    axes.plot(
-        [x for x, _ in points], [y for _, y in points], color=look.colour, linestyle="none",
-        marker=look.marker, markeredgecolor="white", markeredgewidth=0.3, zorder=4,
-    )  # fmt: skip
-
-
-def _marks(scene: MapContents, span: Span) -> list[tuple[PointM, Symbol]]:
-    """Return symbols at points: places, then starts, ends and milestones within the span."""
+def _marks(scene: MapContents) -> list[tuple[PointM, Symbol]]:
+    """Return symbols at points: places, then starts, ends and milestones."""
     marks = [(place.outline_m[0], scene.symbols[kind]) for kind, of_kind in scene.points.items() for place in of_kind]
     for name, track in scene.tracks.items():
-        if span.start_s == 0:
-            marks.append((track.at(0.0), START))
-        if span.end_s == scene.end_s:
-            marks.append((track.at(scene.end_s), END._replace(face=scene.looks[name].colour)))
-    for event in scene.events:
-        if span.start_s <= event.time_s <= span.end_s:
-            marks.append((scene.tracks[event.vehicle].at(event.time_s), event.symbol))
-    return marks
+        marks += [(track.at(0.0), START), (track.at(scene.end_s), END._replace(face=scene.looks[name].colour))]
+    return marks + [(scene.tracks[event.vehicle].at(event.time_s), event.symbol) for event in scene.events]
 
 
-def _name_places(axes: Axes, scene: MapContents, panel: Panel) -> None:
+def _name_places(axes: Axes, scene: MapContents) -> None:
     """Label places, points first, without covering symbols."""
     names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
         frame = frame_of(place.outline_m)
         names.append(Label(place.name, (frame.x0 + frame.x1) / 2, (frame.y0 + frame.y1) / 2, frame.width))
-    keep_clear = [point_m for point_m, _ in _marks(scene, panel.span)]
+    keep_clear = [point_m for point_m, _ in _marks(scene)]
     page.place_labels(axes, [name for name in names if axes.viewLim.contains(name.x, name.y)], keep_clear)
 
 
@@ -379,7 +303,7 @@ def _caption(results: RunResults, scene: MapContents, of_layers: str) -> str:
     step_s = run_records.marker_step_s(scene.end_s)
     sentences = [
         "Trajectories of the vehicles, x east and y north.",
-        f"Markers on a track are {step_s:g} s apart (closer where a panel shows less time).",
+        f"Markers on a track are {step_s:g} s apart.",
     ]
     shapes = [
         *zip(scene.outlines.items(), (text for _, text in cycle(OUTLINES)), strict=False),

@@ -39,17 +39,13 @@ def test_a_place_without_points_is_refused() -> None:
         Place("dock", "dock", ())
 
 
-def test_the_panel_of_the_ends_shows_the_ends(tmp_path: Path) -> None:
-    """Also where the eventful stretch is at the beginning of the mission: ten events in its first tenth."""
-    rows = [(10.0 * n, "A", "Team", "Leader", ("active", "inactive")[n % 2]) for n in range(10)]
-    fiction = Fiction(roles=(), extra_roles=rows, radius_m=3000.0, vehicles=("A", "B"))
-    figure = run_picture(fiction.write(tmp_path / "run"), "trajectories").figure
-    titles = {axes.get_title(loc="left"): axes for axes in figure.axes}
-    (beginning,) = [axes for title, axes in titles.items() if title.startswith("(b) 0 to")]
-    ends = [axes for title, axes in titles.items() if "final positions" in title]
-    for axes in (figure.axes[0], *ends):
+def test_final_positions_have_a_panel_if_they_are_close_together(tmp_path: Path) -> None:
+    """In an area that is much wider than the tracks."""
+    wide = Place("border", "area", ((-900.0, -900.0), (900.0, -900.0), (900.0, 900.0)))
+    panels = run_picture(Fiction().write(tmp_path / "run"), "trajectories", (), [wide]).figure.axes
+    assert [axes.get_title(loc="left") for axes in panels] == ["(a) whole mission", "(b) final positions"]
+    for axes in panels:
         assert sum(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in axes.get_lines()) == 2
-    assert not any(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in beginning.get_lines())
 
 
 def test_large_fleets_name_those_that_went_farthest(tmp_path: Path) -> None:
@@ -115,7 +111,6 @@ def test_roles_of_one_group_stay_together(tmp_path: Path) -> None:
 def test_a_position_between_two_records_is_between_them() -> None:
     track = PlanTrack(np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0]))
     assert track.at(2.5) == pytest.approx((5.0, 5.0))
-    assert track.between(5.0, 10.0).x_m.tolist() == [20.0]
 
 
 def test_faults_of_vehicles_last_until_they_are_over(tmp_path: Path) -> None:
