@@ -6,8 +6,6 @@ Charts use only the declaration of a metric, so metrics of missions need no code
   most values, else the unforeseen cases, else a textual setting of three values or more, such as the modem.
 - Series: strategies, policies, or both, whichever vary.
 - Panels: combinations of the remaining variables, without settings that are monotonic in the axis.
-
-The perfect channel counts as packet error rate 0 of each other channel.
 """
 
 from __future__ import annotations
@@ -137,7 +135,7 @@ def by_kind(metrics: Sequence[Metric]) -> Mapping[str, Metric]:
     return charts
 
 
-PER, PERFECT, UNFORESEEN = "per", "perfect", "unforeseen"
+PER, UNFORESEEN = "per", "unforeseen"
 ACOUSTIC = "acoustic"
 """Channel with an estimated packet error rate, which no study sets."""
 LEAST_CASES = 3
@@ -223,17 +221,8 @@ class Arrangement:
         return len(xs) > 2 and xs[0] > 0.0 and xs[-1] > FAR_APART * xs[0]
 
     def of(self, combination: PanelSettings, rows: Iterable[Row]) -> list[Row]:
-        """Return the rows of a combination, completed by those of the perfect channel."""
-        own: list[Row] = []
-        perfect: list[Row] = []
-        for row in rows:
-            settings = _combination(row, self.follows)
-            if settings == combination:
-                own.append(row)
-            elif settings not in self.titles and _completes(settings, combination):
-                perfect.append(row)
-        rates = {self.x(row) for row in own}
-        return [*(row for row in perfect if self.x(row) not in rates), *own]
+        """Return the rows of a combination."""
+        return [row for row in rows if _combination(row, self.follows) == combination]
 
     def curves(self, rows: Iterable[Row]) -> dict[Series, list[Row]]:
         """Return the rows of each series that has some, sorted along the axis."""
@@ -256,18 +245,14 @@ def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrang
     cases = _cases(rows, axis)
     follows = frozenset({axis}) if cases else _following(rows, axis)
     combinations = list(dict.fromkeys(_combination(row, follows) for row in rows))
-    merged = {
-        combination for combination in combinations
-        if axis == PER and any(other.channel != PERFECT and _completes(combination, other) for other in combinations)
-    }  # fmt: skip
-    kept = [combination for combination in combinations if combination not in merged]
     places = {(_combination(row, follows), _place_of(row, axis)) for row in rows}
-    if len(kept) > 4 and len(places) <= len(kept):
+    if len(combinations) > 4 and len(places) <= len(combinations):
         raise DrawingError(
-            f"{len(kept)} combinations of settings, each with a single point on the axis {axis!r}: a figure "
+            f"{len(combinations)} combinations of settings, each with a single point on the axis {axis!r}: a figure "
             "needs an axis along which several points share the other settings; runs.parquet has all runs"
         )
-    return Arrangement(axis, follows, _series(rows, bounds), dict(zip(kept, _titles(kept), strict=True)), cases, bounds)
+    titles = dict(zip(combinations, _titles(combinations), strict=True))
+    return Arrangement(axis, follows, _series(rows, bounds), titles, cases, bounds)
 
 
 def _axis(rows: Sequence[Comparison]) -> str:
@@ -313,7 +298,7 @@ def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
     """Return the axis and the settings monotonic in it, with one value per axis value."""
     values: dict[str, dict[float, set[str]]] = defaultdict(lambda: defaultdict(set))
     for row in rows:
-        if row.channel != PERFECT and (axis == PER or axis in row.settings):
+        if axis == PER or axis in row.settings:
             for key, value in row.settings.items():
                 values[key][row.per if axis == PER else float(row.settings[axis])].add(value)
     follows = {axis}
@@ -329,14 +314,6 @@ def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
 def _combination(row: Comparison | Rank, left_out: Collection[str]) -> PanelSettings:
     settings = tuple(pair for pair in row.settings.items() if pair[0] not in left_out)
     return PanelSettings(row.scenario, row.channel, settings, "" if UNFORESEEN in left_out else row.unforeseen)
-
-
-def _completes(perfect: PanelSettings, other: PanelSettings) -> bool:
-    """Return True if these rows of a perfect channel are packet error rate 0 of the other's."""
-    rest = tuple(pair for pair in other.settings if not pair[0].startswith("channel."))
-    own = tuple(pair for pair in perfect.settings if not pair[0].startswith("channel."))
-    same = (perfect.scenario, own, perfect.unforeseen) == (other.scenario, rest, other.unforeseen)
-    return perfect.channel == PERFECT and same
 
 
 def _series(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[Series, ...]:
