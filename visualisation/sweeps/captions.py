@@ -33,7 +33,6 @@ def metric_caption(
         f"Lines show rates, bars {OF_RATES}." if rate else f"Lines show means, bars {INTERVALS_OF_MEANS}.",
         measure.metric.note,
         _without_values(arrangement, rows),
-        _aside(arrangement),
         _spacing(arrangement, rows),
         CENSORED if measure.metric.censored else "",
         _cases(arrangement),
@@ -51,7 +50,6 @@ def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measu
         f"Overview of metrics over {arrangement.axis_label}.",
         f"Lines show means, bars {INTERVALS_OF_MEANS}{f'; success rate: {OF_RATES}' if rates else ''}.",
         *notes,
-        _aside(arrangement),
         _cases(arrangement),
         CENSORED if any(measure.metric.censored for measure in measures) else "",
     )
@@ -69,7 +67,6 @@ def differences_caption(
         f"Bars show {INTERVALS_OF_DIFFERENCES}.",
         without_intervals(rows),
         measure.metric.note,
-        _aside(arrangement),
         _cases(arrangement),
         CENSORED if measure.metric.censored else "",
         unequal_work(rows, arrangement),
@@ -116,7 +113,6 @@ def ranking(arrangement: Arrangement, by: Metric, rows: Sequence[Rank]) -> str:
         if any(row.deterministic for row in rows)
         else "",
         _goal(rows),
-        _unequal(arrangement, rows),
         _cases(arrangement),
         "There are too few runs for any difference to be significant." if are_too_few(rows) else "",
         by.note,
@@ -131,28 +127,19 @@ def _goal(rows: Sequence[Rank]) -> str:
     return f"Success is the mission's whole goal (goal_fraction = 1{setting}), achieved within its duration."
 
 
-def _unequal(arrangement: Arrangement, rows: Sequence[Rank]) -> str:
-    xs: dict[str, list[str]] = {}
-    for row in rows:
-        if row.unequal_success:
-            xs.setdefault(row.strategy, []).append(f"{arrangement.x(row):g}")
-    return f"Marked: {'; '.join(f'{name} at {chr(44).join(places)}' for name, places in xs.items())}." if xs else ""
-
-
 def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[Comparison | Rank]) -> str:
     """Describe number of runs, seed, configurations, bounds and version."""
     rows = list(rows)
     present = {(row.strategy, row.policy) for row in rows}
     series = [series for series in arrangement.series if series[:2] in present]
     study, status = results.file.study, results.status()
-    n = _counts(arrangement, rows)
     unfinished = f", {status.remaining} still to run" if status.remaining else ""
     bounds = sorted({series.strategy for series in arrangement.series} & results.bounds)
     notes = [text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})]
     assumed = f" ({'; '.join(dict.fromkeys(notes))})" if notes else ""
     unranked = f"Not ranked, since a bound: {', '.join(bounds)}. " if bounds else ""
     return (
-        f"{n}, master seed {study.seed} (repeat k has the same losses at all points). "
+        f"{_counts(rows)}, master seed {study.seed} (repeat k has the same losses at all points). "
         f"{words.named_all('Scenario', [row.scenario for row in rows])}, "
         f"{words.named_all('strategy', [drawn.strategy for drawn in series], 'strategies')}, "
         f"{words.named_all('policy', [drawn.policy for drawn in series], 'policies')}, "
@@ -162,19 +149,12 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
     )
 
 
-def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
-    """Describe the number of sampled runs per point, and the deterministic points."""
+def _counts(rows: Sequence[Comparison | Rank]) -> str:
+    """Describe the number of runs per point."""
     counts = sorted({row.n for row in rows if not row.deterministic})
     ends = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
     n = [f"n = {' to '.join(ends)} runs per point"] if counts else []
-    once: dict[float, set[str]] = {}
-    for row in rows:
-        if row.deterministic:
-            once.setdefault(arrangement.x(row), set()).add(row.strategy)
-    drawn = {arrangement.x(row) for row in rows if not row.deterministic}
-    if once:
-        points = [f"{place:g}{f' ({chr(44).join(sorted(once[place]))})' * (place in drawn)}" for place in sorted(once)]
-        n.append(f"n = 1 at {arrangement.axis_label} {', '.join(points)}: deterministic, without random draws")
+    n += ["n = 1 at deterministic points"] if any(row.deterministic for row in rows) else []
     return "; ".join(n)
 
 
@@ -205,12 +185,6 @@ def without_intervals(rows: Sequence[Comparison]) -> str:
     """Explain points without an interval; empty if none."""
     few = any(not row.deterministic and row.n < FEW for row in rows)
     return f"Points with fewer than {FEW} runs have no interval." if few else ""
-
-
-def _aside(arrangement: Arrangement) -> str:
-    """Note that points of one axis value are drawn side by side."""
-    several = len(arrangement.series) > 1
-    return "Points at one value of the axis are shifted sideways." if several else ""
 
 
 def _without_values(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:

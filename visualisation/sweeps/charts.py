@@ -8,7 +8,6 @@ denote the strategy, line and fill the policy.
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -321,7 +320,6 @@ def _size_key(figure: Figure, name: str, sizes: Mapping[float, float]) -> None:
 
 ROW_IN, LABEL_IN = 0.34, 1.8
 EFFECT_COLUMNS = 2
-RATE = re.compile(r" per (?=[\d.]+$)")
 
 
 def short_label(term: str) -> str:
@@ -330,17 +328,14 @@ def short_label(term: str) -> str:
 
 
 def titles(conditions: Sequence[str]) -> list[str]:
-    """Return the parts of conditions that not all share, with loss rates as in captions.
+    """Return the parts of conditions that not all share.
 
     >>> titles(["all", "patches, bernoulli per 0.4", "patches, bernoulli per 0.8"])
-    ['all', 'bernoulli, PER 0.4', 'bernoulli, PER 0.8']
+    ['all', 'bernoulli per 0.4', 'bernoulli per 0.8']
     """
     parts = [condition.split(", ") for condition in conditions if condition != ALL]
     shared = set(parts[0]).intersection(*parts[1:]) if parts else set()
-    return [
-        ", ".join(RATE.sub(", PER ", part) for part in condition.split(", ") if part not in shared)
-        for condition in conditions
-    ]
+    return [", ".join(part for part in condition.split(", ") if part not in shared) for condition in conditions]
 
 
 def effects_figure(rows: Sequence[MainEffect], metric: Metric, width_in: float | None = None) -> Figure:

@@ -275,7 +275,6 @@ def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     assert any(text.endswith("; *: unequal work") for text in texts)
     caption, of_bytes = captions(results, ["ranking", "bytes"], tmp_path / "out")
     assert "Success is the mission's whole goal (goal_fraction = 1), achieved within its duration." in caption
-    assert "Marked: central at 0.1,0.5,0.8." in caption
     assert "Unequal work: success rates significantly below the highest: central." in of_bytes
 
 

@@ -104,7 +104,7 @@ def test_the_figure_has_a_panel_for_each_condition_and_a_whisker_for_each_factor
     drawn = sweep_picture(results, "effects")
     panels = drawn.figure.axes
     titles = [axes.get_title(loc="left") for axes in panels]
-    assert titles == ["(a) all", "(b) bernoulli, PER 0.2", "(c) bernoulli, PER 0.6"]
+    assert titles == ["(a) all", "(b) bernoulli per 0.2", "(c) bernoulli per 0.6"]
     for axes in panels:
         whiskers = [line for line in axes.lines if len(line.get_xdata()) == 2 and line.get_linewidth() > 1.0]
         assert len(whiskers) == len(FACTORS)
