@@ -6,9 +6,9 @@ from missions.figure import RunResults
 from visualisation import run_records, words
 
 
-def of_run(results: RunResults, *sentences: str, is_timed: bool = False) -> str:
-    """Return a caption: sentences of the figure, notes on flags, faults, run conditions."""
-    return words.joined(*sentences, time_notes(results) if is_timed else "", faults(results), run_conditions(results))
+def of_run(results: RunResults, *sentences: str) -> str:
+    """Return a caption: sentences of the figure, faults, run conditions."""
+    return words.joined(*sentences, faults(results), run_conditions(results))
 
 
 def faults(results: RunResults) -> str:
@@ -33,9 +33,3 @@ def run_conditions(results: RunResults) -> str:
         f"strategy {summary['strategy']}, policy {summary['policy']}, {channel}; "
         f"{ending}, mission time {words.time(summary['mission_time_s'])}."
     )
-
-
-def time_notes(results: RunResults) -> str:
-    """Explain the numbered flags; empty without milestones."""
-    listed = "; ".join(f"{m.label}, {words.time(m.time_s)}" for m in run_records.milestones(results))
-    return f"Numbered flags: milestones ({listed})." if listed else ""

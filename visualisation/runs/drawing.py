@@ -47,8 +47,8 @@ def run_picture(
         figures: declared by the run's mission.
         places: for the map of trajectories.
         width_in: None for the default of the kind.
-        at_s, viewer: time and vehicle whose view is drawn, for the organisation; None for the last time with the most
-            role assignments, empty for the roles that each vehicle assumes for itself.
+        at_s, viewer: time and vehicle whose view is drawn, for the organisation; None for the end of the run, empty
+            for the roles that each vehicle assumes for itself.
 
     Raises:
         DrawingError: unknown kind, missing tables, width out of range, no such time or viewer, or failure of

@@ -156,5 +156,4 @@ def _caption(results: RunResults, deepest: int, has_deeper: bool, n_left_out: in
         "A diamond: expected end of a step." if deepest > 0 else "",
         f"Tasks more than {deepest} levels below the top are not shown." if has_deeper else "",
         f"{n_left_out} plans are not shown." if n_left_out else "",
-        is_timed=True,
     )

@@ -1,4 +1,4 @@
-"""Figure ``organisation``: role assignments at one time, and over the whole run."""
+"""Figure ``organisation``: role assignments over the whole run, and in the caption at one time."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from missions.figure import RunResults, VehicleLook
 from missions.graphs import GroupNode
 from visualisation import run_records, style, words
+from visualisation.output import DrawingError
 from visualisation.page import DrawnPage
 from visualisation.run_records import Span
 from visualisation.runs import captions
@@ -28,7 +29,6 @@ from visualisation.runs.views import (
     SUCCEEDED,
     Holding,
     View,
-    checked_time_s,
     view_of,
 )  # fmt: skip
 
@@ -82,14 +82,17 @@ def picture(
     """Draw all role holders over the mission, with a line at the time whose holders the caption names.
 
     Args:
-        at_s: that time; None for the last one with the most role assignments.
+        at_s: that time; None for the end of the run.
         viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
 
     Raises:
         DrawingError: no such time or vehicle.
     """
     whole, looks = view_of(results, viewer), Kit(results).looks
-    shown_s = checked_time_s(at_s, whole, run_records.end_s(results))
+    end_s = run_records.end_s(results)
+    shown_s = end_s if at_s is None else at_s
+    if not 0.0 <= shown_s <= end_s:
+        raise DrawingError(f"at {at_s:g} s: this run lasts from 0 to {end_s:g} s")
     with style.paper():
         for n_groups, detail in product(range(max(1, len(whole.groups)), 0, -1), DETAILS):
             view = whole._replace(groups=whole.groups[:n_groups])
@@ -234,7 +237,6 @@ def _caption(results: RunResults, view: View, at_s: float, rows: Sequence[RoleRo
         "Hatched: fewer holders in the mission than the role requires." if any(row.vacant for row in rows) else "",
         f"{left_out} groups are not shown." if left_out else "",
         _refused(view),
-        is_timed=True,
     )
 
 

@@ -214,5 +214,4 @@ def _caption(results: RunResults, lanes: Sequence[VehicleLane], n_left_out: int)
         "A thin bar: the vehicle holds the role; a solid bar: the role is active.",
         shared if folded else "",
         f"{n_left_out} vehicles are not shown." if n_left_out else "",
-        is_timed=True,
     )

@@ -77,7 +77,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
         "A line is thick while the role is active; below zero (shaded) the vehicle requests help or passage.",
         "Colours identify vehicles, line styles and markers roles.",
-        is_timed=True,
     )
     return DrawnPage(figure, text)
 

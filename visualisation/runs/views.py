@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from missions.figure import RunResults
 from missions.graphs import GroupNode, group_nodes
 from visualisation import run_records
-from visualisation.output import DrawingError, unknown
+from visualisation.output import unknown
 from visualisation.run_records import RoleKey, Span, n_at_once, outages, outside, spans, spans_by
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
@@ -72,13 +72,6 @@ class View(NamedTuple):
             for role in group.roles
         }
 
-    def busiest_s(self, end_s: float) -> float:
-        """Return the last time with the most role assignments; ``end_s`` if they last to the end."""
-        counts = n_at_once(holding.span for own in self.holdings.values() for holding in own)
-        most = max((n for _, n in counts), default=0)
-        last = next((span for span, n in reversed(counts) if n == most), Span(0.0, end_s))
-        return last.start_s if last.end_s < end_s else end_s
-
 
 def view_of(results: RunResults, viewer: str = "") -> View:
     """Read the organisation of a run; an empty viewer means each vehicle's view of itself.
@@ -98,19 +91,6 @@ def view_of(results: RunResults, viewer: str = "") -> View:
     return View(
         viewer, groups, _holdings(shown, away), {group.name: _existence(group, marks) for group in groups}, marks
     )
-
-
-def checked_time_s(at_s: float | None, view: View, end_s: float) -> float:
-    """Return the time to show; the busiest by default.
-
-    Raises:
-        DrawingError: the time is outside the run.
-    """
-    if at_s is None:
-        return view.busiest_s(end_s)
-    if not 0.0 <= at_s <= end_s:
-        raise DrawingError(f"at {at_s:g} s: this run lasts from 0 to {end_s:g} s")
-    return at_s
 
 
 def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Span]]) -> dict[RoleKey, list[Holding]]:

@@ -82,10 +82,9 @@ def test_groups_are_named_below_those_that_supervise_them(tmp_path: Path) -> Non
     assert left_px[0] < left_px[1] < left_px[2] == left_px[3] == left_px[5] < left_px[4]
 
 
-def test_the_last_time_with_the_most_holders_is_shown_if_none_is_named(tmp_path: Path) -> None:
-    """From 520 s on all seats are taken, until two leave at 700 s; of a run in which nobody leaves it is the end."""
-    assert view_of(FICTIONS["nested"].write(tmp_path / "nested")).busiest_s(1000.0) == 520.0
-    assert view_of(Fiction().write(tmp_path / "plain")).busiest_s(1000.0) == 1000.0
+def test_end_of_the_run_is_shown_if_no_time_is_named(tmp_path: Path) -> None:
+    caption = run_picture(FICTIONS["nested"].write(tmp_path / "nested"), "organisation").caption
+    assert "the thick line marks 1000 s" in caption
 
 
 def test_who_holds_no_role_is_a_reserve(tmp_path: Path) -> None:
