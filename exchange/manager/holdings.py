@@ -1,6 +1,6 @@
 """Holdings reports of one vehicle: its own, those of peers, and coded repairs.
 
-The rules are in `exchange.policy.planning`; `exchange.study.reports` applies them to all nodes at once. Here items have
+The rules are in `exchange.policy.planning`; `exchange.study.stating` applies them to all nodes at once. Here items have
 names, and reports cover whole blocks by their origin's numbers. Reports of peers are stored by number, so that they
 also apply to items received later.
 """
