@@ -15,28 +15,25 @@ from visualisation.output import DrawingError, as_csv, check_format
 BODY_IN = 2.3
 NAME = "delivery-against-range"
 """File name without suffix."""
-BY_FRAME = (0, (3, 1.2))
 NOMINAL = "nominal range"
 MARKERS_ON_A_LINE = 12
 
 
 class Point(NamedTuple):
-    """Link at one range, with the delivery ratio of full packets and of single frames."""
+    """Link at one range, with the delivery ratio of full packets."""
 
     range_m: float
     transmission_loss_db: float
     snr_db: float
     ebn0_db: float
     delivered: float
-    frames_delivered: float
 
 
 class ModemReach(NamedTuple):
-    """One modem: nominal range, frames per packet, points by range."""
+    """One modem: nominal range, points by range."""
 
     modem: str
     nominal_m: float
-    n_frames: int
     points: tuple[Point, ...]
 
 
@@ -51,7 +48,7 @@ def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list
 
 
 def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
-    """Draw one line per modem, dashed for single frames; DrawingError without modems."""
+    """Draw one line per modem; DrawingError without modems."""
     if not reaches:
         raise DrawingError("a figure of reach needs a modem, and there is none")
     with style.paper():
@@ -60,8 +57,6 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
             Line2D([], [], color=look.colour, marker=look.marker, label=reach.modem)
             for reach, look in zip(reaches, looks, strict=True)
         ]
-        if any(reach.n_frames > 1 for reach in reaches):
-            entries.append(Line2D([], [], color=style.BLACK, linestyle=BY_FRAME, label="frame by frame"))
         entries.append(Line2D([], [], color=style.BLACK, marker="*", markersize=9, linestyle="", label=NOMINAL))
         figure = page.opened(style.PAGE_IN, BODY_IN)
         (axes,) = page.panels(figure, 1, 1)
@@ -71,9 +66,6 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
             whole = [point.delivered for point in modem.points]
             every = max(1, len(whole) // MARKERS_ON_A_LINE)
             axes.plot(ranges_km, whole, color=look.colour, marker=look.marker, markevery=every)
-            if modem.n_frames > 1:
-                by_frame = [point.frames_delivered for point in modem.points]
-                axes.plot(ranges_km, by_frame, color=look.colour, linestyle=BY_FRAME)
             nominal_km = modem.nominal_m / 1000.0
             if ranges_km[0] <= nominal_km <= ranges_km[-1]:
                 share = float(np.interp(nominal_km, ranges_km, whole))
@@ -88,13 +80,10 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
 
 def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:
     """Return the caption: content and sea."""
-    several = (
-        " Dashed: share of frames, if each is delivered for itself." if any(r.n_frames > 1 for r in reaches) else ""
-    )
     return (
         f"Share of full packets that arrive whole, against range, "
         f"for {words.listed([reach.modem for reach in reaches])}; lines are computed from the link "
-        f"budget.{several} Stars: the {NOMINAL} of a profile. {sea}"
+        f"budget. Stars: the {NOMINAL} of a profile. {sea}"
     )
 
 

@@ -173,10 +173,6 @@ class Links(Protocol):
         """Return the loss probability of a packet that is received as a whole."""
         ...
 
-    def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Return the mean share of a packet that arrives if frames are received one by one."""
-        ...
-
 
 @dataclass(frozen=True)
 class BudgetLinks(Links):
@@ -184,12 +180,6 @@ class BudgetLinks(Links):
 
     budget: Budget
     frame_bits: int
-
-    def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Return the mean share of a packet that arrives if frames are received one by one."""
-        n_whole, rest_bits = divmod(size_bits, self.frame_bits)
-        whole, rest = self.loss_at(range_m, self.frame_bits), self.loss_at(range_m, rest_bits)
-        return 1.0 - (n_whole * self.frame_bits * whole + rest_bits * rest) / size_bits if size_bits else 1.0
 
     def shifted(self, excess_db: float) -> Self:
         """Return the links with a signal-to-noise ratio higher by ``excess_db``."""

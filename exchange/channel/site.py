@@ -140,10 +140,6 @@ class SiteMean(Links):
         """Return the loss probability of a packet that is received as a whole."""
         return math.fsum(links.loss_at(range_m, size_bits) for links in self.levels) / len(self.levels)
 
-    def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Return the mean share of a packet that arrives if frames are received one by one."""
-        return math.fsum(links.delivered_at(range_m, size_bits) for links in self.levels) / len(self.levels)
-
 
 @dataclass(frozen=True, slots=True)
 class SiteLinks:

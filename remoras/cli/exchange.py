@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -208,7 +207,7 @@ def _print_study(rows: Sequence[StudyRow]) -> None:
 DEFAULT_RANGES = "250,500,1000,2000,3000,4000,5000,6000,8000,10000"
 DRAWN = 200
 """Number of ranges at which the lines of the figure are computed."""
-COLUMNS = ("modem", "range / m", "loss / dB", "SNR / dB", "Eb/N0 / dB", "delivered", "by frame")
+COLUMNS = ("modem", "range / m", "loss / dB", "SNR / dB", "Eb/N0 / dB", "delivered")
 
 
 def ranges_of(text: str) -> tuple[float, ...]:
@@ -309,11 +308,10 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
             budget.snr_db(range_m),
             budget.ebn0_db(range_m),
             1.0 - links.loss_at(range_m, modem.payload_bits),
-            links.delivered_at(range_m, modem.payload_bits),
         )
         for range_m in ranges_m
     )
-    return ModemReach(modem.name, modem.range_m, math.ceil(modem.payload_bits / modem.frame_bits), points)
+    return ModemReach(modem.name, modem.range_m, points)
 
 
 def _draw(scenarios: Sequence[Scenario], furthest_m: float, out: Path, file_format: str, as_json: bool) -> None:
@@ -336,7 +334,7 @@ def _draw(scenarios: Sequence[Scenario], furthest_m: float, out: Path, file_form
 def _print(reaches: Sequence[ModemReach]) -> None:
     rows = [
         (reach.modem, f"{p.range_m:g}", f"{p.transmission_loss_db:.1f}", f"{p.snr_db:.1f}", f"{p.ebn0_db:.1f}",
-         f"{p.delivered:.3f}", f"{p.frames_delivered:.3f}")
+         f"{p.delivered:.3f}")
         for reach in reaches for p in reach.points
     ]  # fmt: skip
     print(*aligned([COLUMNS, *rows], right=range(1, len(COLUMNS))), sep="\n")

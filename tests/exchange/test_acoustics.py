@@ -8,11 +8,10 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from exchange.channel.acoustic import AcousticLinks
 from exchange.channel.error_rates import (
     Fading,
     Modulation,
@@ -207,21 +206,7 @@ def test_a_loss_is_a_probability_that_falls_as_the_signal_grows(modulation, fadi
     assert n_bits > 0 or weak == 0.0
 
 
-def links(modulation: Modulation, fading: Fading, frame_bits: int, db: float) -> AcousticLinks:
-    """Links with this Eb/N0 at 1 m."""
-    return AcousticLinks(Budget(db, 0.0, 0.0, 1.0, 0.0, 100.0, 100.0), frame_bits, modulation, fading)
-
-
 def test_a_short_last_frame_counts_by_its_size():
     g = ratio(20.0)
     whole, rest = (frame_loss(FSK, Fading.FRAME, n, g) for n in (256, 40))
     assert packet_loss(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(1.0 - (1.0 - whole) ** 2 * (1.0 - rest))
-    expected = (512 * (1.0 - whole) + 40 * (1.0 - rest)) / 552
-    assert links(FSK, Fading.FRAME, 256, 20.0).delivered_at(1.0, 552) == pytest.approx(expected)
-
-
-@given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 6), st.floats(0.0, 40.0))
-def test_a_driver_that_delivers_frames_gets_no_less(modulation: Modulation, fading: Fading, n: int, db: float):
-    assume(fading is not Fading.PACKET)
-    taken_whole = 1.0 - packet_loss(modulation, fading, 512 * n, 512, ratio(db))
-    assert links(modulation, fading, 512, db).delivered_at(1.0, 512 * n) >= taken_whole - 1e-12

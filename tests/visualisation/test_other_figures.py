@@ -19,7 +19,7 @@ from exchange.study.study import StudyRow, loaded_studies, run
 from visualisation import policies, style
 from visualisation.output import DrawingError, write_folder
 from visualisation.policies import contents, unloaded_figure
-from visualisation.reach import ModemReach, Point, reach_caption, reach_contents, reach_figure
+from visualisation.reach import ModemReach, Point, reach_contents, reach_figure
 
 
 def write_figure(rows: list[StudyRow], kind: str, folder: Path, name: str, format: str = "png") -> list[Path]:
@@ -94,18 +94,17 @@ def test_a_policy_from_outside_is_drawn_with_a_look_of_its_own(rows: list[StudyR
 # The figure of delivery against range: its lines, its files, its words
 
 
-def reach(modem: str, n_frames: int = 1, nominal_m: float = 2000.0) -> ModemReach:
-    points = tuple(Point(1000.0 * n, 60.0 + n, 30.0 - n, 40.0 - n, 1.0 / n, 1.0 / n**0.5) for n in range(1, 9))
-    return ModemReach(modem, nominal_m, n_frames, points)
+def reach(modem: str, nominal_m: float = 2000.0) -> ModemReach:
+    points = tuple(Point(1000.0 * n, 60.0 + n, 30.0 - n, 40.0 - n, 1.0 / n) for n in range(1, 9))
+    return ModemReach(modem, nominal_m, points)
 
 
-def test_a_modem_is_a_line_and_its_frames_another():
-    (axes,) = reach_figure([reach("a"), reach("b", n_frames=3)]).axes
-    whole, star, whole_b, by_frame, star_b = axes.lines
+def test_a_modem_is_a_line_with_its_nominal_range():
+    (axes,) = reach_figure([reach("a"), reach("b")]).axes
+    whole, star, whole_b, star_b = axes.lines
     assert whole.get_xydata().tolist() == [[float(n), 1.0 / n] for n in range(1, 9)]
-    assert by_frame.get_ydata().tolist() == [1.0 / n**0.5 for n in range(1, 9)]
     assert (star.get_xdata(), star.get_ydata()) == ([2.0], [0.5])
-    assert whole.get_color() != whole_b.get_color() == by_frame.get_color() == star_b.get_color()
+    assert whole.get_color() != whole_b.get_color() == star_b.get_color()
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("range (km)", "delivery ratio")
 
 
@@ -116,12 +115,7 @@ def test_a_nominal_range_beyond_the_ranges_has_no_star():
 
 @pytest.mark.parametrize("n_modems", [1, 4, 7])
 def test_texts_overlap_nothing(n_modems: int, monkeypatch: pytest.MonkeyPatch):
-    check_texts(reach_figure([reach(f"whoi-psk-{n}", n_frames=2) for n in range(n_modems)]), monkeypatch)
-
-
-def test_frames_are_named_only_where_there_are_some():
-    assert "frames" not in reach_caption([reach("a")], "Calm.")
-    assert "Dashed: share of frames" in reach_caption([reach("a"), reach("b", 2)], "Calm.")
+    check_texts(reach_figure([reach(f"whoi-psk-{n}") for n in range(n_modems)]), monkeypatch)
 
 
 @pytest.mark.parametrize(("format", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
