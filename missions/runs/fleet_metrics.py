@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -66,22 +66,13 @@ def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> It
         yield Window(from_s, nx.is_strongly_connected(heard), n_components, cutting)
 
 
-def _of(run: MeasuredRun) -> list[Window]:
+def _mean(run: MeasuredRun, value: Callable[[Window], float]) -> float | None:
+    """Mean of a value over the windows of a run, to six decimals; None without windows."""
     from remoras.recorder import PACKETS as TABLE
 
-    names = TABLE.column_names
-    packets = [dict(zip(names, row, strict=True)) for row in run.recorder.rows("packets")]
-    return list(windows([vehicle.name for vehicle in run.scenario.vehicle], packets))
-
-
-def _connected_fraction(run: MeasuredRun) -> float | None:
-    periods = _of(run)
-    return round(sum(window.is_connected for window in periods) / len(periods), 6) if periods else None
-
-
-def _n_cutting(run: MeasuredRun) -> float | None:
-    periods = _of(run)
-    return round(sum(len(window.cutting) for window in periods) / len(periods), 6) if periods else None
+    packets = (dict(zip(TABLE.column_names, row, strict=True)) for row in run.recorder.rows("packets"))
+    values = [value(window) for window in windows([vehicle.name for vehicle in run.scenario.vehicle], packets)]
+    return round(sum(values) / len(values), 6) if values else None
 
 
 CONNECTED = Metric(
@@ -89,7 +80,7 @@ CONNECTED = Metric(
     "",
     Better.HIGHER,
     "connected",
-    _connected_fraction,
+    lambda run: _mean(run, lambda window: window.is_connected),
     note="Share of windows of two slots per vehicle in which packets of each vehicle could reach all others.",
 )
 CUTTING = Metric(
@@ -97,7 +88,7 @@ CUTTING = Metric(
     "",
     Better.LOWER,
     "vehicles whose loss disconnects the fleet",
-    _n_cutting,
+    lambda run: _mean(run, lambda window: len(window.cutting)),
     note="Mean over windows of two slots per vehicle, for links used in both directions.",
 )
 

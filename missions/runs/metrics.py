@@ -236,25 +236,20 @@ def metrics_of(
     ``mission`` and ``own`` are loaded if None. Raises ConfigurationError for a metric without direction or a duplicate
     name or label, PluginError if one cannot be loaded.
     """
-    reference = scenario.scenario.mission
+    reference, added = scenario.scenario.mission, own_metrics(scenario) if own is None else own
+    references = {f"metric {metric.name}": named for named, metric in added.items()}
     metrics = collected(reference, (*CORE_METRICS, *(mission or mission_class(reference)).metrics))
-    for named, metric in (own_metrics(scenario) if own is None else own).items():
-        metrics = with_own(metrics, metric, scenario.scenario.name, METRICS, named)
-    return metrics
+    try:
+        return collected(scenario.scenario.name, (*metrics.values(), *added.values()))
+    except ConfigurationError as error:
+        faults = [
+            replace(fault, key=METRICS, given=shown(references[fault.key.partition(",")[0]]),
+                    allowed=f"{fault.key}: {fault.allowed}")
+            for fault in error.faults
+        ]  # fmt: skip
+        raise ConfigurationError(scenario.scenario.name, faults) from None
 
 
 def own_metrics(scenario: Scenario) -> dict[str, Metric]:
     """Return the scenario's own metrics by reference; raise PluginError if one fails to load."""
     return {reference: metric_named(reference) for reference in scenario.scenario.metrics}
-
-
-def with_own(known: Mapping[str, Metric], metric: Metric, source: str, key: str, reference: str) -> dict[str, Metric]:
-    """Return metrics with one added; a taken name or label raises ConfigurationError."""
-    try:
-        return collected(source, (*known.values(), metric))
-    except ConfigurationError as error:
-        faults = [
-            replace(fault, key=key, given=shown(reference), allowed=f"{fault.key}: {fault.allowed}")
-            for fault in error.faults
-        ]
-        raise ConfigurationError(source, faults) from None

@@ -7,13 +7,14 @@ view of its roles is the truth. Absent vehicles do not count meanwhile.
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Iterator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator
+from itertools import permutations
 from typing import NamedTuple
 
 from missions.fault import absences
 from missions.metric import MeasuredRun
-from remoras.nesting import Malformed, specification_faults
+from remoras.nesting import specification_faults
 from remoras.organisation import Organisation, RoleAssignment, RoleKey
 
 
@@ -39,52 +40,39 @@ def _events(run: MeasuredRun) -> list[_Event]:
 
 
 class _Views:
-    """Views of all vehicles at one moment, and the pairs that differ.
+    """Views of all vehicles at one moment.
 
     ``left_out`` roles are not compared; ``rooms`` limits their holders. ``by_groups``: vehicles need to know only the
     roles of their groups.
     """
 
     def __init__(
-        self, names: tuple[str, ...], left_out: frozenset[RoleKey], rooms: dict[RoleKey, int], by_groups: bool
+        self, names: Iterable[str], left_out: frozenset[RoleKey], rooms: dict[RoleKey, int], by_groups: bool
     ) -> None:
-        self._names = names
         self._by_groups = by_groups
         self._left_out = left_out
         self._rooms = rooms
         self._inside = set(names)
-        self._views: dict[tuple[str, str], set[RoleKey]] = {(v, p): set() for v in names for p in names}
-        self._wrong: dict[tuple[str, str], set[RoleKey]] = {(v, p): set() for v in names for p in names}
+        self._views: defaultdict[tuple[str, str], set[RoleKey]] = defaultdict(set)
 
     def apply(self, event: _Event) -> None:
-        viewer, peer, role = event.vehicle, event.peer, event.role
-        if role is None:
-            (self._inside.add if event.holds else self._inside.discard)(viewer)
-            return
-        view = self._views[viewer, peer]
-        if (role in view) == event.holds:
-            return
-        (view.add if event.holds else view.discard)(role)
-        if role in self._left_out:
-            return
-        for other in self._names if viewer == peer else (viewer,):
-            if other != peer:
-                agree = (role in self._views[other, peer]) == (role in self._views[peer, peer])
-                (self._wrong[other, peer].discard if agree else self._wrong[other, peer].add)(role)
+        if event.role is None:
+            (self._inside.add if event.holds else self._inside.discard)(event.vehicle)
+        else:
+            view = self._views[event.vehicle, event.peer]
+            (view.add if event.holds else view.discard)(event.role)
 
     @property
     def divergence(self) -> float | None:
         """Share of (viewer, peer) pairs with an error on the peer's roles; None without pairs."""
-        n_inside = len(self._inside)
-        n_wrong = sum(self._inside.issuperset(pair) and self._errs(pair[0], on) for pair, on in self._wrong.items())
-        return n_wrong / (n_inside * (n_inside - 1)) if n_inside > 1 else None
+        pairs = list(permutations(self._inside, 2))
+        return sum(self._errs(*pair) for pair in pairs) / len(pairs) if pairs else None
 
-    def _errs(self, viewer: str, wrong: set[RoleKey]) -> bool:
-        """True if a wrong role counts as an error: any, or with needs by groups one of own groups."""
-        if not self._by_groups or not wrong:
-            return bool(wrong)
+    def _errs(self, viewer: str, peer: str) -> bool:
+        """True if a viewer is wrong on a role of a peer: any, or with needs by groups one of its own groups."""
+        wrong = (self._views[viewer, peer] ^ self._views[peer, peer]) - self._left_out
         own = {group for group, _ in self._views[viewer, viewer]}
-        return any(group in own for group, _ in wrong)
+        return any(not self._by_groups or group in own for group, _ in wrong)
 
     @property
     def true_roles(self) -> Iterator[RoleAssignment]:
@@ -105,7 +93,7 @@ def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
     groups = run.setup.agreement.groups
     roles = {(group.name, role.name): role for group in groups for role in group.roles}
     views = _Views(
-        tuple(run.setup.database),
+        run.setup.database,
         frozenset(key for key, role in roles.items() if keeps_jobs and role.job is not None),
         {key: role.maximum for key, role in roles.items() if role.maximum is not None},
         run.setup.subjects is not None,
@@ -142,30 +130,18 @@ def holder_conflict_fraction(run: MeasuredRun) -> float | None:
     return _mean_over_time(run, lambda views: views.is_in_conflict)
 
 
-def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed, ...]]]:
-    """Yield intervals (s) with the violations of the specification by the vehicles' own roles."""
+def malformed_s(run: MeasuredRun) -> float:
+    """Time (s) in which the vehicles' own roles violated the specification, see ``remoras.nesting``."""
     groups = tuple(run.setup.agreement.organisation.groups.values())
-    known: frozenset[RoleAssignment] | None = None
-    faults: tuple[Malformed, ...] = ()
+    known: dict[frozenset[RoleAssignment], bool] = {}
+    spells_s = []
     for spell_s, views in _moments(run):
         roles = frozenset(views.true_roles)
-        if roles != known:
-            known, faults = roles, specification_faults(Organisation.of(groups, roles))
-        yield spell_s, faults
-
-
-def malformed_s(run: MeasuredRun) -> float:
-    """Time (s) in which the organisation was not well formed, see ``remoras.nesting``."""
-    return round(math.fsum(spell_s for spell_s, faults in malformed_spells(run) if faults), 4)
-
-
-def missed(run: MeasuredRun) -> dict[str, float]:
-    """Return the time (s) of each violation by its key, as ``group.West.role.Hand.minimum``."""
-    lasted: dict[str, float] = {}
-    for spell_s, faults in malformed_spells(run):
-        for fault in faults:
-            lasted[fault.key] = lasted.get(fault.key, 0.0) + spell_s
-    return {key: round(total_s, 4) for key, total_s in lasted.items()}
+        if roles not in known:
+            known[roles] = bool(specification_faults(Organisation.of(groups, roles)))
+        if known[roles]:
+            spells_s.append(spell_s)
+    return round(math.fsum(spells_s), 4)
 
 
 def n_refused_acts(run: MeasuredRun) -> int:

@@ -17,7 +17,6 @@ from missions.runs.fleet_metrics import (
 )
 from missions.runs.organisation_metrics import (
     malformed_s,
-    missed,
 )
 from missions.runs.results import summary
 from missions.runs.run import Run
@@ -107,7 +106,6 @@ def test_the_organisation_is_malformed_while_a_role_has_too_few_or_too_many() ->
     )
     run: Any = SimpleNamespace(recorder=recorder, setup=setup, end_s=100.0, scenario=SCENARIO)
     assert malformed_s(run) == 10.0 + 15.0 + 40.0
-    assert missed(run) == {"group.Team.role.Head.minimum": 50.0, "group.Team.role.Digger.maximum": 15.0}
 
 
 def warned(scenario: str, *settings: str) -> list[str]:
