@@ -5,11 +5,11 @@ Libraries load on use. Output is written under a draft name, then renamed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from missions.disk import drafted
 from missions.figure import Place
@@ -24,16 +24,11 @@ Counts = Mapping[str, int]
 """Number of messages, rows or features by topic, table or kind."""
 
 
-class Writer(Protocol):
-    """Function ``write`` of each format module."""
+Writer = Callable[[Voyage, Path], Counts]
+"""Function ``write`` of each format module: write a run to a file or folder that does not exist yet, return the counts.
 
-    def __call__(self, voyage: Voyage, target: Path) -> Counts:
-        """Write a run to ``target``, a file or folder that does not exist yet; return the counts.
-
-        Raises:
-            ExportError: the format cannot represent the run.
-            OSError: output failed.
-        """
+It raises ExportError if the format cannot represent the run, OSError if output failed.
+"""
 
 
 class FormatOfExport(NamedTuple):

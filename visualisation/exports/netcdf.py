@@ -56,7 +56,7 @@ def _about(voyage: Voyage) -> dict[str, Any]:
     return {
         "Conventions": "CF-1.8",
         "featureType": "trajectory",
-        "title": voyage.title,
+        "title": "{scenario}, strategy {strategy}, seed {seed}".format_map(provenance),
         "institution": "simulated",
         "source": f"simulation by {provenance['version']}",
         "history": f"written by {provenance['version']}; a run has no date: mission time 0 is the beginning of 1970",

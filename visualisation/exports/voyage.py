@@ -130,11 +130,6 @@ class Voyage:
         }
 
     @property
-    def title(self) -> str:
-        """Scenario, strategy and seed."""
-        return f"{self.about['scenario']}, strategy {self.about['strategy']}, seed {self.about['seed']}"
-
-    @property
     def vehicles(self) -> dict[str, str]:
         """Vehicle types by name, in scenario order."""
         return {
@@ -147,11 +142,6 @@ class Voyage:
         origin_deg = self.results.scenario_tables.get("world", {}).get("origin_deg")
         return None if origin_deg is None else Datum(*map(float, origin_deg))
 
-    @property
-    def end_s(self) -> float:
-        """End of the run."""
-        return float(self.results.summary["mission_time_s"])
-
     @cached_property  # all trajectories
     def tracks(self) -> dict[str, VoyageTrack]:
         """Recorded tracks in scenario order."""
@@ -163,7 +153,7 @@ class Voyage:
     @cached_property  # read per vehicle
     def states(self) -> list[RoleState]:
         """States of all vehicles in time order, from 0 s on at every change."""
-        out = outages(self.results)
+        out, end_s = outages(self.results), self.results.summary["mission_time_s"]
         states: list[RoleState] = []
         for vehicle, own in tenures(self.results).items():
             active = [(span, tenure.role, tenure.group) for tenure in own for span in tenure.active]
@@ -175,7 +165,7 @@ class Voyage:
                 roles = sorted((role, group) for span, role, group in active if span.holds(time_s))
                 names = tuple(dict.fromkeys(role for role, _ in roles))
                 state = RoleState(time_s, vehicle, names, any(span.holds(time_s) for span in gone))
-                if time_s < self.end_s and (last is None or state[2:] != last[2:]):
+                if time_s < end_s and (last is None or state[2:] != last[2:]):
                     states.append(state)
                     last = state
         return sorted(states, key=lambda state: state.time_s)
