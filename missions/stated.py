@@ -1,9 +1,9 @@
-"""Stated observations of vehicles with uncertainty, for comparison with the truth."""
+"""Facts that vehicles stated: rows of the table ``items`` by item, and observations with uncertainty."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, cast
 
 from worldmodel import Block, Estimate, Observation, PropertyValue, TBox, core_ontology_paths, fused, read_tbox
@@ -37,3 +37,28 @@ def places_m(
         if name == location.name:
             of_looks = (cast(Estimate, fused(location, looks[: n + 1])) for n in range(len(looks)))
             yield [(cast(tuple[float, float], e.value), cast(float, e.uncertainty)) for e in of_looks]
+
+
+def rows_by_item(
+    rows: Iterable[Mapping[str, Any]], name_of: Callable[[str], Any] = str
+) -> Iterator[list[Mapping[str, Any]]]:
+    """Yield the rows of the table ``items`` by item, or by what ``name_of`` makes of its uid.
+
+    Statuses can share a uid; each starts again with its first fact.
+    """
+    item: list[Mapping[str, Any]] = []
+    for row in rows:
+        if item and not _goes_on(item[0], row, name_of):
+            yield item
+            item = []
+        item.append(row)
+    if item:
+        yield item
+
+
+def _goes_on(first: Mapping[str, Any], row: Mapping[str, Any], name_of: Callable[[str], Any]) -> bool:
+    is_another = "@" in row["uid"] and (
+        row["recorded_s"] != first["recorded_s"]
+        or (row["subject"], row["attribute"]) == (first["subject"], first["attribute"])
+    )
+    return bool(name_of(row["uid"]) == name_of(first["uid"])) and not is_another

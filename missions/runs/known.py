@@ -24,6 +24,7 @@ from missions.errors import OutputError
 from missions.fault import OVER, absences, kind_of_row
 from missions.figure import RunResults
 from missions.runs.setup import Setup, world_model
+from missions.stated import rows_by_item
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
 from remoras.fleet.radio import SUSPECTED
@@ -119,28 +120,9 @@ def fill(
         merge(model, [block], since_s)
 
 
-def blocks_of(rows: Iterable[Row]) -> Iterator[list[Row]]:
-    """Yield the rows of the table ``items`` by block."""
-    block: list[Row] = []
-    for row in rows:
-        if block and not _goes_on(block, row):
-            yield block
-            block = []
-        block.append(row)
-    if block:
-        yield block
-
-
-def _goes_on(block: Sequence[Row], row: Row) -> bool:
-    """True if a row belongs to the block before; two statuses can share a name, but start alike."""
-    first = block[0]
-    if "@" not in row["uid"]:
-        return guid_of(row["uid"]) == guid_of(first["uid"])
-    slot = row["subject"], row["attribute"]
-    return (row["uid"], row["recorded_s"]) == (first["uid"], first["recorded_s"]) and slot != (
-        first["subject"],
-        first["attribute"],
-    )
+def _block_of(uid: str) -> str | tuple[int, int, int]:
+    """Return the name common to the items of a block: the uid of a status, else origin, epoch and number."""
+    return uid if "@" in uid else guid_of(uid)
 
 
 def memories(lives: Sequence[RebuiltLife]) -> Iterator[tuple[float, float]]:
@@ -400,7 +382,7 @@ class Memory:
         for row in (*results.table(KNOWLEDGE.name).to_pylist(), *results.rows(SETTLING.name)):
             if row["event"] == "received":
                 received[row["item"]][row["vehicle"]].append(row["time_s"])
-        blocks = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
+        blocks = [self._told(rows) for rows in rows_by_item(results.table(ITEMS.name).to_pylist(), _block_of)]
         statuses = self._heard_statuses(results, blocks, exhausted_s)
         by_packets = setup.strategy.declaration.communicates  # else all vehicles know each block at once
         for number, (block, origin, recorded_s, kind, items) in enumerate(blocks):

@@ -18,12 +18,12 @@ KINDS = {"double": "float", "int64": "int"}
 """Kinds of number columns by Arrow type; all others are text."""
 
 
-def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: int) -> dict[str, Any]:
+def add_own(columns: Columns, names: Names, table: Any, called: str) -> dict[str, Any]:
     """Add a mission table with a time as ``layer.called.column``; return its description.
 
-    ``most_rows``: only the earliest rows are stored.
+    Only the earliest ``MOST_ROWS`` are stored.
     """
-    rows = table.slice(0, most_rows).to_pylist()
+    rows = table.slice(0, MOST_ROWS).to_pylist()
     kept = PLACE if set(PLACE) <= {*table.column_names} else ()
     columns.add(f"layer.{called}.time", [row["time_s"] for row in rows], 1, TIME_STEP_S)
     columns.add(f"layer.{called}.vehicle", [names.vehicle(row.get("vehicle")) for row in rows])
@@ -179,8 +179,7 @@ def _world(
         ],
         "jobs": [{"name": name, "done": key} for name, key in done.items() if name not in named],
         "layers": [
-            add_own(columns, names, table, name, MOST_ROWS)
-            for name, table in own.items() if "time_s" in table.column_names
+            add_own(columns, names, table, name) for name, table in own.items() if "time_s" in table.column_names
         ],
     }  # fmt: skip
 

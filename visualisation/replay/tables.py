@@ -9,13 +9,14 @@ from __future__ import annotations
 import json
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missions.stated import rows_by_item
 from visualisation.run_records import packets_refused
 
 Ints = NDArray[np.int64]
@@ -168,25 +169,6 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
     return [int(count) for count in counts]
 
 
-def by_item(rows: Iterable[Mapping[str, Any]]) -> Iterator[list[Mapping[str, Any]]]:
-    """Group facts by item; a status with the same name starts again with its first fact."""
-    item: list[Mapping[str, Any]] = []
-    for row in rows:
-        if item and (row["uid"] != item[0]["uid"] or ("@" in row["uid"] and _begins_alike(row, item[0]))):
-            yield item
-            item = []
-        item.append(row)
-    if item:
-        yield item
-
-
-def _begins_alike(row: Mapping[str, Any], first: Mapping[str, Any]) -> bool:
-    return row["recorded_s"] != first["recorded_s"] or (row["subject"], row["attribute"]) == (
-        first["subject"],
-        first["attribute"],
-    )
-
-
 @dataclass
 class Said:
     """Items, as referenced by packets.
@@ -215,7 +197,7 @@ def slot_s_of(packets: Any) -> float | None:
 
 def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     """Add items and their facts; rows hold all facts of each item."""
-    facts = list(by_item(rows))
+    facts = list(rows_by_item(rows))
     heads = [item[0] for item in facts]
     for number, first in enumerate(heads):
         said.items[first["uid"]] = number
@@ -320,12 +302,7 @@ def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     pairs = {(row["vehicle"], row["item"]) for row in aside}
     columns.add("aside.vehicle", [names.vehicle(row["vehicle"]) for row in aside])
     columns.add("aside.item", [said.items[row["item"]] for row in aside], 1)
-    received = [row for row in rows if row["event"] == "received"]
-    _add_receptions(columns, names, [row for row in received if (row["vehicle"], row["item"]) in pairs], said)
-
-
-def _add_receptions(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
-    receptions = [row for row in rows if row["item"] in said.items]
-    columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in receptions])
-    columns.add("heard.item", [said.items[row["item"]] for row in receptions], 1)
-    columns.add("heard.time", [row["time_s"] for row in receptions], 1, TIME_STEP_S)
+    later = [row for row in rows if row["event"] == "received" and (row["vehicle"], row["item"]) in pairs]
+    columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in later])
+    columns.add("heard.item", [said.items[row["item"]] for row in later], 1)
+    columns.add("heard.time", [row["time_s"] for row in later], 1, TIME_STEP_S)
