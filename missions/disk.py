@@ -1,4 +1,4 @@
-"""Durable files: atomic writes that survive a power cut, replacement of results folders, digests.
+"""Durable files: atomic writes that survive a power cut, replacement of results folders.
 
 New results are written beside the folder, then exchanged with it: a kill at any moment leaves the old or the new run.
 Tables and figures (with captions) of the old run are removed; other files stay. The mechanism also serves other
@@ -9,8 +9,6 @@ reject it until the last file is in place.
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import json
 import os
 import shutil
 import sys
@@ -100,35 +98,6 @@ def lock(path: Path, flags: int = os.O_RDONLY, *, is_required: bool = False) -> 
                 os.close(handle)
                 raise
     return handle
-
-
-DIGESTS = "digests.json"
-"""File with the digests of a folder's other files."""
-
-
-def note_digests(folder: Path, pattern: str) -> None:
-    """Store the digests of a folder's files, to detect loss or changes."""
-    digests = {path.name: _digest(path) for path in sorted(folder.glob(pattern))}
-    write_synced(folder / DIGESTS, json.dumps(digests, indent=1))
-
-
-def not_as_noted(folder: Path) -> list[str]:
-    """Return names of files that differ from their digests; empty without stored digests."""
-    try:
-        noted = json.loads((folder / DIGESTS).read_text(encoding="utf-8"))
-        return sorted(name for name, digest in noted.items() if digest != _digest(folder / name))
-    except FileNotFoundError:
-        return []
-    except (OSError, ValueError, AttributeError, RecursionError):
-        return [DIGESTS]
-
-
-def _digest(path: Path) -> str | None:
-    """SHA-256 of a file; None if unreadable."""
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
-        return None
 
 
 def check_output(folder: Path, force: bool) -> None:

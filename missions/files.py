@@ -27,6 +27,7 @@ MOST_BITS = 1023
 """Greatest length of an integer; longer ones do not fit a float."""
 PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]++)"""
 DOTTED = re.compile(rf"(?<![A-Za-z0-9_-]){PART}(?:[ \t]*+\.[ \t]*+{PART})++")
+BARE = re.compile(r"[A-Za-z0-9_-]+")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 """First bytes of files in other encodings."""
@@ -262,6 +263,21 @@ def keys_of_options(
 def is_number(value: object) -> TypeGuard[float]:
     """True for a finite number; False for a truth value."""
     return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
+
+
+def dotted(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values of nested tables; an empty table is a value. Keys at the top may have dots.
+
+    >>> dict(dotted({"channel": {"per": [0.1]}, "mission.patience_s": [5], "vehicle": {"a b": {"slot": 1}}}))
+    {'channel.per': [0.1], 'mission.patience_s': [5], 'vehicle."a b".slot': 1}
+    """
+    for key, value in table.items():
+        part = key if not above or BARE.fullmatch(key) else toml_value(key)
+        path = f"{above}.{part}" if above else part
+        if isinstance(value, Mapping) and value:
+            yield from dotted(value, path)
+        else:
+            yield path, value
 
 
 def leaves(value: Any, path: str = "", first: int = 1) -> Iterator[tuple[str, Any]]:

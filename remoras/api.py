@@ -6,13 +6,12 @@ frames with the units of their columns in ``.attrs["units"]``, figures are Matpl
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
-from missions.files import is_named, keys_of_options, toml_value
+from missions.files import dotted, is_named, keys_of_options, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 Settings = Mapping[str, Any] | str | Sequence[str]
 """Scenario keys and values: a table, possibly nested, or ``KEY=VALUE`` texts."""
 MOST_JOBS = 1024
-BARE = re.compile(r"[A-Za-z0-9_-]+")
 HEADLINE = ("strategy", "policy", "channel", "per", "n_vehicles", "completed", "mission_time_s")
 """Fields of a summary that the card of a run shows besides the default metrics of studies."""
 
@@ -73,21 +71,10 @@ def _settings(keys: Settings | None) -> list[tuple[str, str]]:
     if isinstance(keys, str):
         return [("set", keys)]
     if isinstance(keys, Mapping):
-        return [("set", f"{key}={toml_value(value)}") for key, value in _leaves(keys)]
+        return [("set", f"{key}={toml_value(value)}") for key, value in dotted(keys)]
     if keys is not None and not (isinstance(keys, Sequence) and all(isinstance(text, str) for text in keys)):
         raise TypeError(f"set is {keys!r}; allowed: a table of keys and values, 'KEY=VALUE', or a list of these texts")
     return [("set", text) for text in keys or ()]
-
-
-def _leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys and values of nested tables; an empty table is a value."""
-    for key, value in table.items():
-        part = key if not above or BARE.fullmatch(key) else toml_value(key)
-        path = f"{above}.{part}" if above else part
-        if isinstance(value, Mapping) and value:
-            yield from _leaves(value, path)
-        else:
-            yield path, value
 
 
 def scenarios() -> DataFrame:
@@ -504,9 +491,7 @@ class Run:
         """
         import pandas as pd
 
-        from missions.runs.knowledge import query
-
-        columns, rows = query(self._results, sparql, vehicle, at_s)
+        columns, rows = self._results.query(sparql, vehicle, at_s)
         return pd.DataFrame(rows, columns=list(columns))
 
     def save(self, folder: str | Path, force: bool = False) -> Path:

@@ -101,7 +101,6 @@ DOORS: dict[str, set[str]] = {
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
     "visualisation.sweeps": {"missions.sweeps.folder"},
-    "visualisation.exports": {"missions.runs.knowledge"},
 }  # fmt: skip
 """Single modules of other rooms that a room may import."""
 FOR_ALL = {"exchange.arithmetic", "exchange.lazily"}

@@ -74,7 +74,9 @@ def about_run(results: RunResults) -> dict[str, str]:
 def of_sweep(results: SweepResults) -> dict[str, str]:
     """Return the provenance of a sweep: version, digest of the study, master seed, name."""
     schedule = results.schedule
-    digest = hashlib.sha256(" ".join([schedule.version, *schedule.digests]).encode()).hexdigest()[:20]
+    digest = hashlib.sha256(
+        " ".join([schedule.version, *(label.digest for label in schedule.labels)]).encode()
+    ).hexdigest()[:20]
     study = results.file.study
     return {"version": f"{NAME} {schedule.version}", "study": digest, "seed": str(study.seed), "name": study.name}
 

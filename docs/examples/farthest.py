@@ -17,7 +17,7 @@ scenario.duration_s = 60
 """
 FARTHEST = """
     SELECT r.policy, r.per, t.vehicle, max(sqrt(t.x_m ** 2 + t.y_m ** 2)) AS farthest_m
-    FROM 'small/tables/trajectories.parquet' t JOIN 'small/runs.parquet' r USING (key)
+    FROM 'small/runs/*/trajectories.parquet' t JOIN 'small/runs.parquet' r USING (key)
     GROUP BY ALL ORDER BY ALL
 """
 

@@ -19,12 +19,12 @@ from missions.benchmark.suite import Cell, Suite
 from missions.errors import OutputError
 from missions.files import text_of
 from missions.statistics import FEW
-from missions.sweeps.code import fingerprint, short
-from missions.sweeps.plan import SweepPlan, version
+from missions.sweeps.code import fingerprint, references, short
+from missions.sweeps.plan import SweepPlan
 from missions.sweeps.worker import run_task
 from remoras.strategies import bounds
+from remoras.version import __version__
 
-CARD = "card.json"
 COLUMNS = tuple(field.name for field in fields(CellRun))
 """Columns of a run in a card, in this order."""
 LEAST_DRAWN = 10
@@ -34,7 +34,7 @@ LEAST_DRAWN = 10
 def card_of(contest: Contest, scored: Sequence[Scored]) -> dict[str, Any]:
     """Return the card of completed strategies."""
     codes = [code_of(contest, place) for place in range(len(scored))]
-    return _card(contest.suite, contest.repeats, version(), scored, codes)
+    return _card(contest.suite, contest.repeats, __version__, scored, codes)
 
 
 def _card(suite: Suite, repeats: int, made_by: str, scored: Sequence[Scored], codes: Sequence[str]) -> dict[str, Any]:
@@ -86,7 +86,8 @@ def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
 def code_of(contest: Contest, place: int) -> str:
     """Return the digest of the code behind the runs: this program and the strategy's sources."""
     study, number, _ = contest.suite.place(0, 0, place, len(contest.strategies))
-    return short(fingerprint([contest.studies[study].configurations[number].scenario.model_dump(mode="json")]))
+    scenario = contest.studies[study].configurations[number].scenario
+    return short(fingerprint(references([scenario.model_dump(mode="json")])))
 
 
 def card_text(card: Mapping[str, Any]) -> str:

@@ -27,7 +27,7 @@ from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario
 from missions.scenarios.parts import importable, strategy_named
 from missions.statistics import Interval, NoInterval, difference_interval
-from missions.sweeps.driver import Limits, ReportProgress, sweep
+from missions.sweeps.driver import ReportProgress, sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import FAILED
 from missions.sweeps.plan import SweepPlan
@@ -191,7 +191,7 @@ class Contest:
     def make(self, folder: Path, jobs: int, progress: ReportProgress | None = None) -> None:
         """Make the missing runs in a folder; see ``missions.sweeps.sweep``."""
         for study, own in zip(self.studies, self._folders(folder), strict=True):
-            sweep(study, own, jobs, progress=progress, limits=Limits(timeout_s=LONGEST_RUN_S))
+            sweep(study, own, jobs, progress=progress, timeout_s=LONGEST_RUN_S)
 
     def scored(self, folder: Path) -> list[Scored]:
         """Return the strategies with their runs; raises OutputError for missing runs."""

@@ -19,7 +19,6 @@ from missions.metric import Metric
 from missions.statistics import NoInterval, difference_interval
 from missions.sweeps.factorial import HIGH, FactorialDesign, Term
 from missions.sweeps.folder import SweepResults
-from missions.sweeps.study import factorial_of
 
 ALL = "all"
 """Condition of the mean over all conditions."""
@@ -79,7 +78,7 @@ def effects_of(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainE
     names = tuple(dict.fromkeys(metrics)) or results.compared
     for name in names:
         check_name("--metric", name, results.metrics)
-    design, levels = factorial_of(results.file), results.file.factors
+    design, levels = results.file.two_level_design, results.file.factors
     rows: list[MainEffect] = []
     for name in names:
         responses = _responses(results, design, results.metrics[name])

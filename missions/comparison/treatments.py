@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from missions.errors import OutputError
+from missions.files import dotted
 from missions.metric import Metric
 from missions.statistics import (
     Estimated,
@@ -25,7 +26,6 @@ from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
 from missions.sweeps.study import FAULT
-from missions.sweeps.study_file import flattened
 from worldmodel import suggestion
 
 SIGNIFICANT = 0.05
@@ -142,8 +142,8 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome
         OutputError: no run has finished.
     """
     file = results.file
-    cases = {key for case in file.unforeseen for key, _ in (*flattened(case.set), (FAULT, None))}
-    constant = {key for key, _ in flattened(file.set)}
+    cases = {key for case in file.unforeseen for key, _ in (*dotted(case.set), (FAULT, None))}
+    constant = {key for key, _ in dotted(file.set)}
     place = {case.name: number for number, case in enumerate(file.unforeseen)}
     grouped = _grouped(results.lines.values(), {*OWN_COLUMNS, *constant, *cases, UNFORESEEN})
     if not grouped:

@@ -1,4 +1,4 @@
-"""Reader of one run: in memory, in a folder, in progress, or in the kept tables of a sweep.
+"""Reader of one run: in memory, in progress, or in a folder, as a sweep keeps its runs too.
 
 Metrics, figures, the replay, exports and queries read runs through it. Tables are quantised to the step of their units,
 so a run gives the same values from every source.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Sequence
 from functools import cached_property
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -24,8 +24,8 @@ from missions.scenarios.parts import mission_of
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
 from remoras.mission import Milestone, Mission
-from remoras.recorder import KEY, TIME, Content
-from worldmodel import suggestion
+from remoras.recorder import TIME, Content
+from worldmodel import Knowledge, suggestion
 
 if TYPE_CHECKING:
     from missions.runs.known import KnownAt, Memory
@@ -109,8 +109,7 @@ class RunReader(ABC):
     @property
     def milestones(self) -> tuple[Milestone, ...]:
         """Milestones in time order."""
-        keys = ("time_s", "name", "vehicle", "group")
-        return tuple(Milestone(*(row[key] for key in keys)) for row in self.summary["milestones"])
+        return tuple(Milestone(**row) for row in self.summary["milestones"])
 
     @property
     def seed(self) -> int:
@@ -179,6 +178,29 @@ class RunReader(ABC):
         """Return a vehicle's knowledge at a time; raise OutputError for unknown ones."""
         return self._memory.known(vehicle, at_s)
 
+    def knowledge(self, vehicle: str | None = None, at_s: float | None = None) -> dict[str, Knowledge]:
+        """Return the knowledge of one vehicle, or of all if None, by name.
+
+        at_s: None for the end of the run. Raises OutputError for an unknown vehicle, time or table.
+        """
+        moment = self.end_s + (self.summary.get("settling_s") or 0.0) if at_s is None else at_s
+        names = [table.name for table in self.scenario.vehicle] if vehicle is None else [vehicle]
+        known = (self.known(name, moment) for name in names)
+        return {state.vehicle: Knowledge(state.model, state.receptions) for state in known}
+
+    def query(
+        self, sparql: str, vehicle: str | None = None, at_s: float | None = None, most_rows: int | None = None
+    ) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
+        """Run a SPARQL query (SELECT or ASK) on vehicles' knowledge; return columns and rows.
+
+        If ``vehicle`` is None, all are queried in turn, and the first column names the vehicle. ``at_s`` is the end of
+        the run if None. Raises OutputError for an unknown vehicle, time or table, QueryError for an invalid query.
+        """
+        from worldmodel.rdf.sparql import query as ask  # slow: loads the graph library
+
+        known = self.knowledge(vehicle, at_s)
+        return ask(known if vehicle is None else known[vehicle], sparql, most_rows)
+
 
 class KeptTables:
     """Tables of a run as tuples in time order; ``bits`` counts sent bits by purpose."""
@@ -196,51 +218,11 @@ class KeptTables:
 
 
 def _in_time_order(table: pa.Table) -> list[tuple[Any, ...]]:
-    names = [name for name in table.column_names if name != KEY]
+    names = table.column_names
     rows = list(zip(*(table[name].to_pylist() for name in names), strict=True))
     if TIME.name in names:  # trajectories are stored by vehicle
         rows.sort(key=itemgetter(names.index(TIME.name)))
     return rows
-
-
-class KeptRun(RunReader):
-    """Run without a manifest: of a sweep, or one whose summary is being computed.
-
-    read: returns a table by name. scenario_of: called only if a metric asks for the scenario.
-    """
-
-    def __init__(
-        self,
-        summary: dict[str, Any],
-        tables: Iterable[str],
-        read: Callable[[str], pa.Table],
-        scenario_of: Callable[[], Scenario],
-    ) -> None:
-        self._summary, self._tables = summary, tuple(tables)
-        self._read_table, self._scenario_of = read, scenario_of
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """Metrics and outcome of the run."""
-        return self._summary
-
-    @property
-    def manifest(self) -> dict[str, Any]:
-        """Empty manifest."""
-        return {}
-
-    @property
-    def tables(self) -> tuple[str, ...]:
-        """Names of the tables."""
-        return self._tables
-
-    def _read(self, name: str) -> pa.Table:
-        return self._read_table(name)
-
-    @cached_property  # loads a scenario
-    def scenario(self) -> Scenario:
-        """Resolved scenario."""
-        return self._scenario_of()
 
 
 def value_of(metric: Metric, run: MeasuredRun, of: str) -> float | int | bool | Absent | None:

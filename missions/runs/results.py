@@ -11,7 +11,7 @@ import json
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,8 +24,8 @@ from missions.disk import MANIFEST, SUMMARY, check_output, new_content
 from missions.document import Document
 from missions.errors import OutputError, writing
 from missions.metric import NOT_APPLICABLE
-from missions.runs.reader import KeptRun, RunReader, value_of
-from missions.runs.tables import recorded_table, write_table
+from missions.runs.reader import RunReader, value_of
+from missions.runs.tables import arrow_table, parquet
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from remoras.recorder import TABLES
@@ -64,9 +64,9 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
 def summary(run: Run) -> dict[str, Any]:
     """Return the summary of a run, or raise PluginError for a metric that fails.
 
-    Metrics named by the scenario read the run as stored (``KeptRun``), those of the mission the run itself. ``per`` is
-    the mean packet error rate of the loss model, without blackouts and range. An undefined value, such as a latency
-    without packets, is None; a metric that does not apply is absent.
+    Metrics named by the scenario read the run as stored, those of the mission the run itself. ``per`` is the mean
+    packet error rate of the loss model, without blackouts and range. An undefined value, such as a latency without
+    packets, is None; a metric that does not apply is absent.
     """
     mission, own = run.scenario.scenario.mission, run.setup.own_metrics
     names = {metric.name for metric in own.values()}
@@ -81,11 +81,8 @@ def summary(run: Run) -> dict[str, Any]:
     milestones = [
         {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
     ]
-    recorder = run.recorder
-    kept = KeptRun(
-        {**fields, "milestones": milestones}, recorder.tables, partial(recorded_table, recorder), lambda: run.scenario
-    )
-    measured = {metric.name: value_of(metric, kept, reference) for reference, metric in own.items()}
+    stored = MemoryResults(run, {**fields, "milestones": milestones})
+    measured = {metric.name: value_of(metric, stored, reference) for reference, metric in own.items()}
     return {**fields, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
 
 
@@ -117,28 +114,28 @@ def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -
     check_output(folder, force)
     results = run if isinstance(run, MemoryResults) else MemoryResults(run)
     with writing(f"--out {folder}"), new_content(folder) as draft:
-        (draft / SUMMARY).write_text(_json(results.summary), encoding="utf-8")
-        (draft / MANIFEST).write_text(_json(results.manifest), encoding="utf-8")
-        for name in results.tables:
-            write_table(draft / f"{name}.parquet", results.table(name))
+        for name, content in results.files.items():
+            (draft / name).write_bytes(content)
 
 
-def _json(value: Any) -> str:
-    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+def _json(value: Any) -> bytes:
+    return (json.dumps(value, indent=2, allow_nan=False) + "\n").encode()
 
 
 @dataclass(frozen=True, repr=False)
 class MemoryResults(RunReader):
-    """Results of a run that have not been written."""
+    """Results of a run that have not been written; ``measured`` is its summary while own metrics are computed."""
 
     run: Run
+    measured: Mapping[str, Any] | None = None
 
     def __repr__(self) -> str:
         return f"<Results of {self.run!r}>"
 
     @cached_property  # for the run id and for each reader
     def _arrow(self) -> dict[str, pa.Table]:
-        return {name: recorded_table(self.run.recorder, name) for name in self.tables}
+        recorder = self.run.recorder
+        return {name: arrow_table(recorder.tables[name], recorder.rows(name)) for name in self.tables}
 
     @cached_property  # digest of all tables
     def _run_id(self) -> str:
@@ -160,12 +157,18 @@ class MemoryResults(RunReader):
     @cached_property  # asked for each figure
     def summary(self) -> dict[str, Any]:
         """Summary with the run id."""
-        return {**self.figures, RUN_ID: self._run_id}
+        return dict(self.measured) if self.measured else {**self.figures, RUN_ID: self._run_id}
 
     @cached_property  # asked for each figure
     def manifest(self) -> dict[str, Any]:
         """Manifest with the run id."""
         return {**manifest(self.run), RUN_ID: self._run_id}
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """Content of the files of the results, by name."""
+        tables = {f"{name}.parquet": parquet(self.table(name)) for name in self.tables}
+        return {SUMMARY: _json(self.summary), MANIFEST: _json(self.manifest), **tables}
 
     @property
     def scenario(self) -> Scenario:

@@ -6,13 +6,14 @@ and the versions of Python, Mesa and NumPy.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib.util
 import platform
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
+from modulefinder import ModuleFinder
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +29,10 @@ RESTED_ON = ("mesa", "numpy")
 N_DIGITS = 12
 
 
-def fingerprint(scenarios: Iterable[Mapping[str, Any]] = ()) -> dict[str, str]:
-    """Return digests by path and versions by name; plug-ins of ``scenarios`` are included."""
-    return {**program(), **code_digests(references(scenarios))}
+@cache  # asked for each run, and plug-ins are parsed
+def fingerprint(named: frozenset[str] = frozenset()) -> Mapping[str, str]:
+    """Return digests by path and versions by name of this program and named plug-ins, cached like the loaded code."""
+    return {**program(), **code_digests(named)}
 
 
 def short(digests: Mapping[str, str]) -> str:
@@ -41,12 +43,7 @@ def short(digests: Mapping[str, str]) -> str:
 @cache  # digests of 500 files
 def program() -> dict[str, str]:
     """Return digests and versions of this program alone."""
-    digests = {"python": platform.python_version()}
-    for name in RESTED_ON:
-        try:
-            digests[name] = version(name)
-        except PackageNotFoundError:
-            digests[name] = "absent"
+    digests = {"python": platform.python_version(), **{name: version(name) for name in RESTED_ON}}
     top = Path(__file__).parents[2]
     for file in sorted(file for package in MAKE_RUNS for file in (top / package).rglob("*")):
         name = file.relative_to(top).as_posix()
@@ -60,58 +57,25 @@ def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
     return frozenset(text for scenario in scenarios for text in texts(scenario) if is_reference(text))
 
 
-@cache  # for each run, and plug-ins are parsed
-def code_with(named: frozenset[str] = frozenset()) -> str:
-    """Return one digest of this program and named plug-ins, cached like the loaded code."""
-    return short({**program(), **code_digests(named)})
-
-
 def code_digests(named: Iterable[str]) -> dict[str, str]:
     """Return digests of plug-ins named ``package.module:object`` and of their local imports."""
     digests: dict[str, str] = {}
     for reference in sorted(named):
         module = reference.partition(":")[0]
         if (file := _file_of(module)) is not None:
-            depth = module.count(".") + (file.stem == "__init__")
-            top = file.parents[depth]
-            digests |= {
-                source.relative_to(top).as_posix(): _digest(source.read_bytes())
-                for source in sorted(_with_imports(file, top))
-            }
+            top = file.parents[module.count(".") + (file.stem == "__init__")]
+            for source in sorted({file, *_imported(module, top)}):
+                digests[source.relative_to(top).as_posix()] = _digest(source.read_bytes())
     return digests
 
 
-def _with_imports(file: Path, top: Path) -> set[Path]:
-    """Return a source and all of its imports below ``top``."""
-    sources, waiting = {file}, [file]
-    while waiting:
-        for imported in _imported(waiting.pop(), top):
-            if imported not in sources:
-                sources.add(imported)
-                waiting.append(imported)
-    return sources
-
-
-def _imported(file: Path, top: Path) -> Iterator[Path]:
-    """Yield the sources below ``top`` that a source imports."""
-    try:
-        tree = ast.parse(file.read_bytes())
-    except (SyntaxError, ValueError):
-        return
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            above = ".".join(file.relative_to(top).parts[: -node.level]) if node.level else ""
-            module = ".".join(part for part in (above, node.module or "") if part)
-            names = [module, *(f"{module}.{alias.name}".lstrip(".") for alias in node.names)]
-        else:
-            continue
-        for name in names:
-            parts = name.split(".")
-            for length in range(1, len(parts) + 1):
-                place = top.joinpath(*parts[:length])
-                yield from (path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file())
+def _imported(module: str, top: Path) -> Iterator[Path]:
+    """Yield the sources below ``top`` that a module imports, directly or not."""
+    finder = ModuleFinder([str(top)])
+    with suppress(ImportError, SyntaxError, ValueError):
+        finder.import_hook(module)
+    names = (getattr(found, "__file__", None) for found in finder.modules.values())
+    yield from (Path(name) for name in names if name is not None and name.endswith(".py"))
 
 
 def _file_of(module: str) -> Path | None:

@@ -6,7 +6,6 @@ retried a few times, then recorded as failed, while all others continue.
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
@@ -16,36 +15,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missions.errors import DiskFullError, MissionsError, OutputError
-from missions.runs.results import identity
+from missions.sweeps.code import fingerprint, short
 from missions.sweeps.folder import SweepFolder, SweepResults, SweepStatus
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import DRAWN, RunTask, SweepPlan
 from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart, cluster_executor
 from missions.sweeps.study import Study
-from missions.sweeps.worker import Needed, killed, run_checked, run_task
+from missions.sweeps.worker import killed, run_checked, run_task
 
 MAX_ATTEMPTS = 3
 """Attempts of a run before it counts as fatal to its process."""
 AHEAD = 2
 """Runs submitted per process."""
 TIMED_RUNS = 3
-LOSSLESS_TIMED = 8
-"""Upper bound on lossless configurations tested in a dry run for random draws."""
 
 
 class PartlyDoneError(MissionsError):
     """The sweep stopped early; finished runs are kept, and the same command resumes it."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Limits on wall-clock time and memory of a single run, which fails beyond them."""
-
-    timeout_s: float | None = None
-    memory_mb: int | None = None
-
-
-UNLIMITED = Limits()
 
 
 @dataclass(frozen=True)
@@ -71,22 +57,11 @@ def estimate(study: Study, jobs: int) -> SweepEstimate:
     plan = SweepPlan(study)
     planned = study.n_runs
     numbers = sorted({round(share * (len(study.configurations) - 1) / TIMED_RUNS) for share in range(TIMED_RUNS + 1)})
-    numbers = sorted({*numbers, *_lossless(plan)})
     began = time.perf_counter()
     once = sum(run_task(plan.task(number, 0)).line["summary"].get(DRAWN) is False for number in numbers)
     planned -= once * (study.maximum - 1)
     spent_s = time.perf_counter() - began
     return SweepEstimate(planned, round(planned * spent_s / len(numbers) / jobs, 1), len(numbers), once)
-
-
-def _lossless(plan: SweepPlan) -> list[int]:
-    """Return the first configurations that may draw nothing, judged by the packet error rate."""
-    lossless = (
-        number
-        for number, configuration in enumerate(plan.study.configurations)
-        if identity(configuration.scenario, 0)["per"] == 0.0
-    )
-    return list(itertools.islice(lossless, LOSSLESS_TIMED))
 
 
 def sweep(
@@ -97,7 +72,8 @@ def sweep(
     executor: Executor | None = None,
     force_new: bool = False,
     progress: ReportProgress | None = None,
-    limits: Limits = UNLIMITED,
+    timeout_s: float | None = None,
+    memory_mb: int | None = None,
     accept_code: bool = False,
     retry_failed: bool = False,
 ) -> SweepStatus:
@@ -109,7 +85,7 @@ def sweep(
         executor: other executor with ``jobs`` processes.
         force_new: move the runs of another study in the folder aside.
         progress: called with the numbers of finished and of planned runs.
-        limits: of every run; a timeout needs local processes.
+        timeout_s, memory_mb: limits of every run, which fails beyond them; a timeout needs local processes.
         accept_code: resume a folder of other code.
         retry_failed: repeat failed runs.
 
@@ -117,9 +93,9 @@ def sweep(
         PartlyDoneError: the engine was lost or the disk is full; the same call resumes.
         StudyChangedError, OutputError, ClusterError: nothing was started.
     """
-    if limits.timeout_s is not None and (cluster is not None or executor is not None):
+    if timeout_s is not None and (cluster is not None or executor is not None):
         raise OutputError(
-            f"--timeout-s {limits.timeout_s:g}: only processes of this machine can be ended; leave --cluster out"
+            f"--timeout-s {timeout_s:g}: only processes of this machine can be ended; leave --cluster out"
         )
     plan = SweepPlan(study)
     try:
@@ -128,8 +104,8 @@ def sweep(
         raise PartlyDoneError(str(error)) from None
     try:
         if next(plan.missing(opened.summaries), None) is not None:
-            with _engine(jobs, cluster, executor, limits.timeout_s) as (engine, n_processes):
-                _drive(engine, n_processes, plan, opened, progress, limits)
+            with _engine(jobs, cluster, executor, timeout_s) as (engine, n_processes):
+                _drive(engine, n_processes, plan, opened, progress, memory_mb)
         opened.compact()
     except WorkersCannotStart as error:
         raise OutputError(f"no worker can start: {error}") from None
@@ -176,18 +152,17 @@ def _drive(
     plan: SweepPlan,
     folder: SweepFolder,
     progress: ReportProgress | None,
-    limits: Limits,
+    memory_mb: int | None,
 ) -> None:
     """Submit runs and record their results until none is missing."""
-    schedule, summaries = plan.schedule, folder.summaries
-    n_lacking = {number: len(schedule.lacking(number, summaries)) for number in range(len(schedule.digests))}
+    schedule, summaries, code = plan.schedule, folder.summaries, short(fingerprint())
+    n_lacking = {number: len(schedule.lacking(number, summaries)) for number in range(len(schedule.labels))}
     waiting, deaths = deque(plan.due(summaries)), Counter[str]()
-    needed = Needed.like_here(limits.memory_mb)
     busy: dict[Future[FinishedRun], RunTask] = {}
     while waiting or busy:
         while waiting and len(busy) < AHEAD * n_processes:
             task = waiting.popleft()
-            busy[executor.submit(run_checked, needed, task)] = task
+            busy[executor.submit(run_checked, code, memory_mb, task)] = task
         ready, _ = wait(busy, return_when=FIRST_COMPLETED)
         finished: list[FinishedRun] = []
         ended = [busy.pop(future) for future in ready]
@@ -200,7 +175,7 @@ def _drive(
                 # Dask retries a run before it reports its death
                 deaths[task.key] += MAX_ATTEMPTS if type(error).__name__ == "KilledWorker" else 1
                 if isinstance(error, TookTooLong):
-                    finished.append(killed(task, f"it took longer than timeout_s = {limits.timeout_s:g}"))
+                    finished.append(killed(task, str(error)))
                 elif deaths[task.key] >= MAX_ATTEMPTS:
                     finished.append(killed(task, "the process died every time that this run was tried"))
                 else:

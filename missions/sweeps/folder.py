@@ -2,8 +2,9 @@
 
 ``study.json`` records the study: version, tables, scenarios, digests of configurations and code. A sweep resumes only
 if every configuration is still there, with the same content and code; the study may have more. Declared metrics and
-labels allow analysis without importing the mission. ``ledger.jsonl`` has a line per finished run. Everything else is
-derived: ``runs.parquet`` (a row per run, by key), ``tables/`` (of sampled runs), ``parts/`` (during the sweep).
+labels allow analysis without importing the mission. ``ledger.jsonl`` has a line per finished run, ``runs`` the results
+folder of every sampled run (``key=KEY``, the name by which tools for Parquet add the column). ``runs.parquet`` is
+derived: a row per run, by key.
 Table libraries load on first use, so that ``remoras sweep --status`` is fast.
 """
 
@@ -13,20 +14,20 @@ import errno
 import hashlib
 import json
 import os
-import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cached_property
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from missions.disk import drafted, lock, not_as_noted, write_synced
-from missions.errors import DiskFullError, MissionsError, OutputError, StudyChangedError, writing
+from missions.disk import drafted, lock, synced, write_synced
+from missions.errors import DiskFullError, OutputError, StudyChangedError, writing
 from missions.files import is_named, leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Better, Metric
-from missions.sweeps.code import fingerprint, short
+from missions.sweeps.code import fingerprint, references, short
 from missions.sweeps.ledger import (
     DONE,
     FAILED,
@@ -37,26 +38,23 @@ from missions.sweeps.ledger import (
     RunLedger,
     read_ledger,
 )
-from missions.sweeps.plan import ConfigurationLabel, RunSchedule, run_content
+from missions.sweeps.plan import ConfigurationLabel, RunSchedule
 from missions.sweeps.study_file import StudyFile
 
 if TYPE_CHECKING:
-    import pyarrow as pa
-
-    from missions.scenarios import Scenario
-    from missions.sweeps.factorial import FactorialDesign
+    from missions.runs.results import Results
     from missions.sweeps.plan import SweepPlan
 
 MOST_TABLE_BYTES = 500_000_000
 """Limit (bytes) on a study's tables, unless it sets the repeats to keep."""
-STUDY, STUDY_TEXT, RUNS, PARTS, TABLES, LOCK = "study.json", "study.toml", "runs.parquet", "parts", "tables", "lock"
+STUDY, STUDY_TEXT, RUNS, KEPT, LOCK = "study.json", "study.toml", "runs.parquet", "runs", "lock"
 DAMAGED = "lost or changed since it was written; repeat the sweep with the same --out to restore it"
 MOST_DIFFERENCES = 20
 """Most differences between studies listed in a message."""
 CODE_CHANGED = "the code that makes the runs has changed: continue with --accept-code, which marks its runs; or "
-DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED = "metrics", "labels", "id", "own_metrics", "assumed"
+DECLARATIONS, CONFIGURATIONS, IDENTITY, OWN = "metrics", "configurations", "id", "own_metrics"
 """Keys of the record that may differ when a sweep resumes."""
-UNCOMPARED = (DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED, "digests")
+UNCOMPARED = (DECLARATIONS, CONFIGURATIONS, IDENTITY, OWN)
 FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
 """Keys that must not differ when a sweep resumes."""
 REPEATS = "study.study.repeats"
@@ -75,9 +73,7 @@ class StudyRecord(BaseModel):
     study: StudyFile
     metrics: tuple[dict[str, Any], ...]
     own_metrics: tuple[str, ...] = ()
-    digests: tuple[str, ...]
-    labels: tuple[ConfigurationLabel, ...] = ()
-    assumed: tuple[str, ...] = ()
+    configurations: tuple[ConfigurationLabel, ...]
 
 
 @dataclass(frozen=True)
@@ -113,11 +109,13 @@ class SweepResults:
     def naming(self, named: Sequence[str | Metric], option: str = "--metric") -> tuple[SweepResults, tuple[str, ...]]:
         """Return results with all metrics that a user names, and their field names.
 
-        Names are fields, ``package.module:object``, ``file.py:object``, or metrics. Raises OutputError as
-        ``measuring``, PluginError if a metric cannot be loaded.
+        Names are fields, ``package.module:object``, ``file.py:object``, or metrics; the latter are computed for runs
+        with kept tables, unless the study has measured them. Raises OutputError if a name is taken or no run has kept
+        its tables, PluginError if a metric cannot be loaded.
         """
-        own: dict[str, Metric] = {}
+        known = {name: self.metrics[name].written() for name in self._record.own_metrics if name in self.metrics}
         names: list[str] = []
+        new: dict[str, Metric] = {}
         for metric_or_name in named:
             if isinstance(metric_or_name, str) and not is_named(metric_or_name):
                 names.append(metric_or_name)
@@ -125,65 +123,38 @@ class SweepResults:
             from missions.scenarios.parts import metric_given  # rarely needed
 
             metric = metric_given(metric_or_name, option)
-            own[metric_or_name if isinstance(metric_or_name, str) else metric.name] = metric
+            reference = metric_or_name if isinstance(metric_or_name, str) else metric.name
             names.append(metric.name)
-        return self.measuring(own), tuple(names)
-
-    def measuring(self, metrics: Mapping[str, Metric]) -> SweepResults:
-        """Return results with further metrics (by the user's name), for runs with kept tables.
-
-        Metrics measured by the study stay unchanged. Raises OutputError if a name is taken or no run has kept its
-        tables.
-        """
-        known = {name: self.metrics[name].written() for name in self._record.own_metrics if name in self.metrics}
-        new: dict[str, Metric] = {}
-        for reference, metric in metrics.items():
             if metric.written() == known.get(metric.name) or metric in (*self.measured.values(), *new.values()):
                 continue
             if metric.name in (*self.metrics, *TAKEN, *(own.name for own in new.values())):
                 allowed = "there is another field of that name; give the metric another one"
                 raise OutputError(f"{reference}: metric {metric.name}: {allowed}")
             new[reference] = metric
-        if not new:
-            return self
-        if not any(line["tables"] for line in self.lines.values()) or not (self.folder / TABLES).is_dir():
-            names = ", ".join(metric.name for metric in new.values())
+        if new and not any(line["tables"] for line in self.lines.values()):
             raise OutputError(
-                f"{self.folder}: kept no tables, of which {names} could be read; name it in study.metrics, or set "
-                "study.keep_tables to the repeats whose tables are to be kept, and make the runs in another folder"
+                f"{self.folder}: kept no tables, of which {', '.join(metric.name for metric in new.values())} could be "
+                "read; name it in study.metrics, or set study.keep_tables to the repeats whose tables are to be kept, "
+                "and make the runs in another folder"
             )
-        return replace(self, measured={**self.measured, **new})
+        return replace(self, measured={**self.measured, **new}) if new else self, tuple(names)
 
     @cached_property  # a file of megabytes
-    def _known_record(self) -> StudyRecord | None:
-        """Content of ``study.json``; None if it is damaged or of another version."""
+    def _record(self) -> StudyRecord:
+        """Content of ``study.json``; raises OutputError if it is damaged or of another version."""
         try:
             return StudyRecord.model_validate_json((self.folder / STUDY).read_bytes())
         except ValueError:  # as pydantic's errors are
-            return None
-
-    @property
-    def _record(self) -> StudyRecord:
-        if self._known_record is None:
             raise OutputError(
                 f"{self.folder / STUDY}: does not describe a study of this version; {LEDGER} beside it still has the "
                 "runs"
-            )
-        return self._known_record
+            ) from None
 
     @cached_property  # it keeps the keys of the runs
     def schedule(self) -> RunSchedule:
         """Study with the keys of its runs; raises OutputError for another version's record."""
-        record, rule = self._record, self.file.stopping
-        restricted = rule is not None and self.metrics[rule.metric].censored
-        return RunSchedule(record.version, record.study, record.digests, record.labels, restricted)
-
-    @property
-    def factorial(self) -> FactorialDesign:
-        """Two-level design of the study."""
-        from missions.sweeps.study import factorial_of
-
-        return factorial_of(self.file)
+        record = self._record
+        return RunSchedule(record.version, record.study, record.configurations, self.metrics)
 
     @property
     def file(self) -> StudyFile:
@@ -218,9 +189,9 @@ class SweepResults:
         settings: by key, as in comparisons; ``channel.name`` is the channel.
         """
         texts = [
-            text
-            for label, text in zip(self._record.labels, self._record.assumed, strict=False)
-            if text
+            label.assumed
+            for label in self._record.configurations
+            if label.assumed
             and all(settings.get(key, value) == value for key, value in label.settings if isinstance(value, str))
         ]
         return list(dict.fromkeys(texts))
@@ -233,8 +204,6 @@ class SweepResults:
     @cached_property  # the whole ledger
     def lines(self) -> dict[str, Line]:
         """Lines of the ledger in key order, with current settings; raises OutputError."""
-        if self._known_record is None:  # unknown settings; the runs remain
-            return read_ledger(self.folder / LEDGER)
         lines = self.schedule.labelled(read_ledger(self.folder / LEDGER, self._record.id))
         return self._with_measured(lines) if self.measured else lines
 
@@ -244,71 +213,34 @@ class SweepResults:
         Values equal those measured by the run. A run without tables has no value and does not count in comparisons.
         Raises PluginError if a metric fails.
         """
-        from missions.runs.reader import KeptRun, value_of
+        from missions.runs.reader import value_of
 
-        numbers = self.schedule.numbers(lines)
-        read = cache(self.arrow_table)  # one table for all runs
         changed = dict(lines)
         for key, line in lines.items():
             if line["status"] == DONE and line["tables"]:
-                scenario_of = partial(self._scenario, key, numbers.get(key))
-                run = KeptRun(line["summary"], self.kept_tables, partial(own_rows, read, key), scenario_of)
+                run = self.kept(line)
                 values = {m.name: value_of(m, run, f"{name}, run {key}") for name, m in self.measured.items()}
-                kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
-                changed[key] = {**line, "summary": {**line["summary"], **kept}}
+                known = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
+                changed[key] = {**line, "summary": {**line["summary"], **known}}
         return changed
 
-    def _scenario(self, key: str, number: int | None) -> Scenario:
-        """Load the scenario of a run; raise OutputError if it is another one now."""
-        from missions.scenarios import load
+    def kept(self, line: Line) -> Results:
+        """Return the results of a sampled run by its ledger line; raise OutputError if damaged."""
+        from missions.runs.results import Results
 
-        if number is None:
-            raise OutputError(f"run {key}: the folder does not record its scenario")
-        label = self.schedule.labels[number]
-        settings = [("study", f"{name}={toml_value(value)}") for name, value in label.settings]
-        try:
-            scenario = load(label.source, settings)
-        except MissionsError as error:
-            raise OutputError(f"run {key}: its scenario {label.source} cannot be loaded: {error}") from None
-        if hashlib.sha256(run_content(scenario).encode()).hexdigest() != self.schedule.digests[number]:
-            raise OutputError(f"run {key}: its scenario {label.source} is another one now; rows of tables can be read")
-        return scenario
+        folder = run_folder(self.folder, line["key"])
+        if is_damaged(self.folder, line):
+            raise OutputError(f"{folder}: {DAMAGED}")
+        return Results.read(folder)
 
     def runs(self) -> Any:
         """Return a pandas data frame with one row per finished run."""
         return run_table(self.lines).to_pandas()
 
     @property
-    def kept_tables(self) -> frozenset[str]:
-        """Names of the kept tables, damaged ones included."""
-        names = (path.stem for path in (self.folder / TABLES).glob("[!.]*.parquet"))
-        return frozenset({*names, *(Path(name).stem for name in self.damaged)})
-
-    def table(self, name: str) -> Any:
-        """Return a table of the sampled runs as a pandas data frame; raise OutputError if missing."""
-        if name not in self.kept_tables:
-            path = self.folder / TABLES / f"{name}.parquet"
-            raise OutputError(f"{path}: no such table; the study keeps tables of study.keep_tables repeats")
-        return self.arrow_table(name).to_pandas()
-
-    def arrow_table(self, name: str, key: str | None = None) -> Any:
-        """Return a table of the sampled runs, or of the run of a key, in Arrow format; raise OutputError if damaged."""
-        import pyarrow as pa
-        import pyarrow.compute as pc
-        import pyarrow.parquet as pq
-
-        path = self.folder / TABLES / f"{name}.parquet"
-        if path.name in self.damaged:
-            raise OutputError(f"{path}: {DAMAGED}")
-        try:
-            return pq.read_table(path, filters=None if key is None else pc.field("key") == key)
-        except (pa.ArrowException, OSError) as error:
-            raise OutputError(f"{path}: {DAMAGED} ({error})") from None
-
-    @cached_property  # digests of all tables
-    def damaged(self) -> list[str]:
-        """Names of kept tables that were lost or changed since they were written."""
-        return not_as_noted(self.folder / TABLES)
+    def damaged(self) -> list[Path]:
+        """Folders of sampled runs whose tables were lost or changed since they were written."""
+        return [run_folder(self.folder, key) for key, line in self.lines.items() if is_damaged(self.folder, line)]
 
     def status(self) -> SweepStatus:
         """Return the progress of the sweep."""
@@ -319,6 +251,29 @@ class SweepResults:
         censored = sum(line["status"] == DONE and not line["summary"]["completed"] for line in lines)
         with_tables = sum(bool(line["tables"]) for line in lines)
         return SweepStatus(len(lines) + remaining, len(lines) - failed, failed, censored, remaining, with_tables)
+
+
+def run_folder(folder: Path, key: str) -> Path:
+    """Return the results folder of a sampled run in the folder of a sweep."""
+    return folder / KEPT / f"key={key}"
+
+
+def tables_digest(files: Mapping[str, bytes]) -> str:
+    """Return the digest of the tables among files by name; empty without tables."""
+    tables = sorted(name for name in files if name.endswith(".parquet"))
+    content = b"".join(name.encode() + hashlib.sha256(files[name]).digest() for name in tables)
+    return hashlib.sha256(content).hexdigest()[:20] if tables else ""
+
+
+def is_damaged(folder: Path, line: Line) -> bool:
+    """True if the tables of a run in a sweep were lost or changed since they were written."""
+    if not line["tables"]:
+        return False
+    paths = run_folder(folder, line["key"]).glob("*.parquet")
+    try:
+        return tables_digest({path.name: path.read_bytes() for path in paths}) != str(line["tables"])
+    except OSError:
+        return True
 
 
 class SweepFolder:
@@ -362,8 +317,7 @@ class SweepFolder:
                 self._again = self._to_make_again(retry_failed)
                 lines = self._ledger.lines.items()
                 self.summaries = {key: line["summary"] for key, line in lines if key not in self._again}
-                kept = (path for name in (PARTS, TABLES) for path in (folder / name).glob("[!.]*"))
-                self._table_bytes = sum(path.stat().st_size for path in kept)
+                self._table_bytes = sum(path.stat().st_size for path in (folder / KEPT).glob("[!.]*/*"))
             except BaseException:
                 os.close(held)
                 raise
@@ -396,15 +350,11 @@ class SweepFolder:
     def _to_make_again(self, retry_failed: bool) -> frozenset[str]:
         """Return the keys of runs to repeat: failed ones, if asked for, and those with lost tables."""
         lines = self._ledger.lines
-        failed = {key for key, line in lines.items() if line["status"] == FAILED} if retry_failed else set()
-        sampled = {key for key, line in lines.items() if line["tables"]}
-        if not sampled:
-            return frozenset(failed)
-        from missions.runs import tables
-
-        if not_as_noted(self.folder / TABLES):
-            shutil.rmtree(self.folder / TABLES)  # each file has rows of all sampled runs, which are repeated
-        return frozenset(failed | (sampled - tables.keys_in(self.folder / PARTS, self.folder / TABLES)))
+        return frozenset(
+            key
+            for key, line in lines.items()
+            if (retry_failed and line["status"] == FAILED) or is_damaged(self.folder, line)
+        )
 
     def append(self, finished: Sequence[FinishedRun]) -> None:
         """Record finished runs on disk; known ones are skipped.
@@ -413,7 +363,7 @@ class SweepFolder:
             OutputError: the disk rejects them, or a repeated run with lost tables ends differently; the ledger is
                 unchanged.
         """
-        known, parts = self._ledger.lines, self.folder / PARTS
+        known, runs = self._ledger.lines, self.folder / KEPT
         new = {run.key: run for run in finished if run.key in self._again or run.key not in known}
         for key, run in new.items():
             if key in self._again and known[key]["status"] != FAILED and run.line["summary"] != known[key]["summary"]:
@@ -421,31 +371,33 @@ class SweepFolder:
                     f"{self.folder / LEDGER}: the run {key} was repeated, since its tables are lost, and differs "
                     "now; name another folder for --out"
                 )
-        with writing(parts):
+        with writing(runs):
             for key, run in new.items():
-                n_bytes = len(run.tables)
+                n_bytes = sum(map(len, run.files.values()))
                 if self._plan.study.design.keep_tables is None and self._table_bytes + n_bytes > MOST_TABLE_BYTES:
-                    new[key] = FinishedRun({**run.line, "tables": False})
-                elif run.tables:
-                    parts.mkdir(exist_ok=True)
-                    with drafted(parts / f"{key}.zip", lasts=True) as draft:
-                        draft.write_bytes(run.tables)
+                    new[key] = FinishedRun({**run.line, "tables": ""})
+                elif run.files:
+                    runs.mkdir(exist_ok=True)
+                    with drafted(run_folder(self.folder, key), lasts=True) as draft:
+                        draft.mkdir()
+                        for name, content in run.files.items():
+                            (draft / name).write_bytes(content)
+                        synced(*draft.iterdir())
                     self._table_bytes += n_bytes
-        self._ledger.append(run.line for key, run in new.items() if key not in known or known[key]["status"] == FAILED)
+        self._ledger.append(
+            run.line
+            for key, run in new.items()
+            if key not in known or known[key]["status"] == FAILED or known[key]["tables"] != run.line["tables"]
+        )
         self._again -= new.keys()
         self.summaries |= {key: run.line["summary"] for key, run in new.items()}
 
     def compact(self) -> None:
-        """Write ``runs.parquet`` and ``tables/``; raise OutputError if the disk rejects them."""
+        """Write ``runs.parquet``; raise OutputError if the disk rejects it."""
         import pyarrow.parquet as pq
 
-        from missions.runs import tables
-
-        with writing(f"--out {self.folder}"):
-            with drafted(self.folder / RUNS, lasts=True) as draft:
-                pq.write_table(run_table(self._plan.schedule.labelled(self._ledger.lines)), draft, compression="zstd")
-            kept = [key for key, line in self._ledger.lines.items() if line["tables"]]
-            tables.merge_tables(self.folder / PARTS, self.folder / TABLES, kept)
+        with writing(f"--out {self.folder}"), drafted(self.folder / RUNS, lasts=True) as draft:
+            pq.write_table(run_table(self._plan.schedule.labelled(self._ledger.lines)), draft, compression="zstd")
 
     def close(self) -> None:
         """Close the ledger and release the lock."""
@@ -455,12 +407,9 @@ class SweepFolder:
 
 def _set_aside(folder: Path) -> None:
     """Move the content of the folder into its first free ``before-N``."""
-    number = 1
-    while (folder / f"before-{number}").exists():
-        number += 1
-    aside = folder / f"before-{number}"
+    aside = next(path for number in count(1) if not (path := folder / f"before-{number}").exists())
     aside.mkdir()
-    for name in (LEDGER, RUNS, PARTS, TABLES, STUDY_TEXT, STUDY):
+    for name in (LEDGER, RUNS, KEPT, STUDY_TEXT, STUDY):
         if (folder / name).exists():
             (folder / name).rename(aside / name)
 
@@ -473,7 +422,8 @@ def run_table(lines: Mapping[str, Line]) -> Any:
     columns: dict[str, list[Any]] = {"key": [row["key"] for row in rows], "repeat": [row["repeat"] for row in rows]}
     for name in sorted({name for row in rows for name in row["settings"]}):
         columns[name] = [row["settings"].get(name) for row in rows]
-    for name in _merged([list(row["summary"]) for row in rows]):
+    longest_first = sorted(rows, key=lambda row: -len(row["summary"]))
+    for name in dict.fromkeys(name for row in longest_first for name in row["summary"]):
         columns[name] = [row["summary"].get(name) for row in rows]
     for name in ("status", "error", "replay"):
         columns[name] = [row[name] for row in rows]
@@ -481,12 +431,6 @@ def run_table(lines: Mapping[str, Line]) -> Any:
     for name in MACHINE_COLUMNS:
         columns[name] = [row["machine"][name] for row in rows]
     return pa.table({name: _array(values) for name, values in columns.items()})
-
-
-def _merged(fields: Sequence[Sequence[str]]) -> list[str]:
-    """Merge the fields of all summaries, starting with the longest."""
-    longest = sorted(set(map(tuple, fields)), key=lambda names: (-len(names), names))
-    return list(dict.fromkeys(name for names in longest for name in names))
 
 
 def _array(values: list[Any]) -> Any:
@@ -500,14 +444,6 @@ def _array(values: list[Any]) -> Any:
     return array.cast(pa.float64()) if pa.types.is_null(array.type) else array
 
 
-def own_rows(whole: Callable[[str], pa.Table], key: str, name: str) -> pa.Table:
-    """Return the rows of a run in a kept table, which ``whole`` reads."""
-    import pyarrow.compute as pc
-
-    table = whole(name)
-    return table.filter(pc.equal(table["key"], key))
-
-
 def record_of(plan: SweepPlan) -> dict[str, Any]:
     """Return the record of a study as JSON values."""
     study = plan.study
@@ -515,17 +451,14 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         configuration.source: configuration.scenario.model_dump(mode="json")
         for configuration in reversed(study.configurations)
     }
-    assumed = [configuration.scenario.channel.assumed() for configuration in study.configurations]
     record = {
         "version": plan.schedule.version,
         "study": study.file.model_dump(mode="json"),
         "scenario": scenarios,
-        "code": fingerprint(configuration.scenario.model_dump(mode="json") for configuration in study.configurations),
+        "code": fingerprint(references(part.scenario.model_dump(mode="json") for part in study.configurations)),
         DECLARATIONS: [metric.written() for metric in study.metrics.values()],
         OWN: list(study.own_metrics),
-        "digests": plan.schedule.digests,
-        LABELS: [vars(label) for label in plan.schedule.labels],
-        **({ASSUMED: assumed} if any(assumed) else {}),
+        CONFIGURATIONS: [vars(label) for label in plan.schedule.labels],
     }
     loaded: dict[str, Any] = json.loads(json.dumps(record))
     return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded}
@@ -542,7 +475,7 @@ def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False
         if not isinstance(before, dict):
             raise TypeError("no table")
         old, new = dict(leaves(_compared(before))), dict(leaves(_compared(record)))
-        lost = set(before["digests"]) - set(record["digests"])
+        lost = _digests(before) - _digests(record)
     except (ValueError, TypeError, KeyError):
         yield f"{path.name} cannot be read"
         return
@@ -554,7 +487,11 @@ def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False
         remedy = LACK_IT if key.endswith(OWN_METRICS) else ""
         yield f"{key.removeprefix('study.')}: was {was}, now {now}{remedy}"
     if lost and not breaking:
-        yield f"{len(lost)} of {len(before['digests'])} configurations are gone"
+        yield f"{len(lost)} of {len(before[CONFIGURATIONS])} configurations are gone"
+
+
+def _digests(record: Mapping[str, Any]) -> set[str]:
+    return {entry["digest"] for entry in record[CONFIGURATIONS]}
 
 
 def _compared(record: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,8 +1,9 @@
 """Ledger of a sweep: one line of JSON per finished run, synced to disk before it counts.
 
 A kill leaves at most a torn last line, which is removed on reopening; its run is repeated. So no run is lost or
-doubled. Each line has a checksum and its study. An altered, foreign or contradicting line is reported by number and
-blocks the ledger until it is removed. A later line of a failed run replaces the earlier one.
+doubled. Each line has a checksum, its study and a digest of its kept tables. An altered, foreign or contradicting line
+is reported by number and blocks the ledger until it is removed. A later line of a run that failed, or whose tables were
+made again, replaces the earlier one.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import os
 import zlib
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ LINE_KEYS = {"key", "status", "repeat", "settings", "summary", "error", "replay"
 SEAL = b'{"crc": "'
 """Start of a line with checksum; older lines have none."""
 TAKE_OUT = "Take the line out, and the same sweep makes its run again"
-MAY_DIFFER = {"machine", "code", "replay", "crc"}
+MAY_DIFFER = {"machine", "code", "replay", "tables", "crc"}
 """Keys that may differ between two lines of one run."""
 
 Line = dict[str, Any]
@@ -38,10 +39,10 @@ Line = dict[str, Any]
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """Finished run; ``tables`` has the bytes of ``missions.runs.tables.encoded``, if kept."""
+    """Finished run; ``files`` has the content of its results folder, if kept."""
 
     line: Mapping[str, Any]
-    tables: bytes = b""
+    files: Mapping[str, bytes] = field(default_factory=dict)
 
     @property
     def key(self) -> str:

@@ -11,14 +11,15 @@ import hashlib
 import math
 import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 from missions.files import toml_value
 from remoras.version import __version__
 
 if TYPE_CHECKING:
+    from missions.metric import Metric
     from missions.scenarios import Scenario
     from missions.sweeps.ledger import Line
     from missions.sweeps.study import Configuration, Study
@@ -32,11 +33,6 @@ OF_THE_SEED = frozenset({"seed", DRAWN})
 """Fields that differ between repeats of one run."""
 Summaries = Mapping[str, Mapping[str, Any]]
 """Summary of every finished run by key."""
-
-
-def version() -> str:
-    """Return the version of this program."""
-    return __version__
 
 
 def run_content(scenario: Scenario) -> str:
@@ -70,21 +66,31 @@ class RunTask:
 
 @dataclass(frozen=True)
 class ConfigurationLabel:
-    """Description of a configuration in the folder, besides its digest.
+    """Description of a configuration in the folder.
 
     ``source`` is as for `remoras run`; ``unforeseen`` names the case, if any. ``duration_s``: end of an incomplete run.
+    ``digest`` identifies the resolved scenario. ``assumed``: assumptions of its channel, if any.
     """
 
     source: str
     settings: tuple[tuple[str, Any], ...]
     unforeseen: str
     duration_s: float
+    digest: str
+    assumed: str = ""
 
     @classmethod
     def of(cls, configuration: Configuration) -> ConfigurationLabel:
         """Return the label of a configuration."""
-        duration_s = configuration.scenario.scenario.duration_s
-        return cls(configuration.source, configuration.settings, configuration.unforeseen, duration_s)
+        scenario = configuration.scenario
+        return cls(
+            configuration.source,
+            configuration.settings,
+            configuration.unforeseen,
+            scenario.scenario.duration_s,
+            hashlib.sha256(run_content(scenario).encode()).hexdigest(),
+            scenario.channel.assumed(),
+        )
 
     @property
     def columns(self) -> dict[str, Any]:
@@ -97,32 +103,27 @@ class ConfigurationLabel:
         return {**line, "settings": self.columns, "replay": replay, "duration_s": self.duration_s}
 
 
+@cache  # asked for each run at each finished one
+def _key(version: str, digest: str, master: int, repeat: int) -> str:
+    return hashlib.sha256(f"{version} {digest} {seed_of(master, repeat)}".encode()).hexdigest()[:20]
+
+
 @dataclass(frozen=True)
 class RunSchedule:
     """Keys of the runs of a study, sufficient for its progress without scenarios.
 
-    ``digests`` identify the resolved configurations. Folders of older versions have no ``labels``. If ``restricted``, a
-    run without a value of the stopping rule's metric counts with its duration.
+    ``labels`` describe its configurations. A run without a value of the stopping rule's metric counts with its duration
+    if the metric is censored.
     """
 
     version: str
     file: StudyFile
-    digests: tuple[str, ...]
-    labels: tuple[ConfigurationLabel, ...] = ()
-    restricted: bool = False
+    labels: tuple[ConfigurationLabel, ...]
+    metrics: Mapping[str, Metric] = field(default_factory=dict)
 
     def key(self, number: int, repeat: int) -> str:
         """Return the key of a repeat of a configuration."""
-        if (key := self._keys.get((number, repeat))) is None:
-            seed = seed_of(self.file.study.seed, repeat)
-            key = hashlib.sha256(f"{self.version} {self.digests[number]} {seed}".encode()).hexdigest()[:20]
-            self._keys[number, repeat] = key
-        return key
-
-    @cached_property  # a digest for each run, asked at each finished one
-    def _keys(self) -> dict[tuple[int, int], str]:
-        """Cached keys by configuration and repeat."""
-        return {}
+        return _key(self.version, self.labels[number].digest, self.file.study.seed, repeat)
 
     def repeats(self, number: int, summaries: Summaries) -> int:
         """Return the repeats that a configuration needs, given the finished runs.
@@ -158,7 +159,8 @@ class RunSchedule:
             if summary is None:
                 break
             value = summary.get(rule.metric)
-            values.append(self.labels[number].duration_s if value is None and self.restricted else value)
+            is_restricted = value is None and self.metrics[rule.metric].censored
+            values.append(self.labels[number].duration_s if is_restricted else value)
         return repeats_needed(rule, values)
 
     def lacking(self, number: int, summaries: Summaries) -> list[int]:
@@ -167,23 +169,18 @@ class RunSchedule:
 
     def missing(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[tuple[int, int]]:
         """Yield configuration and repeat of the runs needed, not finished and not ``busy``, first repeats first."""
-        numbers = range(len(self.digests))
+        numbers = range(len(self.labels))
         due = sorted((repeat, number) for number in numbers for repeat in self.lacking(number, summaries))
         return ((number, repeat) for repeat, number in due if self.key(number, repeat) not in busy)
-
-    def numbers(self, lines: Mapping[str, Line]) -> dict[str, int]:
-        """Return the configurations of runs by key, where the folder describes them."""
-        n_repeats = 1 + max((line["repeat"] for line in lines.values()), default=-1)
-        known = {self.key(number, repeat): number for number in range(len(self.labels)) for repeat in range(n_repeats)}
-        return {key: known[key] for key in lines if key in known}
 
     def labelled(self, lines: Mapping[str, Line]) -> dict[str, Line]:
         """Return ledger lines with the study's current settings of their configurations.
 
         A study that has grown may set keys that it left to the scenario before; the runs are the same.
         """
-        numbers = self.numbers(lines)
-        return {key: self.labels[numbers[key]].on(line) if key in numbers else line for key, line in lines.items()}
+        n_repeats = 1 + max((line["repeat"] for line in lines.values()), default=-1)
+        labels = {self.key(n, repeat): label for n, label in enumerate(self.labels) for repeat in range(n_repeats)}
+        return {key: labels[key].on(line) if key in labels else line for key, line in lines.items()}
 
 
 @dataclass(frozen=True)
@@ -195,14 +192,8 @@ class SweepPlan:
     @cached_property  # each configuration as JSON
     def schedule(self) -> RunSchedule:
         """Keys of the runs."""
-        digests = (
-            hashlib.sha256(run_content(configuration.scenario).encode()).hexdigest()
-            for configuration in self.study.configurations
-        )
         labels = map(ConfigurationLabel.of, self.study.configurations)
-        rule = self.study.file.stopping
-        restricted = rule is not None and self.study.metrics[rule.metric].censored
-        return RunSchedule(version(), self.study.file, tuple(digests), tuple(labels), restricted)
+        return RunSchedule(__version__, self.study.file, tuple(labels), self.study.metrics)
 
     def task(self, number: int, repeat: int) -> RunTask:
         """Return a repeat of a configuration, ready to run."""

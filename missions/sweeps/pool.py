@@ -23,7 +23,7 @@ from threading import Lock, Thread
 from typing import Any, ParamSpec, TypeVar
 
 from missions.errors import ClusterError
-from missions.sweeps.plan import version
+from missions.sweeps.code import program
 from remoras.plugins import SAFE_PATH, look_in, plugin_folders, switched_on
 
 START_ATTEMPTS = 3
@@ -127,8 +127,10 @@ class SupervisedPool(Executor):
                 own_fault = not began and (process.exitcode or 0) > 0 and process.exitcode != SERVER_DIED
                 if own_fault:  # negative for a signal
                     future.set_exception(WorkersCannotStart(f"{ending}, {GUARD}"))
+                elif in_time:
+                    future.set_exception(WorkerDied(ending))
                 else:
-                    future.set_exception((WorkerDied if in_time else TookTooLong)(ending))
+                    future.set_exception(TookTooLong(f"it took longer than timeout_s = {self._limit_s:g}"))
                 process = None
                 continue
             if succeeded:
@@ -212,8 +214,7 @@ JOINING = 32
 def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
     """Connect to a Dask cluster; yield the executor and its number of threads.
 
-    address: of the scheduler, tcp://HOST:PORT. Raises ClusterError if it is unreachable, has no workers or another
-    version.
+    address: of the scheduler, tcp://HOST:PORT. Raises ClusterError if it is unreachable or has no workers.
     """
     try:
         import distributed
@@ -230,19 +231,12 @@ def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
     try:
         try:
             client.wait_for_workers(1, timeout=REACH_S)
-            versions: dict[str, str] = client.run(version)
+            client.run(program)
         except TimeoutError:
             why = f"has no workers; start some with: dask worker {address}"
             raise ClusterError(f"--cluster {address}: {why}") from None
         except Exception as error:
             raise ClusterError(f"--cluster {address}: a worker cannot load remoras: {error}") from None
-        others = {worker: other for worker, other in versions.items() if other != version()}
-        if others:
-            worker, other = next(iter(others.items()))
-            raise ClusterError(
-                f"--cluster {address}: {len(others)} workers have another version, {worker} has {other}, "
-                f"this is {version()}: install the same everywhere"
-            )
         yield client.get_executor(pure=False), max(JOINING, sum(client.nthreads().values()))
     finally:
         client.close(timeout=1)

@@ -16,7 +16,18 @@ from typing import Any, NamedTuple
 
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import SCENARIO, STUDY, file_or_name, is_file, is_named, shipped, shipped_studies, shown, toml_value
+from missions.files import (
+    SCENARIO,
+    STUDY,
+    dotted,
+    file_or_name,
+    is_file,
+    is_named,
+    shipped,
+    shipped_studies,
+    shown,
+    toml_value,
+)
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
 from missions.scenarios import Scenario, load
@@ -24,7 +35,7 @@ from missions.scenarios.channel import is_left_aside
 from missions.scenarios.explanations import explanations_of
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.parts import METRICS, importable, metric_named, strategy_named, with_files_found
-from missions.sweeps.factorial import HIGH, FactorialDesign, designed
+from missions.sweeps.factorial import HIGH
 from missions.sweeps.study_file import (
     LISTS,
     TABLE_OF,
@@ -35,7 +46,6 @@ from missions.sweeps.study_file import (
     channel_place,
     faults_between,
     faults_of_no_fault,
-    flattened,
     is_axis,
 )
 from remoras.errors import PluginError
@@ -58,7 +68,7 @@ class Combination(NamedTuple):
 
 def combinations(file: StudyFile) -> Iterator[Combination]:
     """Yield every combination of settings; each scenario runs with all of them."""
-    axes: list[list[Settings]] = [[tuple(StudySetting(key, value, f"set.{key}") for key, value in flattened(file.set))]]
+    axes: list[list[Settings]] = [[tuple(StudySetting(key, value, f"set.{key}") for key, value in dotted(file.set))]]
     for name, key in LISTS.items():
         values: Sequence[Any] = getattr(file.study, name) or ()
         axes.append([(StudySetting(key, value, f"study.{name}"),) for value in values] or [()])
@@ -73,7 +83,7 @@ def combinations(file: StudyFile) -> Iterator[Combination]:
 
 
 def _unforeseen(case: Unforeseen, place: str) -> Settings:
-    settings = [StudySetting(key, value, f"{place}.set.{key}") for key, value in flattened(case.set)]
+    settings = [StudySetting(key, value, f"{place}.set.{key}") for key, value in dotted(case.set)]
     return (*settings, *([StudySetting(FAULT, list(case.fault), f"{place}.fault")] if case.fault else []))
 
 
@@ -91,26 +101,21 @@ def points(file: StudyFile) -> list[Settings]:
     table = TABLE_OF[file.study.sampling]
     if table == "point":
         return [
-            tuple(StudySetting(key, value, f"point.{number}.{key}") for key, value in flattened(point))
+            tuple(StudySetting(key, value, f"point.{number}.{key}") for key, value in dotted(point))
             for number, point in enumerate(file.point, 1)
         ]
     if table == "latin":
-        return _latin_hypercube(dict(flattened(file.latin)), file.study.samples, file.study.seed)
+        return _latin_hypercube(dict(dotted(file.latin)), file.study.samples, file.study.seed)
     if table == "factorial":
         return _factorial(file)
-    return _product([StudySetting(key, value, f"grid.{key}") for key, value in flattened(file.grid)])
-
-
-def factorial_of(file: StudyFile) -> FactorialDesign:
-    """Return the two-level design of a study."""
-    return designed(tuple(file.factors), file.study.halvings)
+    return _product([StudySetting(key, value, f"grid.{key}") for key, value in dotted(file.grid)])
 
 
 def _factorial(file: StudyFile) -> list[Settings]:
     levels = file.factors
     return [
         tuple(StudySetting(key, levels[key][level == HIGH], f"factorial.{key}") for key, level in run.items())
-        for run in factorial_of(file).runs
+        for run in file.two_level_design.runs
     ]
 
 
@@ -168,8 +173,7 @@ class Configuration:
 class Study:
     """Study with every configuration resolved.
 
-    ``metrics`` are those that can be compared; ``own_metrics`` names the users' ones. ``file`` lists the compared
-    metrics.
+    ``metrics`` are those that can be compared; ``own_metrics`` names the users' ones.
     """
 
     text: str
@@ -235,7 +239,7 @@ def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
         raise document.error([*faults, *of_metrics])
     text = "".join(f"# {OPTION} {name}\n" for name in strategies) + document.text
     named = {metric.name: None for part in configurations for metric in own_metrics(part.scenario).values()}
-    return Study(text, _with_metrics(file, metrics), tuple(configurations), metrics, tuple(named))
+    return Study(text, file, tuple(configurations), metrics, tuple(named))
 
 
 def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tuple[StudyFile, list[ConfigurationFault]]:
@@ -388,11 +392,3 @@ def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[Confi
         for key, name in named
         if name not in metrics
     ]
-
-
-def _with_metrics(file: StudyFile, metrics: Mapping[str, Metric]) -> StudyFile:
-    """Fill in the compared metrics: the headline ones if the file names none."""
-    if file.study.metrics is not None:
-        return file
-    headline = tuple(name for name, metric in metrics.items() if metric.headline)
-    return _designed(file, metrics=headline)

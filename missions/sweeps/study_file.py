@@ -9,8 +9,8 @@ from typing import Any, Literal, NamedTuple
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
-from missions.files import shown, toml_value
-from missions.sweeps.factorial import MOST_FACTORS, most_halvings
+from missions.files import dotted, shown, toml_value
+from missions.sweeps.factorial import MOST_FACTORS, FactorialDesign, designed, most_halvings
 from remoras.table import Name, OneOrMore, Section
 
 TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin", "factorial": "factorial"}
@@ -80,7 +80,7 @@ def repeated_names(table: str, cases: Sequence[Any]) -> Iterator[ConfigurationFa
 
 def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
     """Yield faults: empty lists and channels without name."""
-    tables = [("grid", dict(flattened(file.grid)))]
+    tables = [("grid", dict(dotted(file.grid)))]
     tables += [(channel_place(file, number), channel) for number, channel in enumerate(file.channel)]
     for table, values in tables:
         for key, value in values.items():
@@ -94,7 +94,7 @@ def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
     """Yield faults: bounds of a Latin hypercube that are not two finite, ascending numbers."""
-    for key, bounds in flattened(file.latin):
+    for key, bounds in dotted(file.latin):
         numbers = isinstance(bounds, list) and [type(bound) in (int, float) for bound in bounds] == [True, True]
         if not numbers or not bounds[0] < bounds[1] or not math.isfinite(bounds[1] - bounds[0]):
             yield ConfigurationFault(f"latin.{key}", toml_value(bounds), "allowed: [lowest, highest], two numbers")
@@ -131,13 +131,12 @@ def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
         ("latin", [file.latin]),
         ("factorial", [file.factorial]),
     ):
-        set_by += [(f"{table}.{key}", key) for setting in settings for key, _ in flattened(setting)]
+        set_by += [(f"{table}.{key}", key) for setting in settings for key, _ in dotted(setting)]
     for place, key in set_by:
         if own_faults and key.partition(".")[0] == "fault":
             yield ConfigurationFault(place, "", "[[unforeseen.fault]] sets all faults of its runs; set them there")
     set_by += [
-        ("unforeseen.set", key)
-        for key in {key for unforeseen in file.unforeseen for key, _ in flattened(unforeseen.set)}
+        ("unforeseen.set", key) for key in {key for unforeseen in file.unforeseen for key, _ in dotted(unforeseen.set)}
     ]
     for place, key in dict.fromkeys(set_by):
         if key in places:
@@ -242,12 +241,17 @@ class StudyFile(Section):
     @property
     def factors(self) -> dict[str, Any]:
         """Scenario keys crossed by a factorial design, with two levels; empty for other designs."""
-        return dict(flattened(self.factorial))
+        return dict(dotted(self.factorial))
+
+    @property
+    def two_level_design(self) -> FactorialDesign:
+        """Runs over the factors of a factorial design."""
+        return designed(tuple(self.factors), self.study.halvings)
 
     @property
     def sampled_keys(self) -> tuple[str, ...]:
         """Scenario keys varied by a Latin hypercube; empty for other designs."""
-        return tuple(key for key, _ in flattened(self.latin))
+        return tuple(key for key, _ in dotted(self.latin))
 
 
 class StudySetting(NamedTuple):
@@ -256,20 +260,6 @@ class StudySetting(NamedTuple):
     key: str
     value: Any
     place: str
-
-
-def flattened(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys of nested tables; a quoted key with dots is kept.
-
-    >>> dict(flattened({"channel": {"per": [0.1]}, "mission.patience_s": [5]}))
-    {'channel.per': [0.1], 'mission.patience_s': [5]}
-    """
-    for key, value in table.items():
-        path = key if not above else f'{above}."{key}"' if "." in key else f"{above}.{key}"
-        if isinstance(value, Mapping):
-            yield from flattened(value, path)
-        else:
-            yield path, value
 
 
 def is_axis(values: Any) -> bool:

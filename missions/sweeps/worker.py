@@ -12,18 +12,22 @@ import time
 import traceback
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from missions.errors import ClusterError, OutputError
-from missions.runs.results import identity, summary
+from missions.runs.results import MemoryResults, identity
 from missions.runs.run import run_of
 from missions.runs.setup import resolved
-from missions.runs.tables import decoded, encoded
-from missions.sweeps.code import code_with, references
-from missions.sweeps.folder import SweepResults
+from missions.sweeps.code import fingerprint, references, short
+from missions.sweeps.folder import SweepResults, run_folder, tables_digest
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
-from missions.sweeps.plan import RunTask, SweepPlan, version
+from missions.sweeps.plan import RunTask, SweepPlan
 from remoras.process import rare_collections
+from remoras.version import __version__
 
 if TYPE_CHECKING:
     from missions.sweeps.study import Study
@@ -35,28 +39,15 @@ except ImportError:  # Windows has no such limits
     resource = None  # type: ignore[assignment]
 
 
-class Needed(NamedTuple):
-    """Requirements on a worker process: version, code digest and memory limit, if any."""
-
-    version: str
-    code: str
-    memory_mb: int | None = None
-
-    @classmethod
-    def like_here(cls, memory_mb: int | None = None) -> Needed:
-        """Return requirements equal to this process."""
-        return cls(version(), code_with(), memory_mb)
-
-
-def run_checked(needed: Needed, task: RunTask) -> FinishedRun:
-    """Execute one task; a raising run fails, another version or code raises ClusterError."""
-    where = f"worker {platform.node()}"
-    if version() != needed.version:
-        raise ClusterError(f"{where} has version {version()} of remoras, the sweep {needed.version}: install the same")
-    if code_with() != needed.code:
-        raise ClusterError(f"{where} has other sources, Python, Mesa or NumPy than the sweep: install the same")
-    if needed.memory_mb is not None and resource is not None:
-        limit = needed.memory_mb * 2**20
+def run_checked(code: str, memory_mb: int | None, task: RunTask) -> FinishedRun:
+    """Execute one task, within a memory limit if any; a raising run fails, other code raises ClusterError."""
+    if short(fingerprint()) != code:
+        raise ClusterError(
+            f"worker {platform.node()} has other sources, Python, Mesa or NumPy than the sweep (its remoras is version "
+            f"{__version__}): install the same"
+        )
+    if memory_mb is not None and resource is not None:
+        limit = memory_mb * 2**20
         resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.getrlimit(resource.RLIMIT_DATA)[1]))
     return run_task(task)
 
@@ -64,33 +55,33 @@ def run_checked(needed: Needed, task: RunTask) -> FinishedRun:
 @rare_collections()
 def run_task(task: RunTask) -> FinishedRun:
     """Execute one task."""
-    wall_s, cpu_s = time.perf_counter(), time.process_time()
-    fields, error, tables = identity(task.scenario, task.seed), "", b""
+    began_s, began_cpu_s = time.perf_counter(), time.process_time()
+    fields, error, files = identity(task.scenario, task.seed), "", dict[str, bytes]()
     try:
-        finished = run_of(resolved(task.scenario), task.seed)
-        fields = summary(finished)
+        results = MemoryResults(run_of(resolved(task.scenario), task.seed))
+        fields = results.figures
         if task.keep_tables:
-            tables = encoded(finished.recorder, task.key)
+            files = results.files
     except Exception:
         error = traceback.format_exc()
-    machine = {
-        "wall_s": round(time.perf_counter() - wall_s, 4),
-        "cpu_s": round(time.process_time() - cpu_s, 4),
-        "host": platform.node(),
-        "worker": os.getpid(),
-        "finished_at": _now(),
-    }
-    return FinishedRun(_line(task, fields, error, machine), tables)
+    wall_s, cpu_s = time.perf_counter() - began_s, time.process_time() - began_cpu_s
+    return _finished(task, fields, error, files, round(wall_s, 4), round(cpu_s, 4))
 
 
 def killed(task: RunTask, error: str) -> FinishedRun:
     """Return a failed run whose process died, with the reason."""
-    machine = {"wall_s": None, "cpu_s": None, "host": platform.node(), "worker": os.getpid(), "finished_at": _now()}
-    return FinishedRun(_line(task, identity(task.scenario, task.seed), error, machine))
+    return _finished(task, identity(task.scenario, task.seed), error)
 
 
-def _line(task: RunTask, fields: Mapping[str, Any], error: str, machine: Mapping[str, Any]) -> dict[str, Any]:
-    return {
+def _finished(
+    task: RunTask,
+    fields: Mapping[str, Any],
+    error: str,
+    files: Mapping[str, bytes] = MappingProxyType({}),
+    wall_s: float | None = None,
+    cpu_s: float | None = None,
+) -> FinishedRun:
+    line = {
         "key": task.key,
         "status": FAILED if error else DONE,
         "repeat": task.repeat,
@@ -98,14 +89,17 @@ def _line(task: RunTask, fields: Mapping[str, Any], error: str, machine: Mapping
         "summary": dict(fields),
         "error": error,
         "replay": task.replay if error else "",
-        "tables": task.keep_tables and not error,
-        "code": code_with(references([task.scenario.model_dump(mode="json")])),
-        "machine": dict(machine),
+        "tables": tables_digest(files),
+        "code": short(fingerprint(references([task.scenario.model_dump(mode="json")]))),
+        "machine": {
+            "wall_s": wall_s,
+            "cpu_s": cpu_s,
+            "host": platform.node(),
+            "worker": os.getpid(),
+            "finished_at": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        },
     }
-
-
-def _now() -> str:
-    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+    return FinishedRun(line, files)
 
 
 def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[str]]]:
@@ -123,17 +117,18 @@ def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[s
         again, line = run_task(tasks[key]), results.lines[key]
         was, now = line["summary"], again.line["summary"]
         other = [name for name in {**was, **now} if was.get(name) != now.get(name)]
-        if line["tables"] and results.damaged:
-            other += results.damaged
-        elif line["tables"]:
-            again_made = decoded(io.BytesIO(again.tables))
-            other += [name for name, now in again_made.items() if not _is_kept(results, name, key, now)]
+        if line["tables"]:
+            kept = run_folder(folder, key)
+            other += [Path(name).stem for name, file in again.files.items() if not _is_alike(kept / name, file)]
         yield key, other
 
 
-def _is_kept(results: SweepResults, name: str, key: str, now: Any) -> bool:
-    """True if the kept table has the same rows of a run."""
-    if name not in results.kept_tables:
-        return not now.num_rows
-    kept = results.arrow_table(name, key)
-    return bool(kept.equals(now.cast(kept.schema)))
+def _is_alike(kept: Path, again: bytes) -> bool:
+    """True if a kept file has the table of a repeated run; bytes depend on the version of pyarrow."""
+    if kept.suffix != ".parquet":
+        return True  # summaries are compared by the ledger, manifests name the machine
+    try:
+        table: pa.Table = pq.read_table(io.BytesIO(kept.read_bytes()))
+    except (pa.ArrowException, OSError):
+        return False
+    return bool(table.equals(pq.read_table(io.BytesIO(again))))

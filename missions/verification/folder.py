@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from missions.verification.ending import check_ending, check_roles
@@ -152,13 +151,6 @@ BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """Exceptions raised by values that no run writes."""
 
 
-def modem_of(scenario: dict[str, Any], manifest: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the modem profile from manifest or scenario; None if incomplete."""
-    modem = manifest.get("modem") or scenario.get("modem", {}).get(scenario["communication"]["modem"])
-    is_whole = isinstance(modem, dict) and {"rate_bps", "head_s", "payload_bytes"} <= set(modem)
-    return modem if is_whole else None
-
-
 def verify_run(record: Record, report: CheckReport) -> None:
     """Run all checks of a run; ``report`` collects the findings."""
     if not check_tables(record, report) or not check_rows(record, report):
@@ -180,35 +172,25 @@ SEAL = '{"crc": "'
 
 SECTIONS = ("scenario", "vehicle", "group", "world", "channel", "communication", "strategy", "decision")
 """Tables of every scenario."""
-MAKING = ("fleet", "finds", "organisation", "object")
-"""Settings that generate vehicles, roles or groups."""
 
 
 def verify_sweep(folder: Path) -> CheckReport:
-    """Verify the folder of a sweep; raises NoResults if its study is unreadable."""
+    """Verify the folder of a sweep: ledger, table of runs, and each run whose tables were kept."""
     report = CheckReport()
-    try:
-        study = json.loads((folder / "study.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise NoResults(f"{folder / 'study.json'}: cannot be read: {error}") from None
     lines = _ledger(folder / "ledger.jsonl", report)
     _check_table(folder / "runs.parquet", lines, report)
-    tables = {path.stem: _table(path, report) for path in sorted((folder / "tables").glob("*.parquet"))}
-    kept = {key for key, line in lines.items() if line.get("tables") and line.get("status") != "failed"}
-    for key in sorted(kept):
-        scenario = scenario_of(study, lines[key])
-        if scenario is None:
-            report.skip(f"tables of run {key}", "its scenario cannot be made of study.json and its settings alone")
-            continue
-        own = {
-            name: TableColumns(table.filter(pc.equal(table["key"], key)).drop_columns(["key"]))
-            for name, table in tables.items()
-            if table is not None
-        }
+    for key in sorted(key for key, line in lines.items() if line.get("tables")):
         report.key = key
-        seed = lines[key]["summary"].get("seed")
-        verify_run(Record(scenario, seed, lines[key]["summary"], own, modem_of(scenario, {})), report)
-        report.key = ""
+        try:
+            record = _record(folder / "runs" / f"key={key}", report)
+        except NoResults as error:
+            report.add("readable", "runs", None, "", str(error), "the results of a run whose tables were kept")
+            continue
+        for name, follows in record.summary.items():
+            if name != "run_id":
+                report.same("runs", "ledger", name, lines[key]["summary"].get(name), follows)
+        verify_run(record, report)
+    report.key = ""
     return report
 
 
@@ -226,7 +208,7 @@ def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
             stated = f"line {number}, run {key}"
             report.add("ledger", "ledger.jsonl", None, "", stated, "another checksum: it was altered")
             continue
-        lines.setdefault(key, line)
+        lines[key] = line  # the last of a repeated run
     return lines
 
 
@@ -264,45 +246,20 @@ def _table(path: Path, report: CheckReport) -> pa.Table | None:
         return None
 
 
-def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the study's scenario with the settings of a line; None if it needs generation."""
-    settings = line.get("settings", {})
-    scenarios = study.get("scenario", {})
-    base = scenarios.get(line["summary"].get("scenario"))
-    if base is None or any(path.startswith(MAKING) for path in settings):
-        return None
-    made: dict[str, Any] = _without_none(base)
-    if "channel.name" in settings:
-        made["channel"] = {"name": settings["channel.name"]}
-    for path, value in settings.items():
-        inner: Any = made
-        *above, last = path.split(".")
-        for part in above:
-            inner = (
-                next((table for table in inner if table.get("name") == part), None)
-                if isinstance(inner, list)
-                else inner.setdefault(part, {})
-            )
-            if inner is None:
-                return None
-        inner[last] = value
-    return made
-
-
-def _without_none(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_none(v) for key, v in value.items() if v is not None}
-    return [_without_none(item) for item in value] if isinstance(value, list) else value
-
-
 def verify(folder: Path) -> CheckReport:
     """Verify the results folder of a run or a sweep; raises NoResults for any other folder."""
     if (folder / "ledger.jsonl").is_file():
         return verify_sweep(folder)
+    report = CheckReport()
+    verify_run(_record(folder, report), report)
+    return report
+
+
+def _record(folder: Path, report: CheckReport) -> Record:
+    """Read the results of a run; raises NoResults for a folder without readable ones."""
     missing = [name for name in ("summary.json", "manifest.json") if not (folder / name).is_file()]
     if missing:
         raise NoResults(f"{folder}: no results of a run or a sweep, missing: {', '.join(missing)}")
-    report = CheckReport()
     summary, manifest = _json(folder / "summary.json", "milestones"), _json(folder / "manifest.json", "scenario")
     tables: dict[str, TableColumns] = {}
     own = summary.get("run_id")
@@ -317,8 +274,9 @@ def verify(folder: Path) -> CheckReport:
         raise NoResults(f"{folder / 'manifest.json'}: its scenario is no TOML: {error}") from None
     if missing := [name for name in SECTIONS if not scenario.get(name)]:
         raise NoResults(f"{folder / 'manifest.json'}: its scenario has no [{missing[0]}]")
-    verify_run(Record(scenario, manifest.get("seed"), summary, tables, modem_of(scenario, manifest)), report)
-    return report
+    modem = manifest.get("modem")
+    is_whole = isinstance(modem, dict) and {"rate_bps", "head_s", "payload_bytes"} <= set(modem)
+    return Record(scenario, manifest.get("seed"), summary, tables, modem if is_whole else None)
 
 
 def _check_id(report: CheckReport, table: str, stated: Any, own: Any) -> None:

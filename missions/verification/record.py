@@ -266,7 +266,6 @@ class Record:
     summary: dict[str, Any]
     tables: Mapping[str, TableColumns]
     modem: dict[str, Any] | None = None
-    _spells: list[Spell] = field(default_factory=list)
 
     def of(self, section: str) -> dict[str, Any]:
         """Return a table of the scenario, or an empty one."""

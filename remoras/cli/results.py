@@ -153,14 +153,13 @@ def query(
 ) -> None:
     """Query the knowledge of one vehicle, or of each, at the end of a run or at another time."""
     from missions.files import text_of
-    from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
     from worldmodel.rdf.sparql import time_limit
 
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
     with time_limit(timeout_s, functools.partial(give_up, as_json=as_json)):
-        columns, rows = ask(results, text, vehicle, at, limit + 1)
+        columns, rows = results.query(text, vehicle, at, limit + 1)
     if len(rows) > limit:
         del rows[limit:]
         print(f"remoras: only the first {limit} rows are shown; --limit N shows more", file=sys.stderr)

@@ -109,11 +109,19 @@ def sweep(
     if verified is not None:
         _verify(loaded, out, verified, as_json)
         return
-    limits = driver.Limits(timeout_s, memory_mb)
     with Progress(f"sweep {loaded.design.name}", 1, "runs") as progress:
         try:
             outcome = driver.sweep(
-                loaded, out, jobs, cluster, None, force_new, progress.of, limits, accept_code, retry_failed
+                loaded,
+                out,
+                jobs,
+                cluster,
+                force_new=force_new,
+                progress=progress.of,
+                timeout_s=timeout_s,
+                memory_mb=memory_mb,
+                accept_code=accept_code,
+                retry_failed=retry_failed,
             )
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command resumes", PARTLY_DONE)
@@ -148,13 +156,13 @@ def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
 
 
 def _show_status(folder: Path, as_json: bool) -> None:
-    from missions.sweeps.folder import DAMAGED, TABLES, SweepResults
+    from missions.sweeps.folder import DAMAGED, SweepResults
 
     results = SweepResults.read(folder)
     status = asdict(results.status())
     failures = [line for line in results.lines.values() if line["error"]]
     shown = [f"failed: {line['error'].strip().splitlines()[-1]}\n  replay: {line['replay']}" for line in failures]
-    shown += [f"{folder / TABLES / name}: {DAMAGED}" for name in results.damaged]
+    shown += [f"{path}: {DAMAGED}" for path in results.damaged]
     show(status, as_json, [_status_line(status), *shown])
 
 
@@ -241,9 +249,7 @@ def _status_line(status: dict[str, Any]) -> str:
 
 def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:
     """Effects as text: the design, then a table per metric and condition."""
-    from missions.sweeps.study import factorial_of
-
-    yield factorial_of(results.file).description()
+    yield results.file.two_level_design.description()
     for (metric, condition), same in itertools.groupby(rows, key=lambda row: (row.metric, row.condition)):
         own = list(same)
         yield f"{metric}, {condition}: mean {own[0].mean:.4g}, n = {own[0].n}"

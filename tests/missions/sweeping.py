@@ -12,7 +12,7 @@ from typing import Any
 import pyarrow.parquet as pq
 
 from missions.runs.results import identity
-from missions.sweeps.folder import RUNS, TABLES, SweepFolder, SweepResults
+from missions.sweeps.folder import KEPT, RUNS, SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER, MACHINE_COLUMNS, FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan
 from missions.sweeps.study import load_study
@@ -61,7 +61,7 @@ def finished(task: RunTask, **summary: Any) -> FinishedRun:
     """A run that nobody made, with this in its summary."""
     line = {
         "key": task.key, "status": "done", "repeat": task.repeat, "settings": dict(task.settings), "error": "",
-        "summary": {**identity(task.scenario, task.seed), **summary}, "replay": "", "tables": False,
+        "summary": {**identity(task.scenario, task.seed), **summary}, "replay": "", "tables": "",
         "machine": dict.fromkeys(("wall_s", "cpu_s", "host", "worker", "finished_at")),
     }  # fmt: skip
     return FinishedRun(line)
@@ -77,10 +77,11 @@ def swept(folder: Path, text: str, made: Callable[[RunTask], FinishedRun]) -> Sw
 
 
 def outcome(folder: Path) -> tuple[bytes, dict[str, bytes]]:
-    """(bytes of the runs without what depends on the machine, bytes of every table)."""
+    """(bytes of the runs without what depends on the machine, bytes of every table by run and name)."""
     buffer = io.BytesIO()
     pq.write_table(pq.read_table(folder / RUNS).drop_columns(list(MACHINE_COLUMNS)), buffer)
-    return buffer.getvalue(), {path.name: path.read_bytes() for path in sorted((folder / TABLES).iterdir())}
+    tables = sorted((folder / KEPT).glob("*/*.parquet"))
+    return buffer.getvalue(), {f"{path.parent.name} {path.name}": path.read_bytes() for path in tables}
 
 
 def ledger_length(folder: Path) -> int:

@@ -3,11 +3,13 @@
 import errno
 import os
 import shutil
+from operator import itemgetter
 from pathlib import Path
 
 import pytest
 from sweeping import outcome, study_text, written
 
+import remoras
 from missions.errors import OutputError, StudyChangedError
 from missions.sweeps import sweep
 from missions.sweeps.folder import SweepFolder, SweepResults
@@ -15,6 +17,7 @@ from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import load_study
 from missions.sweeps.worker import run_task
+from missions.verification import verify
 
 
 def plan_of(tmp_path: Path, text: str = study_text(repeats=2)) -> SweepPlan:
@@ -154,9 +157,9 @@ def with_tables(at: Path, keep: str = "") -> tuple[int, int]:
     """(runs made, runs whose tables are kept)."""
     text = study_text(repeats=3, per="0.4").replace("\nseed", f"\n{keep}\nseed")
     status = sweep(load_study(str(written(at, text))), at / "out", 1)
-    kept = SweepResults.read(at / "out").table("roles").iloc[:, 0].nunique() if status.with_tables else 0
-    assert kept == status.with_tables
-    return status.done, kept
+    kept = list((at / "out" / "runs").glob("key=*"))
+    assert len(kept) == status.with_tables
+    return status.done, len(kept)
 
 
 @pytest.mark.parametrize(("keep", "n"), [("", 6), ("keep_tables = 2", 4), ("keep_tables = 0", 0)])
@@ -170,3 +173,14 @@ def test_no_more_than_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert done == 6
     assert 0 < kept < 6
     assert with_tables(tmp_path) == (6, kept)  # the same command once more adds nothing
+
+
+def test_a_sampled_run_can_be_read_and_verified_as_any_run(folder: Path) -> None:
+    line = min(SweepResults.read(folder).lines.values(), key=itemgetter("key"))
+    run = remoras.open(folder / "runs" / f"key={line['key']}")
+    assert isinstance(run, remoras.Run)
+    assert {**run.summary, "run_id": None} == {**line["summary"], "run_id": None}
+    report = verify(folder)
+    assert not report.findings
+    assert report.checked["positions"]
+    assert report.checked["runs"]

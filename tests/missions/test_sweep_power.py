@@ -103,9 +103,9 @@ class Remembering(Serial):
     made: ClassVar[dict[str, FinishedRun]] = {}
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        needed, task = args
+        *_, task = args
         if task.key not in self.made:
-            self.made[task.key] = fn(needed, task)
+            self.made[task.key] = fn(*args)
         return super().submit(lambda: self.made[task.key])
 
 

@@ -13,12 +13,11 @@ from typer.testing import CliRunner
 
 from missions.errors import OutputError, StudyChangedError
 from missions.sweeps import code
-from missions.sweeps.driver import Limits, sweep
-from missions.sweeps.folder import PARTS, STUDY, TABLES, SweepFolder, SweepResults
+from missions.sweeps.driver import sweep
+from missions.sweeps.folder import KEPT, STUDY, SweepResults
 from missions.sweeps.ledger import LEDGER
-from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study, load_study
-from missions.sweeps.worker import run_task, verify
+from missions.sweeps.worker import verify
 from remoras.cli import app
 
 OWN = """
@@ -167,16 +166,16 @@ def test_a_run_that_raises_is_one_failed_row(tmp_path: Path, plugged: None) -> N
 @pytest.mark.parametrize(
     ("name", "limits", "error"),
     [
-        pytest.param("ENDLESS", Limits(timeout_s=8.0), "took longer than timeout_s = 8", marks=pytest.mark.slow),
-        ("GREEDY", Limits(memory_mb=2000), "MemoryError"),
-        pytest.param("KILLING", Limits(), "process died", marks=pytest.mark.slow),
+        pytest.param("ENDLESS", {"timeout_s": 8.0}, "took longer than timeout_s = 8", marks=pytest.mark.slow),
+        ("GREEDY", {"memory_mb": 2000}, "MemoryError"),
+        pytest.param("KILLING", {}, "process died", marks=pytest.mark.slow),
     ],
 )
 def test_a_run_beyond_its_limits_or_that_kills_its_process_costs_itself_alone(
-    tmp_path: Path, plugged: None, name: str, limits: Limits, error: str
+    tmp_path: Path, plugged: None, name: str, limits: dict[str, Any], error: str
 ) -> None:
     study = tiny(tmp_path, f"faulty_strategies:{name}")
-    status = sweep(study, tmp_path / "out", jobs=2, limits=limits)
+    status = sweep(study, tmp_path / "out", jobs=2, **limits)
     assert (status.done, status.failed, status.remaining) == (2, 2, 0)
     runs = SweepResults.read(tmp_path / "out").runs()
     assert all(error in said for said in runs[runs.status == "failed"].error)
@@ -184,7 +183,7 @@ def test_a_run_beyond_its_limits_or_that_kills_its_process_costs_itself_alone(
 
 def test_a_time_limit_needs_processes_of_this_machine(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="--timeout-s 5: only processes of this machine"):
-        sweep(tiny(tmp_path), tmp_path / "out", cluster="tcp://127.0.0.1:1", limits=Limits(timeout_s=5.0))
+        sweep(tiny(tmp_path), tmp_path / "out", cluster="tcp://127.0.0.1:1", timeout_s=5.0)
 
 
 def test_runs_that_failed_are_made_again_if_asked_for(
@@ -219,28 +218,15 @@ def flip(path: Path) -> None:
 def test_the_same_sweep_makes_a_damaged_table_anew(
     tmp_path: Path, made: Path, folder: Path, damage: Callable[[Path], None], name: str
 ) -> None:
-    path = folder / TABLES / f"{name}.parquet"
+    path = min((folder / KEPT).iterdir()) / f"{name}.parquet"
     damage(path)
     results = SweepResults.read(folder)
-    assert results.damaged == [path.name]
-    with pytest.raises(OutputError, match=f"{name}.parquet: lost or changed since it was written; repeat the sweep"):
-        results.table(name)
+    assert results.damaged == [path.parent]
+    with pytest.raises(OutputError, match=f"{path.parent}: lost or changed since it was written; repeat the sweep"):
+        results.kept(results.lines[path.parent.name.removeprefix("key=")])
     assert results.status().done == 2
-    assert [path.name] in [other for key, other in verify(tiny(tmp_path), folder, 4)]
+    assert [name] in [other for key, other in verify(tiny(tmp_path), folder, 4)]
     status = sweep(tiny(tmp_path), folder, executor=Serial())
     assert (status.done, status.remaining) == (2, 0)
     assert outcome(folder) == outcome(made)
     assert not SweepResults.read(folder).damaged
-
-
-def test_a_part_that_cannot_be_read_is_made_again(tmp_path: Path, made: Path) -> None:
-    """Between a kill and the end of the sweep tables lie in parts."""
-    study, folder = tiny(tmp_path), tmp_path / "out"
-    plan = SweepPlan(study)
-    opened = SweepFolder(folder, plan)
-    finished = [run_task(task) for task in plan.missing({})]
-    opened.append(finished)
-    opened.close()
-    cut(min((folder / PARTS).iterdir()))
-    sweep(study, folder, executor=Serial())
-    assert outcome(folder)[1] == outcome(made)[1]

@@ -5,7 +5,6 @@ import statistics
 import pytest
 from recorded import flown
 
-from missions.runs.knowledge import query as ask
 from missions.runs.metrics import bits_of
 from missions.runs.results import MemoryResults
 from missions.runs.run import Run
@@ -43,7 +42,7 @@ def cells_known(made: Run) -> set[tuple[str, str]]:
 def facts_known(made: Run) -> set[tuple[str, str, str]]:
     """Vehicle, and subject and attribute of what its world model holds at the end."""
     query = "SELECT ?subject ?attribute WHERE { ?subject sit:hasPropertyValue/sit:ofAttribute ?attribute }"
-    return {(*row[:2], row[2].partition(":")[2]) for row in ask(MemoryResults(made), query)[1]}
+    return {(*row[:2], row[2].partition(":")[2]) for row in MemoryResults(made).query(query)[1]}
 
 
 def test_the_world_model_of_a_team_has_no_cells_of_another(by_groups: Run) -> None:

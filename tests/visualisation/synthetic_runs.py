@@ -16,7 +16,7 @@ import tomli_w
 
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style
 from missions.runs.results import Results
-from missions.runs.tables import arrow_table, write_table
+from missions.runs.tables import arrow_table, parquet
 from remoras.recorder import TABLES, TIME, VEHICLE, Column, Table
 
 LONG = "AnExtraordinarilyLongNameOfFortyLettersX"
@@ -82,7 +82,7 @@ class Fiction:
         for table in RECORDED:
             if table.name not in ABSENT:
                 made = arrow_table(table, rows.get(table.name, [])).replace_schema_metadata({"run_id": RUN})
-                write_table(folder / f"{table.name}.parquet", made)
+                (folder / f"{table.name}.parquet").write_bytes(parquet(made))
         faults = [{"kind": kind} for _, _, kind, _ in self.faults if kind != "energy"]
         scenario = {"vehicle": [{"name": name} for name in self.vehicles], "fault": faults}
         scenario["group"] = list(self.groups)

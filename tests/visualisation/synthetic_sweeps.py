@@ -20,7 +20,7 @@ from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.factorial import HIGH, designed
 from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
-from missions.sweeps.plan import RunSchedule, seed_of
+from missions.sweeps.plan import ConfigurationLabel, RunSchedule, seed_of
 from missions.sweeps.study_file import StudyFile
 
 METRICS = (*CORE_METRICS, *MAPPING_METRICS)
@@ -102,22 +102,24 @@ class Sweep:
         file = StudyFile.model_validate(
             {"study": design, "grid": self.grid, "factorial": self.factorial, "unforeseen": axis}
         )
-        digests = [hashlib.sha256(repr(cell).encode()).hexdigest() for cell in cells]
-        study = {"version": "9.8.7", "study": file.model_dump(mode="json"), "scenario": {}, "digests": digests}
-        study["metrics"] = [metric.written() for metric in self.declared]
+        labels = [
+            ConfigurationLabel(
+                "", tuple(self._line("", 0, *cell)["settings"].items()), "", HORIZON_S,
+                hashlib.sha256(repr(cell).encode()).hexdigest(),
+            )
+            for cell in cells
+        ]  # fmt: skip
+        study = {
+            "version": "9.8.7", "study": file.model_dump(mode="json"), "scenario": {},
+            "metrics": [metric.written() for metric in self.declared], "configurations": [*map(vars, labels)],
+        }  # fmt: skip
         (folder / STUDY).write_text(json.dumps(study), encoding="utf-8")
-        schedule = RunSchedule("9.8.7", file, tuple(digests))
+        schedule = RunSchedule("9.8.7", file, tuple(labels))
         lines = [
             self._line(schedule.key(number, repeat), repeat, *cell)
             for number, cell in enumerate(cells)
             for repeat in range(self.repeats)
         ]
-        if self.n_failed:
-            study["labels"] = [
-                {"source": "", "settings": [*line["settings"].items()], "unforeseen": "", "duration_s": HORIZON_S}
-                for line in lines[:: self.repeats]
-            ]
-            (folder / STUDY).write_text(json.dumps(study), encoding="utf-8")
         for line in lines[1 : 1 + self.n_failed]:
             identity = {name: line["summary"][name] for name in (*FIELDS, "seed")}
             line.update(status=FAILED, error="Traceback\nValueError: no fleet", replay="remoras run", summary=identity)
@@ -139,7 +141,7 @@ class Sweep:
             summary["consistency_time_s"] = 2.0 * summary["mean_latency_s"] if math.fmod(repeat, 5) else None
         return {
             "key": key, "status": DONE, "repeat": repeat, "settings": settings, "summary": summary, "error": "",
-            "replay": "", "duration_s": 7200.0, "tables": False, "machine": {},
+            "replay": "", "duration_s": 7200.0, "tables": "", "machine": {},
         }  # fmt: skip
 
 

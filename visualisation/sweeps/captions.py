@@ -177,8 +177,8 @@ def effects_caption(rows: Sequence[MainEffect], metric: Metric) -> str:
 
 def effects_conditions(results: SweepResults) -> str:
     """Describe design, seed and version of the effects."""
-    design = results.file.study
-    return f"Design: {results.factorial.description()}; master seed {design.seed}, version {results.schedule.version}."
+    file, version = results.file, results.schedule.version
+    return f"Design: {file.two_level_design.description()}; master seed {file.study.seed}, version {version}."
 
 
 def without_intervals(rows: Sequence[Comparison]) -> str:

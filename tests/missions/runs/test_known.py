@@ -12,7 +12,6 @@ import pytest
 
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
-from missions.runs.knowledge import knowledge, query
 from missions.runs.known import Belief, Memory
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run, result_of, run
@@ -250,14 +249,14 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 def test_time_and_vehicle_say_whose_knowledge_and_when(results: Results) -> None:
     asked = "SELECT (COUNT(?f) AS ?n) { ?f sit:ofAttribute rm:mappedCell }"
-    counts = [query(results, asked, "AUV01", at_s)[1][0][0] for at_s in (0.0, 200.0, 400.0)]
+    counts = [results.query(asked, "AUV01", at_s)[1][0][0] for at_s in (0.0, 200.0, 400.0)]
     assert counts[0] == 0 < counts[1] < counts[2]
-    columns, rows = query(results, asked)
+    columns, rows = results.query(asked)
     assert columns == ("vehicle", "n")
-    assert [row[0] for row in rows] == list(knowledge(results))
+    assert [row[0] for row in rows] == list(results.knowledge())
     late = "SELECT ?f { ?r sit:received ?f ; sit:receivedAt ?at FILTER(?at > 200) }"
-    assert query(results, late, "AUV01", 200.0)[1] == []
-    assert query(results, late, "AUV01", 400.0)[1] != []
+    assert results.query(late, "AUV01", 200.0)[1] == []
+    assert results.query(late, "AUV01", 400.0)[1] != []
 
 
 def test_what_cannot_be_written_or_asked_is_one_line(results: Results, tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """What a run leaves behind: a summary, a manifest and tables with units, whole or not at all, alike every time."""
 
-import io
 import json
 import shutil
 import tempfile
@@ -15,9 +14,9 @@ from small_mission import SMALL, pond
 
 from missions.errors import OutputError
 from missions.runs.results import LIBRARIES, MemoryResults, Results, summary, write_results
-from missions.runs.run import Run, run
+from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
-from missions.runs.tables import arrow_table, decoded, encoded, merge_tables, table_writer
+from missions.runs.tables import arrow_table
 from missions.scenarios import load
 from missions.verification.folder import columns_of
 from remoras.recorder import TABLES, TIME, VEHICLE, Column, Recorder, Table
@@ -239,98 +238,6 @@ def test_a_summary_with_other_than_numbers_and_milestones_is_damaged(
     (broken / "summary.json").write_text(json.dumps({**summary, key: value}), encoding="utf-8")
     with pytest.raises(OutputError, match=rf"summary\.json: damaged: {key}"):
         _ = Results.read(broken).summary
-
-
-@pytest.fixture(scope="module")
-def recorder() -> Recorder:
-    return run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")])).recorder
-
-
-def part_of(recorder: Recorder, parts: Path, key: str) -> None:
-    parts.mkdir(exist_ok=True)
-    (parts / f"{key}.zip").write_bytes(encoded(recorder, key))
-
-
-def test_parts_merge_to_the_same_bytes_in_any_order(tmp_path: Path, recorder: Recorder) -> None:
-    for at_once in (True, False):
-        parts, tables = tmp_path / f"parts{at_once}", tmp_path / f"tables{at_once}"
-        for key in ("b", "a", "c"):
-            part_of(recorder, parts, key)
-            if not at_once:
-                merge_tables(parts, tables, {"a", "b", "c"})
-        if at_once:
-            merge_tables(parts, tables, {"a", "b", "c"})
-        assert not parts.exists()
-    one, two = ((tmp_path / f"tables{at_once}" / "packets.parquet").read_bytes() for at_once in (True, False))
-    assert one == two
-    merged = pq.read_table(tmp_path / "tablesTrue" / "packets.parquet")
-    n_rows = len(recorder.packets)
-    assert merged.column("key").to_pylist() == [key for key in "abc" for _ in range(n_rows)]
-
-
-@pytest.mark.parametrize(
-    ("most", "groups"),
-    [(1, [40, 60, 50]), (50, [40 + 60, 50]), (150, [40 + 60 + 50]), (1000, [40 + 60 + 50])],
-    ids=["none", "two", "exact", "all"],
-)
-def test_runs_share_row_groups_whole(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, most: int, groups: list[int]
-) -> None:
-    """A group is closed by the run with which it has enough rows; a run without rows stands nowhere."""
-    monkeypatch.setattr("missions.runs.tables.GROUP_ROWS", most)
-    looks = Table("looks", (TIME, VEHICLE))
-    sizes = {"a": 40, "b": 60, "c": 0, "d": 50}
-
-    def part(key: str) -> None:
-        rows = [(float(number), key) for number in range(sizes[key])]
-        recorder = Recorder([looks])
-        recorder.rows("looks").extend(rows)
-        part_of(recorder, tmp_path / "parts", key)
-
-    for key in "db":  # the later ones go between those that are there
-        part(key)
-    merge_tables(tmp_path / "parts", tmp_path / "tables", set("db"))
-    for key in "ca":
-        part(key)
-    merge_tables(tmp_path / "parts", tmp_path / "tables", set("abcd"))
-    merged = pq.ParquetFile(tmp_path / "tables" / "looks.parquet")
-    assert [merged.metadata.row_group(n).num_rows for n in range(merged.num_row_groups)] == groups
-    assert merged.read().column("vehicle").to_pylist() == [key for key, size in sizes.items() for _ in range(size)]
-
-
-def test_a_run_that_the_ledger_has_no_longer_is_left_out(tmp_path: Path, recorder: Recorder) -> None:
-    parts, tables = tmp_path / "parts", tmp_path / "tables"
-    for key in "ab":
-        part_of(recorder, parts, key)
-    merge_tables(parts, tables, {"a", "b"})
-    part_of(recorder, parts, "c")
-    merge_tables(parts, tables, {"a", "c"})
-    assert set(pq.read_table(tables / "roles.parquet").column("key").to_pylist()) == {"a", "c"}
-
-
-def test_a_table_of_another_version_is_not_mixed_with_new_ones(tmp_path: Path, recorder: Recorder) -> None:
-    """The parts stay, so that nothing is lost."""
-    parts, tables = tmp_path / "parts", tmp_path / "tables"
-    part_of(recorder, parts, "a")
-    merge_tables(parts, tables, {"a"})
-    older = pq.read_table(tables / "packets.parquet")
-    older = older.rename_columns([name.replace("_s", "_ms") for name in older.column_names])
-    with table_writer(tables / "packets.parquet", older.schema) as out:
-        out.write_table(older)
-    part_of(recorder, parts, "b")
-    with pytest.raises(
-        OutputError, match=r"packets\.parquet: has the columns key, slot, time_ms.*move packets\.parquet"
-    ):
-        merge_tables(parts, tables, {"a", "b"})
-    assert (parts / "b.zip").is_file()
-
-
-def test_a_run_and_a_sweep_keep_the_same_columns_and_values(recorder: Recorder) -> None:
-    files = decoded(io.BytesIO(encoded(recorder, "k")))
-    for name, table in recorder.tables.items():
-        of_run, of_sweep = arrow_table(table, recorder.rows(name)), files[name]
-        assert of_sweep.column_names == ["key", *of_run.column_names]
-        assert of_sweep.drop_columns(["key"]).equals(of_run)
 
 
 def test_what_is_missing_or_not_finite_stays_so() -> None:

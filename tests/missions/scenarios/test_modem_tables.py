@@ -14,7 +14,6 @@ from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.files import shipped
 from missions.mapping.sensors import SwathSettings
-from missions.runs.knowledge import query
 from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
@@ -145,7 +144,7 @@ def test_its_words_are_known_and_stay_with_the_run(tmp_path: Path) -> None:
     write_results(finished, tmp_path / "out")
     (tmp_path / "mine.ttl").write_text("changed since", encoding="utf-8")  # the run is as it was
     read = Results.read(tmp_path / "out")
-    assert query(read, "SELECT ?x { m:SurveyAUV rdfs:subClassOf ?x }", "AUV01") == (("x",), [("rm:AUV",)])
+    assert read.query("SELECT ?x { m:SurveyAUV rdfs:subClassOf ?x }", "AUV01") == (("x",), [("rm:AUV",)])
     again = tmp_path / "again.toml"
     again.write_text(json.loads((tmp_path / "out" / "manifest.json").read_text())["scenario"], encoding="utf-8")
     assert load(str(again)).worldmodel.ontology_text == {"mine.ttl": WORDS}
