@@ -327,7 +327,7 @@ def test_the_organisation_is_drawn_at_a_time_in_a_view(results: Path, swept: Pat
     )
     assert made.exit_code == 0, made.output
     caption = (tmp_path / "organisation.txt").read_text(encoding="utf-8")
-    assert caption.startswith("Organisation in the view of AUV01: above at 20.0 s, ")
+    assert caption.startswith("Organisation in the view of AUV01, over mission time; the thick line marks 20.0 s. ")
     assert "at 1e+06 s: this run lasts from 0 to" in refused("plot", results, "organisation", "--at", "1e6")
     assert "known: ASV00, AUV00, AUV01, AUV02; nearest: 'AUV01'" in refused(
         "plot", results, "organisation", "--viewer", "AUV1"
