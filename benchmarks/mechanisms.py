@@ -24,7 +24,7 @@ from missions.runs.results import summary
 from missions.runs.run import run
 from missions.scenarios import load
 from missions.statistics import t_half_width
-from remoras.executive.satisfaction import motivation
+from remoras.executive.decision import motivation
 from remoras.fleet.vehicle import Vehicle
 from remoras.functional.guidance import Guidance
 from remoras.htn import Execution, FactsLike

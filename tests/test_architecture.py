@@ -95,7 +95,7 @@ DOORS: dict[str, set[str]] = {
         f"missions.{mission}": {"exchange.channel.loss"}
         for mission in ("mapping", "trident", "pandora", "fieldwork", "minehunting")
     },
-    "missions.scenarios": {"remoras.executive.satisfaction", "exchange.wire.sealing"},
+    "missions.scenarios": {"remoras.executive.decision", "exchange.wire.sealing"},
     "missions.runs": {"exchange.wire.codec"},
     "missions.nodes": {"exchange.wire.codec", "exchange.wire.definitions", "exchange.wire.sealing"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
@@ -114,13 +114,12 @@ KNOW_MESA = {"remoras.fleet.fleet", "remoras.fleet.solo", "remoras.fleet.vehicle
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors", "remoras.table"},
     "remoras.htn": {"remoras.errors", "remoras.process"},
-    "remoras.executive.satisfaction": {"remoras.activities", "remoras.table"},
+    "remoras.executive.decision": {"remoras.activities", "remoras.table"},
 }
 FACE = "remoras", "remoras.api", "remoras.stepped"
 ROOFS = ("remoras.cli", "remoras.testing")
 ENTRY = "remoras.__main__"
 TOGETHER = {
-    ("exchange.manager.beliefs", "exchange.manager.summaries"),
     ("exchange.manager.receiver", "exchange.manager.relaying"),
     tuple(
         f"missions.scenarios.{name}"

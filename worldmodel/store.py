@@ -20,7 +20,6 @@ import hashlib
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from worldmodel.bans import Bans
 from worldmodel.errors import FactError, unknown_name
 from worldmodel.facts import (
     EPOCHS,
@@ -34,7 +33,7 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.holdings import Arrivals, BlockLog, Keeping, Waiting
+from worldmodel.holdings import Arrivals, Bans, BlockLog, Keeping, Waiting
 from worldmodel.inference import Inference
 from worldmodel.ontology.fields import Grid, Value
 from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind

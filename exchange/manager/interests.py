@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from exchange.manager.beliefs import ADDRESSED_SHARE, Beliefs, Sendable
 from exchange.packets import Fragment, ItemUid
 from exchange.policy.acknowledgement import members
-from exchange.policy.limits import Expired, Expiry
+from exchange.policy.candidates import Expired, Expiry, item_candidate
 from exchange.policy.queue import Queue
-from exchange.policy.values import item_candidate
 from worldmodel import NOBODY, Block, Needs, PropertyValue, Stated, ValueKind, Wanted, WorldModel
 
 

@@ -21,12 +21,11 @@ from itertools import chain
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
-from exchange.manager.beliefs import Beliefs, Sendable
+from exchange.manager.beliefs import Beliefs, Sendable, Summaries
 from exchange.manager.interests import Interests, Renewal
 from exchange.manager.peers import PeerLinks
 from exchange.manager.receiver import Parking, Receiver
 from exchange.manager.relaying import Relaying
-from exchange.manager.summaries import Summaries
 from exchange.packets import (
     Fragment,
     Head,
@@ -40,9 +39,9 @@ from exchange.packets import (
     fragments_of,
     name_of_item,
 )
+from exchange.policy.candidates import ADDITIVE, STATUS_COLUMN, ValueRule
 from exchange.policy.policies import AckPolicy
 from exchange.policy.queue import Queue
-from exchange.policy.values import ADDITIVE, STATUS_COLUMN, ValueRule
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, refuse_longer_texts
 from exchange.wire.codes import joined

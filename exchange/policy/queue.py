@@ -2,13 +2,13 @@
 
 Repeatedly the most valuable entry that fits goes into the packet; ties go to the lower item UID, items before statuses.
 The policy study uses the same rule; a test compares both. Entries whose order is constant while they wait share one
-queue class (*line*, see `exchange.policy.values`). A slot compares only the heads of the classes: its cost grows with
-the number of classes and of entries sent.
+queue class (*line*, see `exchange.policy.candidates`). A slot compares only the heads of the classes: its cost grows
+with the number of classes and of entries sent.
 
 Entries larger than the remaining capacity are skipped. After ``LOOK_PAST`` skipped entries of a class, the rest of it
 is skipped too: exact for equal sizes, approximate for packed ones, which differ by some bits.
 
-Limits apply if the queue is full or a need asks for them (`exchange.policy.limits`). An `Expiry` reports each entry
+Limits apply if the queue is full or a need asks for them (`exchange.policy.candidates`). An `Expiry` reports each entry
 that is refused or displaced. Under newest-first order a class is valued as a whole; a blackout blocks classes for a
 time after each transmission about their property.
 """
@@ -23,8 +23,18 @@ from typing import Protocol
 
 from exchange.packets import Fragment, StatusUid
 from exchange.policy.acknowledgement import members
-from exchange.policy.limits import Expired, Expiry, QueueLimits, Unsaid
-from exchange.policy.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
+from exchange.policy.candidates import (
+    ADDITIVE,
+    STATUS_COLUMN,
+    Candidate,
+    Expired,
+    Expiry,
+    Moment,
+    QueueLimits,
+    Unsaid,
+    ValueRule,
+    Waiting,
+)
 from worldmodel import PLAIN, Terms
 
 SLACK = 16

@@ -1,6 +1,6 @@
 """Operator bans, ``[[ban]]``: a vehicle declares the observations of another invalid.
 
-The ban is a fact, withdrawn by another fact. Each vehicle applies the facts it has received (``worldmodel.bans``).
+The ban is a fact, withdrawn by another fact. Each vehicle applies the facts it has received (``worldmodel.holdings``).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from missions.feature import Feature, Joining
 from remoras.events import Host, Observer, say_at
 from remoras.table import NotNegative, Positive, Section
 from worldmodel import ontology_path
-from worldmodel.bans import BANNED_FROM
+from worldmodel.holdings import BANNED_FROM
 
 if TYPE_CHECKING:
     from pathlib import Path

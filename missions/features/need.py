@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from exchange.policy.limits import Expired
+from exchange.policy.candidates import Expired
 from missions.errors import ConfigurationFault, one_of
 from missions.feature import Feature, Joining
 from missions.files import shown

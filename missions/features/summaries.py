@@ -1,4 +1,4 @@
-"""Switch ``communication.summaries = false``: see ``exchange.manager.summaries``."""
+"""Switch ``communication.summaries = false``: see ``exchange.manager.beliefs``."""
 
 from missions.feature import on_unless_off
 from remoras.events import LeavingOut

@@ -214,7 +214,7 @@ class Setup:
     own_metrics: Mapping[str, Metric]
     features: tuple[Feature, ...]
 
-    @cached_property
+    @cached_property  # 0.4 to 1 ms, asked for each vehicle
     def common_needs(self) -> NeedsIndex:
         """Needs by which every vehicle needs all exchanged attributes."""
         domains = self.tbox.attributes

@@ -16,9 +16,8 @@ from pydantic import Field
 
 from exchange.channel.modems import LEAST_BYTES, MEASURED, Modem, Profile, modems
 from exchange.errors import ExchangeError
-from exchange.policy.limits import Deadline, Goby
+from exchange.policy.candidates import ADDITIVE, Age, Deadline, Goby, ValueRule
 from exchange.policy.policies import POLICIES, AckPolicy, checked_policy, header_bits
-from exchange.policy.values import ADDITIVE, Age, ValueRule
 from exchange.wire.sealing import Seal, key_in
 from missions.document import Document
 from missions.errors import ConfigurationFault, one_of

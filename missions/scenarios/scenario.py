@@ -20,7 +20,7 @@ from missions.scenarios.features import with_features
 from missions.scenarios.fleet import MAX_VEHICLES, FleetTable, VehicleTable
 from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.organisation import GroupTable, Role
-from remoras.executive.satisfaction import DecisionTable
+from remoras.executive.decision import DecisionTable
 from remoras.motion.attraction import GuidanceTable
 from remoras.table import RISING, Name, PointM, Section, Sparse, unless
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, WeighedSet
 from remoras.behaviours import Perception
-from remoras.executive.decision import Choice
-from remoras.executive.satisfaction import (
+from remoras.executive.decision import (
+    Choice,
     DecisionConstants,
     answered,
     call,

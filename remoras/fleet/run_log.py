@@ -19,7 +19,7 @@ from remoras.work import Computed
 
 if TYPE_CHECKING:
     from exchange.packets import Fragment, ItemUid
-    from exchange.policy.limits import Expiry
+    from exchange.policy.candidates import Expiry
     from exchange.policy.queue import Queue
     from remoras.beliefs import Beliefs
     from worldmodel import Block
@@ -44,7 +44,7 @@ observation.
 UNSAID = Table("unsaid", (
     Column("slot", "int"), TIME, VEHICLE, Column("reason", "str"), Column("candidates", "int"),
 ))  # fmt: skip
-"""Queued items and statuses not sent in a slot, by reason (``exchange.policy.limits.Unsaid``)."""
+"""Queued items and statuses not sent in a slot, by reason (``exchange.policy.candidates.Unsaid``)."""
 
 
 class RadioLog:

@@ -14,8 +14,8 @@ from random import Random
 import numpy as np
 
 from exchange.policy.acknowledgement import PacketLog, acknowledged, fields, members
+from exchange.policy.candidates import Moment, QueuePlace, ValueRule, Waiting
 from exchange.policy.policies import AckPolicy, header_bits, policy_fault, policy_named
-from exchange.policy.values import Moment, QueuePlace, ValueRule, Waiting
 from exchange.study.compiler import as_python, slot_loops
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.parts import REMEMBERED_WORDS, case_of, p_loss_matrices, play

@@ -2,7 +2,7 @@
 
 import math
 
-from exchange.policy.values import Moment, QueuePlace, Waiting
+from exchange.policy.candidates import Moment, QueuePlace, Waiting
 
 
 class Nameless:

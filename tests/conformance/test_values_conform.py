@@ -3,7 +3,7 @@
 import pytest
 from nonconforming_values import Counting, Disordered, Endless, Meddling, Nameless, Overtaking
 
-from exchange.policy.values import Moment, ValueRule, Waiting
+from exchange.policy.candidates import Moment, ValueRule, Waiting
 from missions.scenarios.communication import VALUE_RULES
 from remoras.testing.policies import check_value_rule as check
 

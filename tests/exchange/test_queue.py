@@ -5,9 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.packets import Fragment
-from exchange.policy.limits import Expired, Unsaid
+from exchange.policy.candidates import Candidate, Expired, Unsaid, item_candidate
 from exchange.policy.queue import Queue
-from exchange.policy.values import Candidate, item_candidate
 from missions.scenarios.communication import VALUE_RULES
 from worldmodel import STATUS, PropertyValue, Terms
 

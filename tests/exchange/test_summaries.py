@@ -1,7 +1,6 @@
 """Summaries: what is told of holdings, and how often."""
 
-from exchange.manager.beliefs import Beliefs
-from exchange.manager.summaries import TIMES_TOLD, Summaries
+from exchange.manager.beliefs import TIMES_TOLD, Beliefs, Summaries
 from exchange.packets import Summary
 from exchange.policy.policies import ACK
 

@@ -9,8 +9,8 @@ import pytest
 from crossings import Traveller, traveller
 
 from remoras.behaviours import Approach, distance_m
+from remoras.executive.decision import DecisionConstants
 from remoras.executive.layer import ExecutiveLayer
-from remoras.executive.satisfaction import DecisionConstants
 from remoras.functional.guidance import Guidance
 from remoras.motion.attraction import GuidanceTable
 from remoras.motion.separation import Separation

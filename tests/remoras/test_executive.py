@@ -10,8 +10,8 @@ from samples import activity_set
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import ADVANCING, DUE, IDLE, STANDING, Perception
+from remoras.executive.decision import DecisionConstants
 from remoras.executive.layer import ExecutiveLayer
-from remoras.executive.satisfaction import DecisionConstants
 from remoras.motion.attraction import Pulls
 
 CARTOGRAPHER, PERFORMER = ("Operational", "Cartographer"), ("Operational", "Performer")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remoras.executive.satisfaction import (
+from remoras.executive.decision import (
     HIGHEST,
     LOWEST,
     DecisionConstants,

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worldmodel import Block, Observation, PropertyValue
-from worldmodel.bans import decided
+from worldmodel.holdings import decided
 
 
 def word(time_s: float, issuer: int, vehicle: int, from_s: float | None, sequence: int = 0) -> Observation:
