@@ -15,7 +15,7 @@ from typing import Any
 def loader(package: str, file: str) -> Callable[[str], Any]:
     """Return a module ``__getattr__`` for a package; ``file`` is its ``__init__.py``."""
 
-    @cache
+    @cache  # parses the file, asked for each name
     def homes() -> dict[str, str]:
         blocks = (node for node in ast.parse(Path(file).read_text(encoding="utf-8")).body if isinstance(node, ast.If))
         imports = (node for block in blocks for node in block.body if isinstance(node, ast.ImportFrom))

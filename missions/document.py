@@ -68,7 +68,7 @@ class Document:
         """
         return cls(path, text, tables_of(text, path))
 
-    @cached_property
+    @cached_property  # the whole text, read for each fault
     def lines(self) -> dict[Location, int]:
         """Line number of every table and key."""
         return lines_of(self.text)

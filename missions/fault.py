@@ -38,7 +38,7 @@ class Absence(StrEnum):
     """Off; it restarts."""
 
 
-@cache
+@cache  # 20 ms of imports, asked for each fault
 def kinds() -> dict[str, Any]:
     """Return the available kinds by name, in order of their numbers."""
     names = sorted(module.name for module in pkgutil.iter_modules(importlib.import_module(KINDS_FOLDER).__path__))

@@ -106,7 +106,7 @@ class _Watch:
         return value if time.thread_time() < until_s else None
 
 
-@cache
+@cache  # an audit hook cannot be removed
 def _watch() -> _Watch:
     return _Watch()
 

@@ -28,7 +28,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -56,7 +55,6 @@ MOST_SHARE = 0.999
 """Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 
 
-@lru_cache(maxsize=1 << 16)
 def normal_error(share: float) -> float:
     """Return the standard normal error of a uniform number in [0, 1)."""
     return normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))

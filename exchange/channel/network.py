@@ -34,7 +34,7 @@ from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from itertools import pairwise, permutations
 from pathlib import Path
 from typing import Annotated, Any
@@ -122,7 +122,7 @@ class Network(BaseModel):
         """Names of the nodes; empty for losses over range."""
         return [node.name for node in self.node]
 
-    @cached_property
+    @cached_property  # of all links, asked for each
     def per(self) -> dict[tuple[str, str], float]:
         """Share lost of each directed link, by (sender, receiver)."""
         return {(node.name, other): per for node in self.node for other, per in node.per.items()}
@@ -285,13 +285,9 @@ class NetworkChannel(ChannelModel):
                 yield SettingFault(f"nodes.{vehicle}", f'"{node}"', "is the node of two vehicles; each has its own")
 
 
+@cache  # parses the files, asked for each network
 def shipped() -> dict[str, Network]:
     """Return the shipped networks by name."""
-    return dict(_shipped())
-
-
-@lru_cache(maxsize=1)
-def _shipped() -> dict[str, Network]:
     files = sorted(Path(__file__).with_name("networks").glob("*.toml"))
     return {network.name: network for file in files for network in _of_toml(file.read_text("utf-8"), file.name)}
 
@@ -314,9 +310,9 @@ def network_of(setting: str, sha256: str = "") -> Network:
     Raises LinkFileGoneError for an unknown network, missing file or other hash, NetworkFileError for invalid content.
     """
     if not (file := file_in(setting)):
-        if setting in _shipped():
-            return _shipped()[setting]
-        raise LinkFileGoneError(f"is no network; allowed: {', '.join(_shipped())}, or {KINDS}")
+        if setting in shipped():
+            return shipped()[setting]
+        raise LinkFileGoneError(f"is no network; allowed: {', '.join(shipped())}, or {KINDS}")
     name = setting.removeprefix(file).removeprefix(":")
     networks = _read(file, hash_of(file, KINDS, sha256))
     if not name and len(networks) == 1:
@@ -327,7 +323,7 @@ def network_of(setting: str, sha256: str = "") -> Network:
     raise NetworkFileError([SettingFault("network", f'"{name}"' if name else "", allowed, tuple(names), file)])
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=16)  # a file, read by each check and run
 def _read(file: str, sha256: str) -> list[Network]:
     content = Path(file).read_bytes()
     if len(content) > LARGEST_BYTES:

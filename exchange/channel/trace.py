@@ -169,7 +169,7 @@ def trace_of(file: str, sha256: str = "") -> Trace:
     return _read(file, hash_of(file, KINDS, sha256))
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=16)  # a file of megabytes, read by each check and run
 def _read(file: str, sha256: str) -> Trace:
     names, rows = _parquet(file) if file.endswith(".parquet") else _csv(file)
     kind = "lost" if "lost" in names else "per"

@@ -73,7 +73,7 @@ def coefficient(key: int, origin: int, sequence: int) -> int:
     return scrambled(key + (origin << 24) + sequence & 0xFFFFFFFF) % NONZERO + 1
 
 
-@cache
+@cache  # 256 products for each item of a symbol
 def _products(factor: int) -> bytes:
     return bytes([times(factor, byte) for byte in range(256)])
 

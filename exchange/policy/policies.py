@@ -6,7 +6,6 @@ the nodes that send an item. A new kind of acknowledgement is a value in this fi
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from types import FunctionType
 
 from exchange.errors import ConfigurationError
@@ -190,7 +189,6 @@ def bits_beside(kind: Acknowledgement) -> int:
     return (END_BITS if kind.states else 0) + (COUNT_BITS if kind.codes else 0)
 
 
-@lru_cache(maxsize=256)
 def header_bits(policy: AckPolicy, n_nodes: int, frame: int | None = None, sender: int = 0) -> int:
     """Size of the acknowledgement header of a packet; statements and symbols come on top.
 

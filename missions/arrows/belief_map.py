@@ -78,12 +78,12 @@ class CellGrid:
         """Number of cells."""
         return self.n_columns * self.n_rows
 
-    @cached_property
+    @cached_property  # 1 % of a mission
     def x_m(self) -> Array:
         """East coordinates of cell centres, shape (n_cells,)."""
         return np.tile(self.west_m + (np.arange(self.n_columns) + 0.5) * self.cell_m, self.n_rows)
 
-    @cached_property
+    @cached_property  # 1 % of a mission
     def y_m(self) -> Array:
         """North coordinates of cell centres, shape (n_cells,)."""
         return np.repeat(self.south_m + (np.arange(self.n_rows) + 0.5) * self.cell_m, self.n_columns)

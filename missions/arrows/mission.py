@@ -197,22 +197,22 @@ class ArrowsMission(JobMission):
 
     # Activities ----------------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def crew(self) -> tuple[str, ...]:
         """Vehicles whose observations count: all."""
         return tuple(self._database)
 
-    @cached_property
+    @property
     def searchers(self) -> tuple[str, ...]:
         """Vehicles with a sweeping detector, in slot order."""
         return tuple(name for name, data in self._database.items() if _numbers(data))
 
-    @cached_property
+    @property
     def identifiers(self) -> tuple[str, ...]:
         """Vehicles with a camera."""
         return tuple(name for name, data in self._database.items() if _can(data, IDENTIFYING))
 
-    @cached_property
+    @cached_property  # 70 ms, asked for each vehicle
     def reach(self) -> Reach:
         """Area of contact: around the leader's rally point in a central search.
 

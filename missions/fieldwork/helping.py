@@ -169,7 +169,7 @@ class HelpMission(JobMission):
     help_by: ClassVar[tuple[type[Help], str]]
     """Class of ``Help``, and the attribute of the reported job."""
 
-    @cached_property
+    @cached_property  # 0.5 % of a mission
     def helped(self) -> Mapping[str, Any]:
         """Jobs that need help, by name: those with an attribute ``n_helpers``."""
         return {name: job for name, job in self.jobs.items() if n_helpers(job)}

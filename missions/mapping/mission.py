@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -274,7 +274,7 @@ class MappingMission(JobMission):
         """Yield faults of areas, exploring roles and importances; of overlaps and the goal if these are valid."""
         return list(_of_tables(scenario, cls.group_missions)) or [*_overlaps(scenario), *_goal(scenario)]
 
-    @cached_property
+    @property
     def social_domain(self) -> Domain:
         """Decomposition of Supervision and AreaMapping into objectives of roles."""
         return social_domain(self.groups, self.meeting, self.jobs, self._inspections)
@@ -309,7 +309,7 @@ class MappingMission(JobMission):
         """Cells of all areas with the features and objects of the run."""
         return seabed_with_finds(self._seabed, self.finds, seed, self._objects)
 
-    @cached_property
+    @property
     def _seabed(self) -> Seabed:
         return seabed_of(self.scenario.world.cell_m, tuple(self.corners_m.items()))
 
@@ -341,7 +341,7 @@ class MappingMission(JobMission):
         """Activity sets of the rendezvous; ``activities`` plans the others."""
         return self.meeting.activity_sets(objective, data.name, facts)
 
-    @cached_property
+    @property
     def activity_domain(self) -> Domain:
         """Decomposition of exploring, mapping, inspecting and positioning into activities."""
         return activity_domain(self.jobs)

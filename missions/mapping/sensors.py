@@ -205,7 +205,7 @@ class Seabed:
         ]
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # 1 to 6 ms, asked by each run of a study
 def seabed_of(cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...]) -> Seabed:
     """Seabed of areas by name, cached for the runs of a study."""
     return Seabed.of_areas(cell_m, dict(corners_m))

@@ -13,7 +13,6 @@ from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, field_validator
@@ -369,7 +368,7 @@ class JobMission(Mission):
         """Rally points."""
         return [Place(name, "rally point", (at_m,)) for name, at_m in self.meeting.rally_points_m.items()]
 
-    @cached_property
+    @property
     def social_domain(self) -> Domain:
         """Decomposition of a group's mission into roles, objectives and a rendezvous."""
         return Domain.of(

@@ -25,8 +25,6 @@ the side last left 0 estimates the shift.
 
 from __future__ import annotations
 
-from functools import cache
-
 from exchange.arithmetic import exp, log
 
 LEAST = 1e-12
@@ -67,7 +65,6 @@ def readings_between_alarms(threshold: float) -> float:
     return (exp(b) - b - 1.0) / (2.0 * SLACK * SLACK) / 2.0
 
 
-@cache
 def threshold(readings: float) -> float:
     """Threshold, at least 0, for one false alarm of both sides in ``readings`` readings.
 

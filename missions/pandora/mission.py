@@ -15,7 +15,6 @@ vocabulary, from what the failure asserted. Steps with valid effects are not rep
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -213,7 +212,7 @@ class PandoraMission(JobMission):
 
     # Plans ---------------------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def activity_domain(self) -> Domain:
         """Decomposition of a service, see the module; task arguments are the job and vehicle data."""
         assesses, repairs = self.scenario.mission.assesses, self.scenario.mission.repairs

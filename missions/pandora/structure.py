@@ -10,7 +10,6 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
@@ -287,17 +286,17 @@ class PlannedPart:
     dead: tuple[tuple[str, str], ...] = ()
     vehicles: tuple[str, ...] = ()
 
-    @cached_property
+    @property
     def name(self) -> str:
         """Name of the service task."""
         return job_of(self.of)
 
-    @cached_property
+    @property
     def way_m(self) -> float:
         """Path length along its points (m)."""
         return math.fsum(distance(*pair) for pair in pairwise(self.points_m))
 
-    @cached_property
+    @property
     def place_m(self) -> Point:
         """First point."""
         return self.points_m[0]

@@ -308,7 +308,6 @@ class FaultOfSensors(DeclaredFault):
 # Kinds ------------------------------------------------------------------------------------------
 
 
-@cache
 def kind_named(name: str) -> type[DeclaredFault]:
     """Return a shipped or plug-in (``package.module:Class``) kind, or raise PluginError."""
     kind: type[DeclaredFault] = known_or_named(name, kinds(), "package.module:Class")
@@ -326,7 +325,7 @@ def fitting(table: Mapping[str, Any], otherwise: type[DeclaredFault]) -> type[De
         return otherwise
 
 
-@cache
+@cache  # imports all kinds, asked for each unknown key
 def users_of_keys() -> dict[str, list[str]]:
     """Return the kinds that use each key not common to all."""
     users: dict[str, list[str]] = {}

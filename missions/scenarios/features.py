@@ -19,7 +19,7 @@ FOLDER = "missions.features"
 Table = TypeVar("Table", bound=Sparse)
 
 
-@cache
+@cache  # 0.3 s of imports, asked by each check
 def features() -> dict[str, Any]:
     """Return the existing features by name, sorted."""
     names = sorted(module.name for module in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))

@@ -17,7 +17,6 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from pydantic import Field
@@ -330,7 +329,6 @@ def equipment_of(
     return items if modem is None else [*items, EquipmentItem("modem", modem.equipment)]
 
 
-@lru_cache(maxsize=256)
 def inferred_classes(tbox: TBox, of_class: str, attribute: str, others: tuple[str, ...]) -> frozenset[str]:
     """Return the classes of an instance inferred from its class and that of ``others``, linked by ``attribute``.
 

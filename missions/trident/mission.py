@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
@@ -302,7 +301,7 @@ class TridentMission(JobMission):
         """Return True for own and requested work."""
         return objective.name in (WORKING, SERVING)
 
-    @cached_property
+    @property
     def activity_domain(self) -> Domain:
         """Decomposition of work into steps bound to services."""
         return activity_domain(self.matching, self.groups, self.scenario.recovery.name)

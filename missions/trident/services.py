@@ -74,7 +74,7 @@ class SeabedBlock:
         west, south, east, north = self.west_m, self.south_m, self.east_m, self.north_m
         return (west, south), (east, south), (east, north), (west, north)
 
-    @cached_property
+    @cached_property  # 5 % of a mission
     def tiles(self) -> tuple[Tile, ...]:
         """Tiles with centre in the block, row by row from the south-west; facts use these indices.
 
@@ -111,7 +111,7 @@ class Site:
     transponder_range_m: float = 0.0
     seed: int = 0
 
-    @cached_property
+    @cached_property  # 20 % of a mission
     def numbers(self) -> Mapping[Tile, tuple[str, int]]:
         """Block and index in it of every tile."""
         return {tile: (block.name, n) for block in self.blocks for n, tile in enumerate(block.tiles)}

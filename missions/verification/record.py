@@ -279,38 +279,38 @@ class Record:
         """Return the rows of a table, as plain values; ``columns`` is separated by blanks."""
         return self.tables[table].rows(*columns.split())
 
-    @cached_property
+    @cached_property  # 2 % of a check
     def vehicles(self) -> dict[str, dict[str, Any]]:
         """Vehicles by name, in scenario order."""
         return {vehicle["name"]: vehicle for vehicle in self.scenario["vehicle"]}
 
-    @cached_property
+    @property
     def drifts(self) -> bool:
         """True if vehicles have position errors."""
         return bool(self.of("navigation").get("drift"))
 
-    @cached_property
+    @cached_property  # 2 % of a check
     def anew(self) -> set[str]:
         """Restarted vehicles."""
         return {spell.vehicle for spell in self.spells if spell.kind == "restarts"}
 
-    @cached_property
+    @property
     def newcomers(self) -> set[str]:
         """Restarted and late vehicles."""
         return self.anew | {spell.vehicle for spell in self.spells if spell.kind == "joins"}
 
-    @cached_property
+    @property
     def names(self) -> set[str]:
         """Names of all objects in the scenario."""
         sections = [entry for section in self.scenario.values() if isinstance(section, list) for entry in section]
         return {str(entry["name"]) for entry in sections if isinstance(entry, dict) and "name" in entry}
 
-    @cached_property
+    @cached_property  # 2 % of a check
     def by_slot(self) -> list[str]:
         """Vehicle names by node number, the position in the TDMA frame."""
         return sorted(self.vehicles, key=lambda name: int(self.vehicles[name]["slot"]))
 
-    @cached_property
+    @cached_property  # 1 % of a check
     def declared_roles(self) -> dict[Role, dict[str, Any]]:
         """Roles of the scenario, by group and name."""
         groups = self.scenario["group"]
@@ -321,12 +321,12 @@ class Record:
         playable = self.vehicles[vehicle].get("playable_roles")
         return playable is None or not {role[1], ".".join(role)}.isdisjoint(playable)
 
-    @cached_property
+    @property
     def roles_with_jobs(self) -> set[Role]:
         """Roles with a job."""
         return {key for key, role in self.declared_roles.items() if role.get("job") is not None}
 
-    @cached_property
+    @cached_property  # 3 % of a check
     def decisions(self) -> list[tuple[float, str, list[WeighedRow]]]:
         """Decisions with time, vehicle and candidates; each starts with the same candidate."""
         decisions: list[tuple[float, str, list[WeighedRow]]] = []
@@ -336,7 +336,7 @@ class Record:
             decisions[-1][2].append(row)
         return decisions
 
-    @cached_property
+    @cached_property  # 1 to 7 % of a check
     def given_s(self) -> dict[tuple[str, ...], float]:
         """First assignment time of objectives, by (viewer, group, role, objective, argument)."""
         columns = "vehicle group role objective argument time_s event"
@@ -349,7 +349,7 @@ class Record:
         index = bisect_right(times_s, at_s)
         return roles[index - 1] if index else frozenset()
 
-    @cached_property
+    @cached_property  # 8 % of a check
     def _role_changes(self) -> dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]]:
         """Return the change times and resulting roles, by vehicle and starting event."""
         ends = {"left": "assigned", "inactive": "active"}
@@ -364,7 +364,7 @@ class Record:
             roles.append(frozenset() if not group else now - changed if event in ends else now | changed)
         return dict(changes)
 
-    @cached_property
+    @cached_property  # 3 % of a check
     def influenced(self) -> dict[str, set[str]]:
         """Roles that a role may signal to: declared ones, and roles with jobs among themselves."""
         jobs = self.roles_with_jobs
@@ -374,24 +374,24 @@ class Record:
             for (group, name), role in self.declared_roles.items()
         }
 
-    @cached_property
+    @property
     def covered(self) -> dict[Cell, tuple[float, str]]:
         """First time (s) of each covered cell, and its vehicle."""
         rows = reversed(list(self.rows("coverage", "cell_x cell_y time_s vehicle")))
         return {(x, y): (time_s, vehicle) for x, y, time_s, vehicle in rows}
 
-    @cached_property
+    @cached_property  # 14 to 25 % of a check
     def packet_of_slot(self) -> dict[int, tuple[str, dict[str, float]]]:
         """Sender and reception times of the packet in each slot."""
         rows = self.rows("packets", "slot sender receivers arrivals_s")
         return {slot: (sender, dict(zip(names, times_s, strict=False))) for slot, sender, names, times_s in rows}
 
-    @cached_property
+    @cached_property  # 2 % of a check
     def tick_s(self) -> float:
         """Length of a motion tick."""
         return float(self.of("scenario")["tick_s"])
 
-    @cached_property
+    @property
     def without_decision_s(self) -> float:
         """Maximum time to the next decision (s): the period in whole ticks.
 
@@ -400,7 +400,7 @@ class Record:
         n_ticks = math.ceil(float(self.of("decision")["period_s"]) / self.tick_s - TIME_STEP_S)
         return self.tick_s * (n_ticks if self.has_exact_clocks else 2 * n_ticks + 1)
 
-    @cached_property
+    @cached_property  # 3 to 9 ms, asked thousands of times
     def tracks(self) -> dict[str, Track]:
         """Tracks of the vehicles that have one."""
         table = self["trajectories"]
@@ -413,18 +413,18 @@ class Record:
                 tracks[name] = Track(*(np.asarray(table[column])[rows] for column in columns))
         return tracks
 
-    @cached_property
+    @cached_property  # 20 to 30 % of a check
     def end_s(self) -> float:
         """Time of the last motion tick."""
         times = self["trajectories"]["time_s"]
         return float(times.max()) if len(times) else 0.0
 
-    @cached_property
+    @property
     def mission_s(self) -> float:
         """Mission duration (s): last tick if completed, else the declared duration."""
         return self.end_s if self.summary.get("completed") else float(self.of("scenario")["duration_s"])
 
-    @cached_property
+    @cached_property  # 17 to 90 % of a check
     def spells(self) -> list[Spell]:
         """Faults in the table; the end is infinite if not recorded."""
         rows = list(self.rows("faults", "time_s vehicle kind detail"))
@@ -465,7 +465,7 @@ class Record:
         """True if a vehicle is lost, off, late or without energy at a time."""
         return bool(self.away(vehicle, at_s))
 
-    @cached_property
+    @property
     def strange(self) -> dict[str, float]:
         """Time (s) of the first fault of an external kind, by vehicle."""
         declared = {str(fault.get("kind")) for fault in self.scenario.get("fault", [])} - KINDS
@@ -475,25 +475,25 @@ class Record:
                 first_s[spell.vehicle] = min(spell.from_s, first_s.get(spell.vehicle, math.inf))
         return first_s
 
-    @cached_property
+    @property
     def packet_s(self) -> tuple[float, float] | None:
         """Transmission time before the bits and per bit (s); None without modem profile."""
         if self.modem is None:
             return None
         return float(self.modem["head_s"]), 1.0 / float(self.modem["rate_bps"])
 
-    @cached_property
+    @property
     def spread(self) -> float:
         """Maximum relative deviation of vehicle speeds."""
         return float(self.of("uncertainty").get("speed_spread", 0.0))
 
-    @cached_property
+    @property
     def has_exact_clocks(self) -> bool:
         """True unless a vehicle has its own clock."""
         has_own = any("clock" in vehicle for vehicle in self.vehicles.values())
         return not has_own and "clocks" not in self.of("communication")
 
-    @cached_property
+    @property
     def all_need_all(self) -> bool:
         """True if every vehicle needs all items throughout the run."""
         communication = self.of("communication")

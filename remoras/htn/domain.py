@@ -203,12 +203,12 @@ class Plan:
     nodes: tuple[Node, ...]
     rests_on: frozenset[Any]
 
-    @cached_property
+    @property
     def tasks(self) -> tuple[Task, ...]:
         """Elementary tasks in order."""
         return tuple(node.task for node in self.nodes if node.method is None)
 
-    @cached_property
+    @cached_property  # asked for each node
     def children(self) -> tuple[tuple[int, ...], ...]:
         """Indices of the subtasks, per node."""
         children: list[list[int]] = [[] for _ in self.nodes]

@@ -33,7 +33,6 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import combinations, cycle
 from typing import NamedTuple
 
@@ -70,7 +69,7 @@ class Engagement:
     queued: Roles
     ending: Callable[[], Outlook]
 
-    @cached_property
+    @property
     def outlook(self) -> Outlook:
         """Time and place at which the vehicle completes its begun jobs."""
         return self.ending()

@@ -83,7 +83,7 @@ class DecisionInputs:
     kept: bytes
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=16)  # a run, asked by each check
 def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], seed: int = 1) -> list[DecisionInputs]:
     """Return sampled inputs of a vehicle: at first without knowledge, later with peers and work.
 

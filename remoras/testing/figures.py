@@ -81,7 +81,7 @@ def _expect_same(subject: str, ask: Callable[[api.Run], object], runs: Sequence[
                     raise AssertionError(f"{subject} of {run!r} is {first!r}, and {other!r} {how}: {function}")
 
 
-@cache
+@cache  # runs, of which each check draws
 def _short_runs() -> tuple[api.Run, ...]:
     return tuple(api.run(SCENARIO, per=PER, set={"scenario.duration_s": duration_s}) for duration_s in DURATIONS_S)
 

@@ -7,7 +7,6 @@ import pytest
 from sampling import sampled
 
 from missions.fault import kinds
-from missions.scenarios.faults import kind_named
 from remoras.testing import faults as conformance
 
 KEYS: dict[str, dict[str, Any]] = {"biased": {"attribute": "location", "offset": [1.0, 1.0]}}
@@ -40,6 +39,5 @@ def test_a_kind_that_does_not_is_told_why(tmp_path, monkeypatch) -> None:
     (tmp_path / "fickle_kinds.py").write_text(FICKLE, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "fickle_kinds", raising=False)
-    kind_named.cache_clear()
     with pytest.raises(AssertionError, match="its rows in the table of faults are"):
         conformance.check("fickle_kinds:Fickle")

@@ -11,7 +11,6 @@ from missions.runs.assembly import faults_in
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from missions.scenarios.faults import kind_named
 from missions.scenarios.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
@@ -67,7 +66,6 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "own_kinds.py").write_text(MINE, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "own_kinds", raising=False)
-    kind_named.cache_clear()
     return tmp_path
 
 

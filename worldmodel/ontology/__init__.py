@@ -68,7 +68,7 @@ def graph_of(tbox: TBox) -> "Graph":
     return terminology(tbox.sources)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # 0.3 s
 def _compiled(sources: tuple[Source, ...]) -> TBox:
     from worldmodel.ontology.compiler import compile_tbox
 

@@ -253,7 +253,7 @@ class TBox:
         for name, value in derived.items():
             object.__setattr__(self, name, value)
 
-    @cached_property
+    @cached_property  # 2 to 6 ms, asked by each world model
     def rules(self) -> CompiledAxioms:
         """Compiled axioms, on first use: checks of scenarios do not need them."""
         return CompiledAxioms(self._ancestors, [(a.domain, a.range_class) for a in self.attributes], self.axioms)

@@ -90,7 +90,7 @@ def _answer(
     return columns, [tuple(shown.value(row.get(name)) for name in columns) for row in rows]
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=64)  # parsed once for all vehicles
 def _prepared(tbox: TBox, sparql: str) -> Query:
     """Return the parsed query; raises QueryError if it is invalid or has FROM or SERVICE."""
     prefixes = prefixes_of(tbox)

@@ -62,7 +62,7 @@ class Triples:
         self._classes = tuple(URIRef(class_.iri) for class_ in model.tbox.classes)
         self._linked = model.inference.linked_attributes()
 
-    @cached_property
+    @cached_property  # the whole history, read for each part
     def facts(self) -> list[Observation]:
         """All facts that count, by attribute."""
         uids = list(self.model.instance_uids())

@@ -73,7 +73,7 @@ def canonical_items(known: Iterable[Store]) -> str:
     return "".join(sorted({line for model in known for line in _lines(Triples(model).items(), names)}))
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=8)  # reads all triples of the ontology
 def prefixes_of(tbox: TBox) -> Mapping[str, str]:
     """Return namespaces by prefix: of runs, RDF, OWL and the terms in the ontology files."""
     graph = graph_of(tbox)
