@@ -143,7 +143,6 @@ class Behaviour(Protocol):
         draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: True if performed since
         the last decision.
         """
-        ...
 
     @abstractmethod
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
@@ -153,7 +152,6 @@ class Behaviour(Protocol):
         answer holds, see ``Reference``. It must not change ``motion`` or ``picture``. The control respects the limits
         of the vehicle, and moves a target outside the area of operations inside.
         """
-        ...
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """Return the position error (m) above which the activity is useless now; infinite by default.

@@ -50,23 +50,18 @@ class ShownTime(Protocol):
     @property
     def is_exact(self) -> bool:
         """True if it always shows the true time."""
-        ...
 
     def reads(self, true_s: float) -> float:
         """Return its reading (s) at a true time (s)."""
-        ...
 
     def true_time_s(self, shown_s: float) -> float:
         """Return the true time (s) of a reading."""
-        ...
 
     def set_by(self, by_s: float) -> None:
         """Advance it by that much (s); negative sets it back."""
-        ...
 
     def recording(self, recorder: Recorder) -> Recorder:
         """Return a recorder that converts times of rows to true time and passes them on."""
-        ...
 
 
 class Clock(Generic[E]):

@@ -82,12 +82,10 @@ class Mission(SocialPart, FunctionalPart, Protocol):
     @abstractmethod
     def from_scenario(cls, scenario: Any) -> Self:
         """Return the mission of a valid scenario."""
-        ...
 
     @abstractmethod
     def truth(self, recorder: Recorder, world: Any) -> Truth:
         """Return a new truth for one run: ``recorder`` takes its rows, ``world`` is that of the run."""
-        ...
 
     def nature(self, world: Any) -> Callable[[FleetView, float], None] | None:
         """Return a function of fleet and true time (s) that changes the world; None by default.

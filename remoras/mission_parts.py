@@ -78,13 +78,11 @@ class SocialPart(Protocol):
 
         A step ``AssignObjective`` runs until its effects hold, and fails if its role becomes vacant.
         """
-        ...
 
     @property
     @abstractmethod
     def jobs(self) -> Mapping[str, Job]:
         """Jobs of the mission by name; roles refer to them."""
-        ...
 
     @abstractmethod
     def activity_sets(
@@ -100,7 +98,6 @@ class SocialPart(Protocol):
             facts: keys of beliefs, and ``("members", "Group.Role")``.
             position_m: current position.
         """
-        ...
 
     @property
     def activity_domain(self) -> Domain | None:
@@ -174,7 +171,6 @@ class FunctionalPart(Protocol):
     @abstractmethod
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Return a new behaviour for the activity set led by ``activity``."""
-        ...
 
     def world(self, seed: int) -> Any:
         """Return the world perceived by sensors: a pure function of the seed.

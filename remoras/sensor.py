@@ -144,14 +144,12 @@ class Sensor(Protocol):
     @property
     def table(self) -> Table | None:
         """Table of its rows: time, vehicle, then columns of ``Observation.row``; None without rows."""
-        ...
 
     def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
         """Return the observations of a motion tick; called while switched on.
 
         It must depend only on its past, pose, world and time: random draws are keyed by these, never streamed.
         """
-        ...
 
 
 class SensorSettings(BaseModel):

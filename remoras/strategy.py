@@ -151,7 +151,6 @@ class Negotiator(Protocol):
 
     def negotiate(self, situation: Situation) -> Move:
         """Return the next statements."""
-        ...
 
 
 class Strategy(Protocol):
@@ -174,24 +173,19 @@ class Strategy(Protocol):
     @property
     def name(self) -> str:
         """Name in results and figures."""
-        ...
 
     @property
     def declaration(self) -> Declaration:
         """Properties and demands."""
-        ...
 
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
         """Return the initial organisation: groups with founding roles."""
-        ...
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Return the role assignments of members when the group's mission is planned."""
-        ...
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
         """Return the negotiator of ``me`` for the jobs of ``group``; None if not needed."""
-        ...
 
 
 def faults_of_strategy(found: Any) -> Iterator[str]:

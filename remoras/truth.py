@@ -197,7 +197,6 @@ class Truth(Protocol):
     @property
     def milestones(self) -> Sequence[Milestone]:
         """Milestones to date."""
-        ...
 
     @property
     def goal_fraction(self) -> float:
@@ -205,20 +204,16 @@ class Truth(Protocol):
 
         It includes all work, whatever vehicles remain.
         """
-        ...
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Observe the fleet after a motion tick or consultation round; True if complete."""
-        ...
 
     @property
     def is_over(self) -> bool:
         """True once an incomplete run cannot progress; the run ends then."""
-        ...
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Return the reason if the mission is not complete, else an empty text."""
-        ...
 
 
 def left(fleet: FleetView) -> list[tuple[VehicleView, VehicleData]]:

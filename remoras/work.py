@@ -67,36 +67,30 @@ class Job(Protocol):
     @property
     def name(self) -> str:
         """Name of its instance in the ontology, unique in the scenario."""
-        ...
 
     @property
     def place_m(self) -> Point:
         """Position, for messages and figures."""
-        ...
 
     @property
     def needs(self) -> tuple[str, ...]:
         """Jobs that must be done before."""
-        ...
 
     @property
     def done(self) -> Key:
         """Fact (attribute, instance) that marks the job as done once known."""
-        ...
 
     def is_able(self, data: VehicleData) -> bool:
         """True if a vehicle has the abilities (sensor, arm, depth); roles are checked separately.
 
         Abilities are static; failures and new requirements are facts: see ``HinderedJob``.
         """
-        ...
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Return time and place at which the vehicle is free after this job; None if unable.
 
         Called thousands of times per run: cache all data of the job alone.
         """
-        ...
 
 
 class DivisibleJob(Job, Protocol):
@@ -109,7 +103,6 @@ class DivisibleJob(Job, Protocol):
     @property
     def share_left(self) -> float:
         """Remaining share of the job, 0..1; 0 once done."""
-        ...
 
     def left(self, facts: Known) -> DivisibleJob | None:
         """Return the remaining job by the known ``facts``; None while it is not known to exist.
@@ -117,7 +110,6 @@ class DivisibleJob(Job, Protocol):
         It may depend only on facts about its own instance: the result is cached until one changes. While something is
         left, the able vehicles stay the same, except by ``HinderedJob``.
         """
-        ...
 
 
 class HinderedJob(Job, Protocol):
@@ -126,20 +118,16 @@ class HinderedJob(Job, Protocol):
     @property
     def rests_on(self) -> Collection[Key]:
         """Facts read by ``left`` besides those about its own instance."""
-        ...
 
     @property
     def hindrances(self) -> tuple[str, ...]:
         """Blocking conditions as text; while unchanged, the able vehicles stay the same."""
-        ...
 
     def left(self, facts: Known) -> HinderedJob:
         """Return the remaining job, with ``is_able`` by the known facts."""
-        ...
 
     def is_ever_able(self, data: VehicleData) -> bool:
         """True if a vehicle is able under some conditions: then it may be assigned the job."""
-        ...
 
 
 def share_left(job: Job) -> float:

@@ -96,7 +96,6 @@ class Needs(Protocol):
 
     def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
         """Return the need for a fact about an instance of ``class_uid``."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,7 +57,6 @@ class Channel(Protocol):
 
         ``positions_m`` is (x east, y north) of every node, shape (n_nodes, 2), in metres.
         """
-        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,7 +33,6 @@ class LinkModel(Protocol):
 
         ``range_m`` is the distance at the start of the packet, in three dimensions if the channel model counts depth.
         """
-        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -171,7 +171,6 @@ class Links(Protocol):
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
         """Return the loss probability of a packet that is received as a whole."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,6 @@ class Driver(Protocol):
 
     def send(self, data: bytes, now_s: float) -> None:
         """Transmit a packet without blocking; ``now_s`` is the slot start (s of the mission)."""
-        ...
 
     def receive(self, until_s: float) -> Sequence[TimedPacket]:
         """Return the packets since the last call, in order of reception.
@@ -33,11 +32,9 @@ class Driver(Protocol):
         It waits for the first packet until ``until_s`` (s of the mission), and not at all if that is past. Packets may
         be damaged; the manager rejects these.
         """
-        ...
 
     def close(self) -> None:
         """Release the modem; a repeated call has no effect."""
-        ...
 
 
 class Pace(Protocol):
@@ -46,12 +43,10 @@ class Pace(Protocol):
     @property
     def now_s(self) -> float:
         """Mission time (s), negative before the start."""
-        ...
 
     @property
     def uncertainty_s(self) -> float:
         """Uncertainty of the mission time (s)."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -324,7 +324,6 @@ class JobMission(Mission):
     @abstractmethod
     def jobs_of(self, scenario: Any) -> Iterable[Job]:
         """Return the jobs of a scenario; called once."""
-        ...
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
         """Create the behaviour that travels to a job, does it and reports its end; by default a dwell."""

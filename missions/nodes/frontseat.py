@@ -85,15 +85,12 @@ class OwnBody(Protocol):
 
     def fix(self) -> Fix | None:
         """Return a fix received since the last call, or None, without blocking."""
-        ...
 
     def guide(self, target_m: Point, speed_mps: float) -> None:
         """Go to a place (x east, y north) at a speed; 0 stops. Called at least once per tick."""
-        ...
 
     def close(self) -> None:
         """Release the body; a repeated call has no effect."""
-        ...
 
 
 class Reading(NamedTuple):
@@ -109,7 +106,6 @@ class UtcClock(Protocol):
 
     def reading(self) -> Reading | None:
         """Return the newest reading, without blocking; None before the first."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

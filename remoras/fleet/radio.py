@@ -51,7 +51,6 @@ class RenewedNeeds(Needs, Protocol):
 
     def renew(self, organisation: Organisation) -> bool:
         """Use another view of the organisation; return whether needs have changed."""
-        ...
 
 
 class HeardPacket(NamedTuple):

@@ -94,11 +94,9 @@ class Passage(Protocol):
 
     def way_m(self, from_m: Point, to_m: Point) -> Sequence[Point]:
         """Return waypoints from one place to another, the latter included."""
-        ...
 
     def walls(self, at_m: Point) -> Sequence[HalfPlane]:
         """Return velocity constraints (m/s) that keep a vehicle out of the reef."""
-        ...
 
 
 class Guidance:

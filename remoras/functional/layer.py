@@ -154,7 +154,6 @@ class Positioning(Protocol):
     @property
     def behaviour(self) -> Behaviour:
         """Behaviour of that activity."""
-        ...
 
     def before_decision(self, guiding: Behaviour | None) -> None:
         """Prepare for a decision; ``guiding`` is the behaviour in control."""
@@ -167,7 +166,6 @@ class Positioning(Protocol):
 
     def pose(self, pose: Pose) -> Pose:
         """Return the sensor pose with the known position error."""
-        ...
 
 
 class FunctionalLayer:

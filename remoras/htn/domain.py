@@ -34,7 +34,6 @@ class FactsLike(Protocol):
 
     def get(self, key: Any, default: Any = None, /) -> Any:
         """Return the value of a fact, or ``default`` if unknown."""
-        ...
 
 
 class Task(NamedTuple):

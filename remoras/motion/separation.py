@@ -33,12 +33,10 @@ class _Layer(Protocol):
     @property
     def motion(self) -> Motion:
         """State of motion."""
-        ...
 
     @property
     def depth_m(self) -> float:
         """Current depth."""
-        ...
 
 
 class Moving(Protocol):
@@ -49,12 +47,10 @@ class Moving(Protocol):
     @property
     def functional(self) -> _Layer:
         """Functional layer, which holds the motion."""
-        ...
 
     @property
     def is_alive(self) -> bool:
         """False once it floats to the surface without power."""
-        ...
 
 
 def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
