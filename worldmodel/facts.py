@@ -161,11 +161,10 @@ class Fault:
 
 
 class Lacking(NamedTuple):
-    """Instance that blocks are pending for; ``age_s`` is the pending time (s) of the oldest."""
+    """Missing instance, the owner of its range, and the blocks that are pending for it."""
 
     uid: int
     origin: int | None
-    age_s: float
     guids: tuple[Guid, ...]
 
 

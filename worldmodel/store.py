@@ -33,7 +33,7 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.holdings import Arrivals, Bans, BlockLog, Keeping, Waiting
+from worldmodel.holdings import Arrivals, Bans, BlockLog, Keeping
 from worldmodel.inference import Inference
 from worldmodel.ontology.fields import Grid, Value
 from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
@@ -389,13 +389,10 @@ class Store:
         if log is not None:
             log.forget(sequence)
 
-    def latest(self, subject: int, attribute: int, at_s: float | None = None) -> Observation | None:
-        """Return the newest observation of a property by ``at_s`` (s); of statuses the newest only."""
+    def latest(self, subject: int, attribute: int) -> Observation | None:
+        """Return the newest observation of a property."""
         entries = self.index.slots.get(attribute, EMPTY).get(subject)
-        if entries is None or at_s is None:
-            return entries[-1] if entries else None
-        position = bisect_right(entries, at_s, key=_time_s)
-        return entries[position - 1] if position else None
+        return entries[-1] if entries else None
 
     def history(
         self, subject: int, attribute: int, since_s: float | None = None, until_s: float | None = None
@@ -408,13 +405,6 @@ class Store:
         first = 0 if since_s is None else bisect_left(entries, since_s, key=_time_s)
         end = len(entries) if until_s is None else bisect_right(entries, until_s, key=_time_s)
         return tuple(entries[first:end])
-
-    def since(self, origin: int, time_s: float) -> Iterator[Block]:
-        """Yield an origin's items observed at ``time_s`` (s) or later, by epoch and sequence."""
-        for key in sorted(key for key in self.logs if key[0] == origin):
-            for block in self.logs[key]:
-                if block.time_s >= time_s and self.is_seen(block):
-                    yield block
 
     def is_seen(self, block: Block) -> bool:
         """True unless the origin of the block is excluded at its time."""
@@ -445,20 +435,12 @@ class Store:
         for slot in sorted(self.index.statuses):
             yield self.index.statuses[slot]
 
-    def lacking(self, now_s: float) -> tuple[Lacking, ...]:
-        """Return the missing instances of pending blocks, by uid, with ages at ``now_s`` (s)."""
-        of_uid: dict[int, list[Waiting]] = {}
-        for _, waiting in sorted(self.arrivals.waiting.items()):
-            of_uid.setdefault(waiting.missing, []).append(waiting)
-        return tuple(
-            Lacking(
-                uid,
-                self.owner_of(uid),
-                now_s - min(waiting.since_s for waiting in of_uid[uid]),
-                tuple(waiting.block.guid for waiting in of_uid[uid]),
-            )
-            for uid in sorted(of_uid)
-        )
+    def lacking(self) -> tuple[Lacking, ...]:
+        """Return the missing instances of pending blocks, by uid."""
+        of_uid: dict[int, list[Guid]] = {}
+        for guid, waiting in sorted(self.arrivals.waiting.items()):
+            of_uid.setdefault(waiting.missing, []).append(guid)
+        return tuple(Lacking(uid, self.owner_of(uid), tuple(of_uid[uid])) for uid in sorted(of_uid))
 
     def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
         """Return the asserted and inferred instances of a class, by uid."""

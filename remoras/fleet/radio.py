@@ -128,7 +128,7 @@ class Radio:
             self.manager.give_up([fault.guid])
         if not model.arrivals.waiting and not self._lacking:
             return
-        lacking = {instance.uid: instance for instance in model.lacking(now_s)}
+        lacking = {instance.uid: instance for instance in model.lacking()}
         for uid in sorted(lacking.keys() - self._lacking):
             lacked = lacking[uid]
             owner = "" if lacked.origin is None else f" of {self._names[lacked.origin]}"

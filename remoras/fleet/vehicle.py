@@ -72,7 +72,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.has_resigned = False
         self._may_have_replanned = True  # since the last rows of plans
         self._weighed: tuple[ActivitySet, ...] = ()
-        self._perceived: Sequence[Perception] = ()  # last perceptions without results
         self._organisation = self.social.organisation
         self._shared: dict[str, tuple[str, ...]] = {}  # by peer: common groups
         for tell in made:
@@ -139,9 +138,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         """Perceive and decide; execute at once the parts of the social layer."""
         functional, executive = self.functional, self.executive
         functional.picture.groups.planning_due = bool(self.social.planner.due)
-        perceptions: Sequence[Perception] = functional.perceive(executive.decision.chosen)
-        if perceptions is not self._perceived:
-            perceptions = self._note_events(perceptions, now_s)
+        perceptions = self._note_events(functional.perceive(executive.decision.chosen), now_s)
         before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s, functional.progress)
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets
@@ -179,7 +176,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if not [
             activities for activities in perceptions if activities.done or activities.failed or activities.concludes
         ]:
-            self._perceived = perceptions
             return perceptions
         functional, executive = self.functional, self.executive
         sets = executive.sets
