@@ -98,14 +98,14 @@ class Index:
         elif attribute == self.trust.attribute:
             self._decide()
 
-    def leave(self, observation: Observation) -> None:
+    def leave(self, block: Block, position: int) -> None:
         """Remove a fact."""
-        fact, block = observation.fact, observation.block
+        fact = block.facts[position]
         slot = fact.subject, fact.attribute
-        of_attribute = self._slots_of(block)[fact.attribute]
+        of_attribute = (self._slots_of(block) if self.trust.from_s else self.slots)[fact.attribute]
         entries = of_attribute[fact.subject]
-        is_newest = entries[-1].block is block and entries[-1].position == observation.position  # as statuses are
-        del entries[-1 if is_newest else bisect_left(entries, sort_key(observation), key=sort_key)]
+        is_newest = entries[-1].block is block and entries[-1].position == position  # as statuses are
+        del entries[-1 if is_newest else bisect_left(entries, (block.key, position), key=sort_key)]
         if not entries:
             del of_attribute[fact.subject]
         if fact.attribute in self.heeded:
@@ -167,7 +167,7 @@ class Index:
             if held is not None:
                 if status.time_s <= held.time_s and self._order(single.block) <= self._order(held):
                     continue
-                self.leave(Observation(held, 0))
+                self.leave(held, 0)
             self.statuses[slot] = single.block
             self.enter(single)
             placed.append(single)
@@ -183,7 +183,7 @@ class Index:
         """Remove a status."""
         fact = status.facts[0]
         del self.statuses[fact.subject, fact.attribute, status.origin]
-        self.leave(Observation(status, 0))
+        self.leave(status, 0)
 
 
 class Store:
@@ -512,7 +512,7 @@ class Store:
         self.hold(block.guid)
         self.version += 1
         for position in range(len(block.facts)):
-            self.index.leave(Observation(block, position))
+            self.index.leave(block, position)
 
     def prune(self, block: Block) -> None:
         """Drop the content of an item, for ``worldmodel.tidy``, which applies the rules."""
