@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
 from typing import Any, Final, NamedTuple, Protocol
 
 from remoras.errors import PlanningError
@@ -206,15 +205,6 @@ class Plan:
     def tasks(self) -> tuple[Task, ...]:
         """Elementary tasks in order."""
         return tuple(node.task for node in self.nodes if node.method is None)
-
-    @cached_property  # asked for each node
-    def children(self) -> tuple[tuple[int, ...], ...]:
-        """Indices of the subtasks, per node."""
-        children: list[list[int]] = [[] for _ in self.nodes]
-        for place, node in enumerate(self.nodes):
-            if node.parent != ROOT:
-                children[node.parent].append(place)
-        return tuple(map(tuple, children))
 
     def __str__(self) -> str:
         depths: list[int] = []

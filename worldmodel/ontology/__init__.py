@@ -1,6 +1,5 @@
 """Ontology: compilation of Turtle files to a ``TBox``, and description of its terms."""
 
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -58,7 +57,9 @@ def read_tbox(*files: Path | Source) -> TBox:
             faults.append(f"{file}: cannot be read: {error}; allowed: a Turtle file in UTF-8")
     if faults:
         raise OntologyError(faults)
-    return _compiled(tuple(dict.fromkeys(sources)))
+    from worldmodel.ontology.compiler import compile_tbox
+
+    return compile_tbox(tuple(dict.fromkeys(sources)))
 
 
 def graph_of(tbox: TBox) -> "Graph":
@@ -66,13 +67,6 @@ def graph_of(tbox: TBox) -> "Graph":
     from worldmodel.ontology.compiler import terminology
 
     return terminology(tbox.sources)
-
-
-@lru_cache(maxsize=8)  # 0.3 s
-def _compiled(sources: tuple[Source, ...]) -> TBox:
-    from worldmodel.ontology.compiler import compile_tbox
-
-    return compile_tbox(sources)
 
 
 class Term(NamedTuple):

@@ -163,6 +163,7 @@ def terminology(sources: tuple[Source, ...]) -> Graph:
     return graph
 
 
+@lru_cache(maxsize=8)  # 0.3 s
 def compile_tbox(sources: tuple[Source, ...]) -> TBox:
     """Compile the files; raises OntologyError with all faults found."""
     parsed = parse_turtle(sources)
