@@ -1,9 +1,8 @@
 """Durable files: atomic writes that survive a power cut, replacement of results folders.
 
 New results are written beside the folder, then exchanged with it: a kill at any moment leaves the old or the new run.
-Tables and figures (with captions) of the old run are removed; other files stay. The mechanism also serves other
-content. A folder that cannot be moved (current directory, mount point, no results yet) is updated file by file; readers
-reject it until the last file is in place.
+Tables and figures (with captions) of the old run are removed; other files stay. A folder that cannot be moved (current
+directory, mount point, foreign content) is updated file by file.
 """
 
 from __future__ import annotations
@@ -32,6 +31,7 @@ AT_WORKING_FOLDER, EXCHANGE = -100, 2
 def synced(*paths: Path) -> None:
     """Flush files, or the entries of folders, to disk."""
     for path in paths:
+        # Windows cannot open a folder as a file.
         if path.is_dir() and sys.platform == "win32":
             continue
         handle = os.open(path, os.O_RDONLY)
@@ -56,6 +56,7 @@ def drafted(path: Path, lasts: bool = False) -> Iterator[Path]:
         yield draft
         if lasts:
             synced(draft)
+        # A rename replaces files and empty folders only.
         if path.is_dir():
             _clear(path)
         draft.replace(path)
@@ -103,6 +104,7 @@ def lock(path: Path, flags: int = os.O_RDONLY, *, is_required: bool = False) -> 
 def check_output(folder: Path, force: bool) -> None:
     """Raise OutputError unless results can be written to ``folder`` without data loss."""
     with writing(f"--out {folder}"):
+        # Before the checks: during an interrupted exchange the folder has another name.
         _recover(folder)
         if folder.exists() and not folder.is_dir():
             raise OutputError(f"--out {folder}: is a file; name a folder")
@@ -113,6 +115,7 @@ def check_output(folder: Path, force: bool) -> None:
         parent = folder if folder.is_dir() else folder.parent
         while not parent.exists():
             parent = parent.parent
+        # A trial file shows before the run, not after it, that the place cannot be written.
         with tempfile.TemporaryFile(dir=parent):
             pass
 
@@ -139,6 +142,7 @@ def new_content(
     place = folder.resolve()
     _recover(place)
     place.parent.mkdir(parents=True, exist_ok=True)
+    # A draft in the folder itself serves folders that cannot be renamed.
     in_place = place.is_dir() and not _can_be_moved(place, of_older)
     draft = place / ".draft" if in_place else _beside(place, "draft")
     with _held(draft, folder):
@@ -187,11 +191,11 @@ def _held(draft: Path, folder: Path) -> Iterator[None]:
 
 
 def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]) -> None:
-    """Replace a folder by a draft, carrying over the files to keep."""
     if not place.is_dir():
         draft.rename(place)
         return
     gone = of_older(_names(place))
+    # Copy before the exchange, so that no moment has a folder without the files to keep. Links cost no space.
     shutil.copytree(
         place,
         draft,
@@ -200,6 +204,7 @@ def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]
         copy_function=_linked,
         dirs_exist_ok=True,
     )
+    # Without an atomic exchange, a kill between both renames leaves no folder; ``_recover`` then restores it.
     if not _swapped(place, draft):
         before = _beside(place, "before")
         place.rename(before)
@@ -223,7 +228,6 @@ def _swapped(path: Path, other: Path) -> bool:
 
 
 def _recover(folder: Path) -> None:
-    """Complete or undo a two-step exchange that was interrupted."""
     before = _beside(folder.resolve(), "before")
     if not before.is_dir():
         return
@@ -234,9 +238,10 @@ def _recover(folder: Path) -> None:
 
 
 def _fill(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]], last: str | None) -> None:
-    """Move a draft's files into a folder, ``last`` at the end."""
+    # Readers reject the folder from here on until the last file is in place.
     if last is not None:
         (place / last).unlink(missing_ok=True)
+    # The summary goes last: without it, a run after a kill no longer recognises the other old files.
     for name in sorted(of_older(_names(place)), key=lambda name: name == SUMMARY):
         (place / name).unlink(missing_ok=True)
     for path in sorted(draft.iterdir(), key=lambda path: path.name == last):
@@ -244,7 +249,6 @@ def _fill(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]], la
 
 
 def _linked(source: str, target: str) -> None:
-    """Hard-link a file, or copy it where links are unsupported."""
     with suppress(OSError):
         os.link(source, target, follow_symlinks=False)
         return

@@ -61,11 +61,7 @@ class Document:
 
     @classmethod
     def of_text(cls, text: str, path: str) -> Document:
-        """Parse a TOML text; ``path`` is its name in messages.
-
-        Raises:
-            ConfigurationError: it is not TOML, or exceeds the limits of ``missions.files.parsed``.
-        """
+        """Parse a TOML text; raise ConfigurationError, which names ``path``, as ``tables_of``."""
         return cls(path, text, tables_of(text, path))
 
     @cached_property  # the whole text, read for each fault
@@ -78,7 +74,7 @@ class Document:
         return line_of(location_of(key, self.raw), self.lines)
 
     def holds(self, key: str) -> bool:
-        """Return True if the file has the table, or list of tables, of a dotted key."""
+        """Return True if the file has the table of a dotted key."""
         first, *others = key_parts(key)
         table = self.raw.get(first)
         return others[0] in table if isinstance(table, dict) and others else table is not None
@@ -86,10 +82,9 @@ class Document:
     def located(
         self, faults: Iterable[ConfigurationFault], options: Mapping[str, str] | None = None
     ) -> list[ConfigurationFault]:
-        """Return faults sorted by line, each with its line or command-line option.
+        """Return faults sorted by line, each with its line, or with the command-line option that set its key.
 
-        Keys are dotted; one that begins with ``--`` is an option. ``options`` maps dotted keys to the option that set
-        them.
+        ``options`` maps dotted keys to options; a key that begins with ``--`` is an option itself.
         """
         located = [self._located(fault, options or {}) for fault in faults]
         return sorted(located, key=lambda fault: (fault.file or "", fault.line or 0))
@@ -97,9 +92,11 @@ class Document:
     def _located(self, fault: ConfigurationFault, options: Mapping[str, str]) -> ConfigurationFault:
         if fault.key.startswith("--"):
             return fault
+        # A check between tables reports its key alone; the file has the value.
         if not fault.given and fault.allowed != "missing":
             fault = replace(fault, given=self._given(fault.key))
         for key, option in options.items():
+            # An option may set the whole table of a faulty key, or one key of a faulty table.
             if f"{fault.key}.".startswith(f"{key}.") or f"{key}.".startswith(f"{fault.key}."):
                 return replace(fault, key=f"{option} ({fault.key})")
         if fault.line:
@@ -134,11 +131,9 @@ class Document:
 def validated(
     model: type[Model], raw: Mapping[str, Any], passes_over_unknown: bool = False
 ) -> tuple[Model | None, list[ConfigurationFault]]:
-    """Return the tables as values, or None with all their faults.
-
-    ``passes_over_unknown`` ignores unknown keys.
-    """
+    """Return the tables as values, or None with all faults; ``passes_over_unknown`` ignores unknown keys."""
     try:
+        # By way of JSON: in strict mode pydantic refuses a list of TOML for a tuple, but not an array of JSON.
         return model.model_validate_json(json.dumps(raw, default=str), strict=True), []
     except ValidationError as error:
         details = error.errors()
@@ -152,7 +147,6 @@ def validated(
 
 
 def _value_at(location: Iterable[Any], raw: Any) -> Any:
-    """Value at a location; None if missing."""
     for part in location:
         raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
     return raw
@@ -178,6 +172,7 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
     if kind == "string_pattern_mismatch":  # the only pattern is that of names
         allowed = "allowed: 1 to 40 characters, none of them . / \\ or a control character, and none of = + - @ first"
         return ConfigurationFault(key, text, allowed)
+    # TOML has lists, no tuples.
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list").removeprefix("Value error, ")
     return ConfigurationFault(key, text, message[0].lower() + message[1:])
 
@@ -190,7 +185,6 @@ def _is_consequence(detail: Mapping[str, Any]) -> bool:
 
 
 def _key_of(location: Iterable[Any], raw: Any) -> str:
-    """``vehicle.AUV01.slot`` for ("vehicle", 2, "slot")."""
     parts: list[str] = []
     for part in location:
         entry = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
@@ -245,7 +239,6 @@ def lines_of(text: str) -> dict[Location, int]:
 
 
 def _table_location(dotted: str, is_entry: bool, counts: dict[Location, int]) -> Location:
-    """Location of a header; below a list its last entry."""
     location: Location = ()
     parts = key_parts(dotted)
     for depth, part in enumerate(parts):
@@ -290,11 +283,13 @@ def location_of(key: str, raw: Mapping[str, Any]) -> Location:
         if isinstance(value, list):
             index = index_of(part, value)
             if index is None:
+                # A key of the list itself, without an entry, means the first entry that has it.
                 if (index := _first_with(part, value)) is None:
                     return location
                 parts.insert(0, part)
             location, value = (*location, index), value[index]
         elif isinstance(value, dict):
+            # Keys of faults are unquoted: a name with dots spans several parts.
             while part not in value and parts and any(name.startswith(f"{part}.") for name in value):
                 part = f"{part}.{parts.pop(0)}"
             location, value = (*location, part), value.get(part)
@@ -312,7 +307,6 @@ def index_of(part: str, entries: Sequence[Any]) -> int | None:
 
 
 def _first_with(key: str, entries: Sequence[Any]) -> int | None:
-    """Index of the first entry that has a key."""
     return next((index for index, entry in enumerate(entries) if isinstance(entry, dict) and key in entry), None)
 
 

@@ -86,7 +86,7 @@ class OutputError(MissionsError):
 
 @contextmanager
 def writing(where: object) -> Iterator[None]:
-    """Report that a place, such as ``--out x``, cannot be written: OutputError for each OSError inside the context."""
+    """Convert an OSError inside the context to an OutputError that names ``where``, such as ``--out x``."""
     try:
         yield
     except OSError as error:

@@ -1,8 +1,7 @@
 """Kinds of vehicle faults, one file each in ``missions/faults``.
 
-A file defines ``KIND``, a subclass of ``missions.scenarios.faults.DeclaredFault``: its keys of ``[[fault]]``, remaining
-abilities, actions at begin and end, and meaning for readers of results. Adding or removing a file adds or removes a
-kind. External kinds are named ``package.module:Class``.
+A file defines ``KIND``, a subclass of ``missions.scenarios.faults.DeclaredFault``. Adding or removing a file adds or
+removes a kind. External kinds are named ``package.module:Class``.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ KINDS_FOLDER = "missions.faults"
 SEAM_OF_KINDS = "missions.scenarios.faults"
 EMPTY = "energy"
 """Kind of table row for an empty battery, which needs no declaration."""
-
 
 OVER = "over"
 """Detail of a row in the table of faults at the end of a fault."""
@@ -47,22 +45,14 @@ def kinds() -> dict[str, Any]:
 
 
 def kind_of_row(kind: str) -> Any:
-    """Return the kind of a row in the fault table; None for an undeclared failure.
-
-    Raises:
-        PluginError: an external kind is not available.
-    """
+    """Return the kind of a row in the fault table; None for an undeclared failure, PluginError if unavailable."""
     if kind in kinds() or not is_reference(kind):
         return kinds().get(kind)
     return importlib.import_module(SEAM_OF_KINDS).kind_named(kind)
 
 
 def absence(kind: str) -> Absence | None:
-    """Return the absence that a fault of this kind starts; None if the vehicle stays active.
-
-    Raises:
-        PluginError: an external kind is not available.
-    """
+    """Return the absence that a fault of this kind starts; None if the vehicle stays active."""
     if kind == EMPTY:
         return Absence.LOSS
     declared = kind_of_row(kind)
@@ -71,14 +61,12 @@ def absence(kind: str) -> Absence | None:
 
 
 def absences(faults: Iterable[tuple[float, str, str, str]]) -> Iterator[tuple[float, str, bool]]:
-    """Yield time (s), vehicle and whether it is absent from then on, from rows of the table of faults.
-
-    A vehicle is back once all of its faults are over.
-    """
+    """Yield time (s), vehicle and whether it is absent from then on, from rows of the table of faults."""
     n_faults: Counter[str] = Counter()
     for time_s, vehicle, kind, detail in faults:
         if absence(kind) is None:
             continue
+        # Faults of a vehicle may overlap: it is present again once all are over.
         before = n_faults[vehicle]
         n_faults[vehicle] += -1 if detail == OVER else 1
         if (before == 0) != (n_faults[vehicle] == 0):

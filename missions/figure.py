@@ -2,18 +2,7 @@
 
 A ``Figure`` has its own page, a ``Layer`` is drawn into the map of tracks, a ``Mark`` shows milestones on tracks. Their
 functions receive axes, the results of a run and the common ``Style``. The caller lays out the page and lists labelled
-artists in the legend. A figure therefore needs no page, colours or file::
-
-    def draw(axes, results, style):
-        rows = results.table("trajectories").to_pylist()
-        for vehicle, look in style.looks.items():
-            own = [(row["time_s"], row["speed_mps"]) for row in rows if row["vehicle"] == vehicle]
-            axes.plot(*zip(*own), color=look.colour, linestyle=look.line, label=vehicle)
-        axes.set_xlabel(style.axis("time", "s"))
-        axes.set_ylabel(style.axis("speed", "m/s"))
-        return "Speed through the water as each vehicle measures it."
-
-    SPEED = Figure("speed", "Speed of the vehicles over mission time", draw, needs=("trajectories",))
+artists in the legend.
 
 ``draw`` works with any axes and with any objects that have the interfaces of results and style:
 
@@ -132,6 +121,7 @@ def round_up(value: float) -> float:
     """
     if value <= 0.0:
         return 1.0
+    # The greatest step is a whole decade, so one always suffices.
     size = 10.0 ** math.floor(math.log10(value))
     return next(step * size for step in STEPS if value <= step * size)
 
@@ -184,10 +174,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer of the map of tracks, drawn once per panel below them; must not change limits.
-
-    ``needs`` are required tables; the layer is omitted without them.
-    """
+    """A layer below the tracks of the map, drawn once per panel; it must not change limits. ``needs`` as in Figure."""
 
     name: str
     draw: Draw

@@ -73,15 +73,18 @@ def parsed(text: str) -> dict[str, Any]:
     """
     too_deep = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
     too_long = "an integer of more than 307 digits; no key needs that"
+    # Before tomllib, which takes time by the square of the length and the parts of a key.
     for number, line in enumerate(text.split("\n"), 1):
         if len(line) > LONGEST_LINE:
             raise ValueError(f"a line of more than {LONGEST_LINE} characters (at line {number})")
     for dotted in DOTTED.finditer(text):
+        # Strings and comments may contain such text too.
         is_key = text[dotted.end() : dotted.end() + 80].lstrip(" \t")[:1] in ("=", "]")
         if is_key and len(re.findall(PART, dotted[0])) > MOST_PARTS:
             raise ValueError(too_deep)
     try:
         tables = tomllib.loads(text)
+    # It is a ValueError too, but its text has the line.
     except tomllib.TOMLDecodeError:
         raise
     except RecursionError:
@@ -102,11 +105,7 @@ def parsed(text: str) -> dict[str, Any]:
 
 
 def tables_of(text: str, path: str) -> dict[str, Any]:
-    """Parse a TOML text; ``path`` is its name in messages.
-
-    Raises:
-        ConfigurationError: it is not TOML, or exceeds the limits of ``parsed``.
-    """
+    """Parse a TOML text; raise ConfigurationError, which names ``path``, where ``parsed`` raises ValueError."""
     try:
         return parsed(text)
     except ValueError as error:
@@ -118,8 +117,7 @@ def tables_of(text: str, path: str) -> dict[str, Any]:
 def file_of(kind: str, name_or_path: str, known: Mapping[str, Path]) -> Path:
     """Return the file of a shipped name or a path; ``kind`` is "scenario" or "study".
 
-    Raises:
-        ConfigurationError: there is no such file, or the name is of the other kind.
+    Raises ConfigurationError if there is no such file, or if the name is of the other kind.
     """
     other = STUDY if kind == SCENARIO else SCENARIO
     path = Path(name_or_path) if name_or_path.endswith(".toml") else known.get(name_or_path, Path(name_or_path))
@@ -195,16 +193,13 @@ def is_reference(text: str) -> bool:
 
 
 def text_of(path: Path, most_bytes: int | None = None) -> str:
-    """Read a UTF-8 file, with or without a byte order mark, of at most ``most_bytes``.
-
-    Raises:
-        ConfigurationError: unreadable, too large, or in another encoding.
-    """
+    """Read a UTF-8 file; raise ConfigurationError if unreadable, larger than ``most_bytes`` or encoded otherwise."""
     try:
         if most_bytes is not None and (n_bytes := path.stat().st_size) > most_bytes:
             allowed = f"has {n_bytes / 1e6:.1f} MB; allowed: up to {most_bytes / 1e6:g} MB"
             raise ConfigurationError.of(str(path), "file", "", allowed)
         content = path.read_bytes()
+        # Before decoding: UTF-16 would be a bad byte without a hint, or a text with null characters.
         if other := _other_encoding(content):
             raise ConfigurationError.of(str(path), "file", "", f"cannot be read: it is {other}; save it as UTF-8")
         return content.decode("utf-8-sig").replace("\r\n", "\n")
@@ -217,7 +212,6 @@ def text_of(path: Path, most_bytes: int | None = None) -> str:
 
 
 def _other_encoding(content: bytes) -> str:
-    """Name of an apparent encoding other than UTF-8, else empty."""
     if mark := BYTE_ORDER_MARKS.get(content[:2]):
         return mark
     return "UTF-16 or no text" if b"\0" in content[:1000] else ""
@@ -236,6 +230,7 @@ def toml_value(value: Any) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if value is None or isinstance(value, bool | int | float | str):
+        # Strings of TOML use the escapes of JSON.
         return json.dumps(value, ensure_ascii=False)
     return str(value)  # dates and times
 

@@ -1,7 +1,6 @@
 """Networkx graphs of a run: communication, knowledge, organisation, structure.
 
-They are created from tables on request. Attribute names end with their unit, also listed in ``graph.graph["units"]``.
-Nodes and edges have a ``kind``.
+Attribute names end with their unit, also listed in ``graph.graph["units"]``. Nodes and edges have a ``kind``.
 """
 
 from __future__ import annotations
@@ -98,7 +97,6 @@ def checked_name(name: str) -> str:
 
 
 def _time_s(name: str, value: float | None, default_s: float, end_s: float) -> float:
-    """Return a valid time of the run, or raise OutputError."""
     if value is None:
         return default_s
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= end_s:
@@ -111,7 +109,6 @@ def _vehicles(results: RunResults) -> list[str]:
 
 
 def _moment_s(results: RunResults, at_s: float | None, viewer: str) -> float:
-    """Return the requested time, by default the end; raise OutputError if invalid."""
     vehicles, end_s = _vehicles(results), results.summary["mission_time_s"]
     if viewer and viewer not in vehicles:
         raise OutputError(f"viewer {viewer!r}: there are {', '.join(vehicles)}{suggestion(str(viewer), vehicles)}")
@@ -121,10 +118,8 @@ def _moment_s(results: RunResults, at_s: float | None, viewer: str) -> float:
 def organisation_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
     """Graph of vehicle to role ("plays"), role to group ("of"), group to supervisor ("within").
 
-    ``at_s`` None is the end of the run; ``viewer`` "" means each vehicle's own roles.
-
-    Raises:
-        OutputError: the run has no such time or vehicle.
+    ``at_s`` None is the end of the run; ``viewer`` "" means each vehicle's own roles. Raises OutputError for an
+    unknown time or vehicle.
     """
     import networkx as nx  # slow to load, and checking a scenario loads the metrics that use graphs
 
@@ -138,6 +133,7 @@ def organisation_graph(results: RunResults, at_s: float | None = None, viewer: s
             continue
         key = row["peer"], row["group"], row["role"]
         if row["event"] == "assigned":
+            # A repeated event does not restart a role.
             held.setdefault(key, row["time_s"])
         elif row["event"] == "left":
             held.pop(key, None)
@@ -162,11 +158,8 @@ def _mark_absent(graph: nx.DiGraph, results: RunResults, viewer: str, moment_s: 
 def heard_graph(results: RunResults, from_s: float | None = None, until_s: float | None = None) -> nx.DiGraph:
     """Graph of reception: edge from each sender to each vehicle that received or lost packets.
 
-    Edges have ``n_heard``, ``n_lost``, ``n_collided``, ``heard_fraction`` of these, and ``heard_bits``; nodes have what
-    the vehicle sent. Packets start from ``from_s`` (None: 0) to before ``until_s`` (None: end).
-
-    Raises:
-        OutputError: times outside the run or in wrong order.
+    Edges have ``n_heard``, ``n_lost``, ``n_collided``, ``heard_fraction`` of these, and ``heard_bits``. Packets start
+    from ``from_s`` (None: 0) to before ``until_s`` (None: end). Raises OutputError for other times.
     """
     import networkx as nx
 
@@ -196,11 +189,8 @@ def heard_graph(results: RunResults, from_s: float | None = None, until_s: float
 def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
     """Graph of plan trees: edges ("divided") from each task to its subtasks.
 
-    Tasks have vehicle, group, name, method, status, ``since_s`` and, if known, ``expected_end_s``. ``at_s`` None is the
-    end of the run; ``viewer`` "" means all vehicles.
-
-    Raises:
-        OutputError: the run has no such time or vehicle.
+    Tasks have vehicle, group, name, method, status, ``since_s`` and, if known, ``expected_end_s``. Arguments and errors
+    as for ``organisation_graph``; ``viewer`` "" means all vehicles.
     """
     import networkx as nx
 
@@ -215,6 +205,7 @@ def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "")
         expected_s = row["expected_time_s"]
         expected = {} if expected_s is None else {"expected_end_s": row["time_s"] + expected_s}
         graph.add_node(node, kind=TASK, status=row["status"], since_s=row["time_s"], **labels, **expected)
+        # A row replaces the earlier one of its node, edge included.
         graph.remove_edges_from(list(graph.in_edges(node)))
         if row["parent"] >= 0:
             graph.add_edge("/".join([*filter(None, plan), str(row["parent"])]), node, kind="divided")
@@ -253,7 +244,6 @@ def network_graph(network: Network) -> nx.DiGraph:
 
 
 def _with_units(graph: nx.DiGraph) -> nx.DiGraph:
-    """Add the units of the attributes."""
     values = [*(data for _, data in graph.nodes(data=True)), *(data for _, _, data in graph.edges(data=True))]
     names = sorted({name for data in values for name in data})
     graph.graph["units"] = {name: UNITS[name.rpartition("_")[2]] for name in names if name.rpartition("_")[2] in UNITS}

@@ -1,7 +1,6 @@
 """Metric: value that characterises a run, declared with the function that computes it.
 
-Summaries, study metrics, rankings, axes and captions follow from the declaration. The function reads a ``MeasuredRun``,
-in memory or stored, so that new metrics apply to existing results.
+Summaries, study metrics, rankings, axes and captions follow from it. New metrics apply to existing results.
 """
 
 from __future__ import annotations
@@ -231,7 +230,6 @@ def faults_of_metric(found: Any) -> Iterator[str]:
 
 
 def _alike(label: str, other: str) -> bool:
-    """True for labels that differ in case and punctuation only: their charts would share a name."""
     return re.sub(r"[^a-z0-9]+", "", str(label).lower()) == re.sub(r"[^a-z0-9]+", "", str(other).lower())
 
 
@@ -251,6 +249,7 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
         if metric.name in by_name:
             allowed = "declared twice; give one of the two metrics another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))
+        # Charts take their file name from the label, without case and punctuation.
         namesake = next((other for other in by_name.values() if _alike(other.label, metric.label)), None)
         if namesake is not None and namesake.name != metric.name:
             allowed = f"is also the label of {namesake.name}, and charts go by it; give one of the two another label"

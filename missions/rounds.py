@@ -52,10 +52,7 @@ class Rounds:
 
 
 def least_time_s(rounds: Rounds) -> float:
-    """Least time (s) of the work, see the module.
-
-    Raises:
-        ValueError: no vehicles, no jobs, or more than ``MOST_JOBS``.
+    """Least time (s) of the work; raises ValueError without vehicles or jobs, or for more than ``MOST_JOBS``.
 
     >>> alone = Rounder((100.0,), (50.0,), 2.0, 1.0)
     >>> least_time_s(Rounds(((0.0,),), 300.0, (alone,)))
@@ -71,6 +68,7 @@ def least_time_s(rounds: Rounds) -> float:
     best_s = math.inf
     for working in _sets(len(costs)):
         work_mps = math.fsum(rounds.vehicles[number].work_mps for number in working)
+        # Bound of the set by the cheapest rounds, which need not cover all jobs: it spares most searches.
         least_m = math.fsum(float(costs[number][1:].min()) for number in working)
         if (rounds.work_m + least_m) / work_mps < best_s:
             lost_m = _least_sum([costs[number] for number in working])
@@ -87,7 +85,7 @@ def shortest_m(legs_m: Sequence[Sequence[float]]) -> Times:
 
 
 def _sets(n: int) -> Iterator[tuple[int, ...]]:
-    """All non-empty sets of vehicles, largest first: smaller ones rarely improve the bound."""
+    # Largest first: smaller sets rarely improve the bound.
     numbered = sorted(range(1, 1 << n), key=lambda bits: (-bits.bit_count(), bits))
     return (tuple(number for number in range(n) if bits >> number & 1) for bits in numbered)
 
@@ -98,23 +96,25 @@ def _round_times_s(vehicle: Rounder, legs_m: Times) -> Times:
     way_m: Times = np.full((1 << n, n), np.inf)
     for job in range(n):
         way_m[1 << job, job] = vehicle.out_m[job]
+    # Held and Karp: each set of jobs has a greater number than its subsets.
     for jobs in range(1, 1 << n):
         here = way_m[jobs]
         for job in range(n):
             if not jobs >> job & 1:
                 way_m[jobs | 1 << job, job] = (here + legs_m[:, job]).min()
     round_m: Times = (way_m + np.array(vehicle.home_m)).min(axis=1)
+    # Without a job of its own, a vehicle still goes to the nearest to help there.
     round_m[0] = min(round_m[1 << job] for job in range(n))
     return round_m / vehicle.transit_mps
 
 
 def _least_sum(costs: Sequence[Times]) -> float:
-    """Least sum of costs over job sets, one per vehicle, that cover all jobs."""
     every = np.arange(len(costs[0]))
     least = costs[0].copy()
     for own in costs[1:]:
         before, least = least, least + own[0]
         for jobs in range(1, len(every)):
+            # Disjoint sets suffice: a job of two vehicles lengthens a round without need.
             rest = every[(every & jobs) == 0]
             least[rest | jobs] = np.minimum(least[rest | jobs], before[rest] + own[jobs])
     return float(least[-1])

@@ -72,6 +72,7 @@ def sign_flips(n: int) -> Array:
     if n <= 12:
         return np.where((np.arange(2**n)[:, None] >> np.arange(n)) & 1, -1.0, 1.0)
     drawn = generator().random((2 * RESAMPLES, n))
+    # With the identity among the draws, p is never 0 and the test keeps its level.
     drawn[0] = 1.0
     return np.where(drawn < 0.5, -1.0, 1.0)
 
@@ -94,6 +95,7 @@ def step_down_p(differences: npt.ArrayLike) -> list[float]:
     [0.125, 0.5]
     """
     sample = np.asarray(differences, dtype=float)
+    # Flips do not change this scale, so the comparison of sums is that of the statistics.
     scale = np.sqrt((sample**2).sum(axis=0))
     sample = sample / np.where(scale > 0.0, scale, 1.0)
     observed = np.abs(sample.sum(axis=0))
@@ -101,9 +103,12 @@ def step_down_p(differences: npt.ArrayLike) -> list[float]:
     flips, reached = sign_flips(len(sample)), np.zeros(len(order))
     for part in np.array_split(flips, 1 + len(flips) // 256):  # in blocks: all at once take 1 GB for 10,000 comparisons
         flipped = np.abs(part @ sample[:, order])
+        # Each column competes with itself and all later ones, which are no clearer.
         largest = np.maximum.accumulate(flipped[:, ::-1], axis=1)[:, ::-1]
+        # The tolerance counts flips that equal the observed sum but for rounding.
         reached += (largest >= observed[order] * (1.0 - 1e-9)).sum(axis=0)
     corrected = np.empty(len(order))
+    # A difference gets no smaller p than a clearer one.
     corrected[order] = np.maximum.accumulate(reached / len(flips))
     return [float(value) for value in corrected]
 
@@ -198,10 +203,12 @@ def mean_interval(values: Sequence[float]) -> Estimated:
     spread, mean, n = float(sample.std(ddof=1)), float(sample.mean()), len(sample)
     if spread <= 1e-12 * max(1.0, abs(mean)):
         return NoInterval.ALIKE
+    # Resampling studentised means (bootstrap-t) follows a long tail that Student's interval misses.
     drawn = sample[generator().integers(0, n, (RESAMPLES, n))]
     spreads = drawn.std(axis=1, ddof=1)
     away = drawn.mean(axis=1) - mean
     steady = spreads <= STEADY * spread
+    # A resample of nearly equal values has no scale: its mean counts as infinitely far away.
     studentised = np.where(steady, np.copysign(np.inf, away), away / np.where(steady, 1.0, spreads))
     half = t_half_width(values)
     ranks = np.sort(studentised)
@@ -225,6 +232,7 @@ def difference_interval(differences: Sequence[float]) -> Estimated:
         return NoInterval.TOO_FEW
     chosen = sign_flips(n) < 0.0
     sizes = chosen.sum(axis=1)
+    # Means of all non-empty subsets are the shifts at which the flip test changes its answer (Hartigan 1969).
     means = np.sort((chosen @ np.asarray(differences, dtype=float))[sizes > 0] / sizes[sizes > 0])
     beyond = int((1.0 - CONFIDENCE) / 2.0 * len(chosen))
     return float(means[beyond - 1]), float(means[-beyond])
@@ -252,6 +260,7 @@ def restricted_interval(timed: Timed) -> Estimated:
         return NoInterval.TOO_FEW
     share = 1.0 - len(own) / n
     share_low, share_high = share_interval(n - len(own), n)
+    # The mean of so few completed runs may be anywhere from 0 to the horizon.
     if len(own) < 2:
         return share_low * timed.horizon, timed.horizon
     bounds = mean_interval(own)
@@ -302,6 +311,5 @@ def _of_share(timed: Timed) -> Interval:
 
 
 def _student(values: Sequence[float]) -> Interval:
-    """Student's interval, for few values that are the smaller part of a whole."""
     mean, half = math.fsum(values) / len(values), t_half_width(values)
     return mean - half, mean + half
