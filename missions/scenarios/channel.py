@@ -108,8 +108,8 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
 
     @model_serializer(mode="plain")
     def _what_is_used(self, info: SerializationInfo) -> dict[str, Any]:
-        """Serialise without the settings of other models, so that equal channels have equal text."""
         blackouts = [table.model_dump(mode=info.mode, exclude_none=bool(info.exclude_none)) for table in self.blackout]
+        # Settings of other models are omitted, so that equal channels have equal text, hash and sweep key.
         model = self.settings()
         unsaid = {key for key in model.UNSAID if getattr(model, key) is None}
         settings = model.model_dump(mode=info.mode, exclude_none=bool(info.exclude_none), exclude=unsaid)
@@ -125,6 +125,7 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
         """Return the named loss model; raise ConfigurationError for a missing or changed file."""
         with self._file_there():
             link = self.settings().link_model(deployment, seed)
+        # Checks at each packet are for code that the tests of this project do not cover.
         return link if self.name in CHANNELS else CheckedLink(self.name, link)
 
     @contextmanager
@@ -205,7 +206,6 @@ def model_named(name: str) -> type[ChannelModel]:
 
 
 def _known_model(name: Any) -> type[ChannelModel] | None:
-    """Return the model of that name; None if unknown, which ``channel_faults`` reports."""
     try:
         return model_named(name) if isinstance(name, str) else None
     except PluginError:
@@ -224,18 +224,20 @@ def is_left_aside(key: str, channel: str) -> bool:
 def leave_aside(own_name: Any, channel: Any, overridden: Collection[str]) -> list[ConfigurationFault]:
     """Remove settings that the channel's model does not use; return faults for intended ones.
 
-    ``own_name`` is the channel of the scenario file; ``overridden`` has dotted keys of overrides.
+    ``own_name`` is the model in the scenario file, before overrides.
     """
     name = channel.get("name") if isinstance(channel, dict) else None
     model = _known_model(name)
     if model is None:
         return []
+    # An override of the whole table leaves nothing of the scenario's own channel.
     own_model = _known_model(own_name) if "channel" not in overridden else None
     replaced: Collection[str] = own_model.model_fields if own_model is not None else ()
     of_shipped = {key for shipped in CHANNELS.values() for key in shipped.model_fields}
     faults = []
     for key in [key for key in channel if key not in model.model_fields and (key in of_shipped or key in replaced)]:
         value = channel.pop(key)
+        # A key left over from a replaced model is no mistake; a key given for this model is one.
         if f"channel.{key}" in overridden or (model.model_fields and key not in replaced):
             users = [user for user, shipped in CHANNELS.items() if key in shipped.model_fields] or [str(own_name)]
             uses = f"{name} uses {', '.join(model.model_fields) or 'no setting, it loses nothing'}"
@@ -261,7 +263,6 @@ def channel_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield faults of the model's settings: unknown keys and vehicles, and its own checks."""
     channel, name = scenario.channel, scenario.channel.name
     table = {key: getattr(channel, key) for key in channel.model_fields_set}
     known = list(ChannelTable.model_fields) if name in CHANNELS else ["name", *model.model_fields, "blackout"]
@@ -290,7 +291,6 @@ def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[C
 
 
 def _as_configured(fault: SettingFault) -> ConfigurationFault:
-    """Convert a model's fault in a setting or in its file."""
     allowed = fault.allowed + suggestion(fault.given.strip('"'), fault.names)
     if not fault.file:
         return ConfigurationFault(f"channel.{fault.key}", fault.given, allowed)
@@ -304,17 +304,18 @@ def _as_configured(fault: SettingFault) -> ConfigurationFault:
 def deployment_in(scenario: Scenario) -> Deployment | None:
     """Return the transmitting fleet; None if modem or slots are wrong, as other checks report."""
     slots = sorted(vehicle.slot for vehicle in scenario.vehicle)
+    # A model may assume numbers from 0 without gaps; a wrong fleet gets its own faults.
     is_whole = modem_in(scenario) is not None and slots == list(range(max(2, len(slots))))
     return scenario.deployment if is_whole else None
 
 
 def _trial_faults(name: str, settings: ChannelModel, deployment: Deployment) -> Iterator[ConfigurationFault]:
-    """Yield the first fault of a trial of a plug-in model."""
     speed, linking = "None or a finite number above 0", "an object with p_loss(packet, receiver, range_m)"
     try:
         answer("it", "mean_per", SHARE, _is_share, lambda: settings.mean_per(deployment))
         answer("it", "sound_speed_mps", speed, _is_speed, lambda: settings.sound_speed_mps(deployment))
         link = answer("it", "link_model", linking, _is_link, lambda: settings.link_model(deployment, 0))
+        # One full packet at 1 m: enough to find a wrong signature or kind of answer before the run.
         CheckedLink(name, link).p_loss(Transmission(0, 0, 0.0, deployment.modem.payload_bits), 1, 1.0)
     except PluginError as error:
         yield ConfigurationFault("channel.name", f'"{name}"', str(error).removeprefix("it: "))
@@ -329,7 +330,6 @@ def _is_link(value: Any) -> bool:
 
 
 def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """Yield faults: settings that should name a vehicle but do not, nested tables included."""
     for key, info in type(table).model_fields.items():
         value = getattr(table, key) if key in table.model_fields_set else None
         if any(isinstance(mark, OfVehicle) for mark in info.metadata):
@@ -340,9 +340,9 @@ def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> It
 
 
 def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) -> ChannelTable:
-    """Return the channel with absolute path and hash of its file, for the results.
+    """Return the channel with absolute path (from ``folder``) and hash of its file, for the results.
 
-    folder: base of the path. is_other: an option names the file but no hash, so that it may differ from the scenario's.
+    With ``is_other`` the hash in the scenario is of another file.
     """
     key = FILE_KEYS.get(channel.name, "")
     value = getattr(channel, key, None)
@@ -352,6 +352,7 @@ def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) ->
     if key == "file" or file_in(value):
         path = changes[key] = str((folder / value).resolve())
         with suppress(LinkFileGoneError):  # a check reports a missing file
+            # A hash in the scenario stays: it says which file results were made with.
             changes["sha256"] = changes["sha256"] or hash_of(path if key == "file" else file_in(path), "")
     return channel.model_copy(update=changes)
 

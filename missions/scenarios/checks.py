@@ -1,7 +1,4 @@
-"""Cross-checks between the tables of a scenario: names exist and are unique.
-
-Each check is next to its subject. It sees only well-formed tables.
-"""
+"""Cross-checks between well-formed tables of a scenario. Each check is next to its subject."""
 
 from __future__ import annotations
 
@@ -60,6 +57,7 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
         allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but raised {cause}"
         yield ConfigurationFault("scenario.mission", "", allowed)
         return
+    # The checks below call these hooks and would raise.
     if faults := list(hook_faults(scenario.scenario.mission, made)):
         yield from faults
         return
@@ -84,11 +82,11 @@ def _role_jobs(scenario: Scenario, database: AUVDatabase, jobs: Mapping[str, Job
 
 
 def _order_of(jobs: Mapping[str, Job]) -> Faults:
-    """Yield faults: jobs with circular or unknown needs."""
     for name, job in jobs.items():
         for needed in job.needs:
             yield from one_of(f"job.{name}.needs", needed, list(jobs))
     before = {name: {needed for needed in job.needs if needed in jobs} for name, job in jobs.items()}
+    # Remove jobs whose needs are met until none is left; the rest is a cycle or waits for one.
     while free := [name for name, needed in before.items() if not needed & before.keys()]:
         for name in free:
             del before[name]
@@ -119,7 +117,6 @@ def _slots(scenario: Scenario) -> Faults:
 
 
 def _places(scenario: Scenario) -> Faults:
-    """Yield faults: a decision period below the tick, and rally points outside the world."""
     period_s, tick_s = scenario.decision.period_s, scenario.scenario.tick_s
     if period_s < tick_s:
         yield ConfigurationFault("decision.period_s", "", f"allowed: scenario.tick_s = {tick_s} or more")
@@ -139,7 +136,6 @@ def _strategy(scenario: Scenario) -> Faults:
 
 
 def _information(scenario: Scenario) -> Faults:
-    """Yield faults: leader-held information where needs do not follow from groups."""
     for group in scenario.group if scenario.communication.needs_follow != BY_GROUPS else ():
         if group.information == HELD:
             allowed = f'every vehicle needs everything: set communication.needs_follow = "{BY_GROUPS}", or leave it out'
@@ -147,7 +143,6 @@ def _information(scenario: Scenario) -> Faults:
 
 
 def _needs(scenario: Scenario, mission: type[Mission]) -> Faults:
-    """Yield faults: attributes required by the mission but not listed."""
     listed = {*scenario.communication.needs}.union(*(feature.needed(scenario) for feature in used_in(scenario)))
     if missing := [name for name in mission.needs if name not in listed]:
         allowed = f"missing: {', '.join(missing)}; without them vehicles do not receive what the mission needs"
@@ -155,7 +150,6 @@ def _needs(scenario: Scenario, mission: type[Mission]) -> Faults:
 
 
 def _missions(scenario: Scenario, mission: type[Mission]) -> Faults:
-    """Yield faults: missing, unknown and duplicate missions of groups."""
     for name, kind in scenario.taken_names().items():
         if name in mission.group_missions:
             yield ConfigurationFault(f"{kind}.{name}.name", "", "is the name of a mission")
@@ -170,6 +164,7 @@ def _missions(scenario: Scenario, mission: type[Mission]) -> Faults:
     by_name = {group.name: group for group in scenario.group}
     for group in idle:
         line = [group]
+        # A group without a mission gets it from the leader of its outermost group.
         while (outer := by_name.get(line[-1].within or "")) is not None and outer not in line:
             line.append(outer)
         givers: Iterable[object] = [line[-1]] if len(line) > 1 else scenario.group

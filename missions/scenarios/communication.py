@@ -78,9 +78,9 @@ def modem_in(scenario: Scenario) -> Modem | None:
 
 
 def with_modem_read(document: Document, folder: Path) -> tuple[Document, list[ConfigurationFault]]:
-    """Merge the modem file that ``communication.modem`` names into a scenario; return faults.
+    """Merge the modem file that ``communication.modem`` names, a path from ``folder``; return faults.
 
-    document: with overrides applied. folder: base of the path. Raises ConfigurationError if the file cannot be read.
+    ``document`` has the overrides applied. Raises ConfigurationError for an unreadable file.
     """
     communication, own = document.raw.get("communication"), document.raw.get(MODEMS, {})
     modem = communication.get("modem") if isinstance(communication, dict) else None

@@ -17,7 +17,6 @@ from missions.scenarios.scenario import Scenario
 
 
 def _limit(constraint: Any) -> str:
-    """Describe a pydantic constraint."""
     words = {
         "gt": "above",
         "ge": "at least",
@@ -48,7 +47,6 @@ def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """Return a type and its components."""
     return [annotation, *get_args(annotation)]
 
 
@@ -133,7 +131,6 @@ def explanations() -> dict[str, tuple[str, str]]:
 
 
 def _of_faults() -> dict[str, tuple[str, str]]:
-    """Return the explanations of fault keys: kinds, and the keys of some kinds."""
     own = {name: explanations_of(kind, f"{KEY}.") for name, kind in kinds().items()}
     entries = {}
     for key, users in users_of_keys().items():

@@ -1,10 +1,7 @@
 """Tables ``[[fault]]``: faults of vehicles, and their checks against the fleet.
 
-A table names its kind: a class in ``missions.faults`` or a plug-in.
-
-The schedule of a run is a pure function of (declared faults, seed, agreement). Each draw is keyed by the kind, the
-selector (vehicle, ``any``, leader of a group), the sensor, and the number of equal faults before it. So loss rate,
-strategy and other faults shift no draw. Of two rates the higher never gives a later time.
+A table names its kind: a class in ``missions.faults`` or a plug-in. The schedule of a run is a pure function of
+(declared faults, seed, agreement): loss rate, strategy and other faults shift no draw.
 """
 
 from __future__ import annotations
@@ -54,7 +51,7 @@ COMPULSORY = ("leaves", "detail", "able", "checks", "began_anew")
 
 
 def _time(value: Any) -> Any:
-    """Refuse an invalid time with one message for every error."""
+    # Own validation: pydantic would report each member of the union of types.
     times_s = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
     if value is not None and not (all(map(is_number, times_s)) and 0 <= times_s[0] <= times_s[-1]):
         raise PydanticCustomError("time", "allowed: " + A_TIME)
@@ -62,7 +59,6 @@ def _time(value: Any) -> Any:
 
 
 def _kind(name: str) -> str:
-    """Refuse an unknown kind."""
     try:
         kind_named(name)
     except PluginError as error:
@@ -73,10 +69,11 @@ def _kind(name: str) -> str:
 def _with_kinds(schema: dict[str, Any], table: type) -> None:
     """Extend a JSON Schema by the keys of all kinds; plug-in kinds accept any key."""
     if table is not DeclaredFault:
-        return  # a kind, queried below for its own keys
+        return
     own = {key: value for kind in kinds().values() for key, value in kind.model_json_schema()["properties"].items()}
     schema["properties"] = {**own, **schema["properties"]}
     del schema["additionalProperties"]
+    # A kind with a colon is a plug-in, whose keys are unknown here.
     schema["if"] = {"properties": {"kind": {"pattern": ":"}}}
     schema["else"] = {"properties": dict.fromkeys(schema["properties"], True), "additionalProperties": False}
 
@@ -157,7 +154,7 @@ class DeclaredFault(Section):
     ) -> Iterator[ConfigurationFault]:
         """Yield faults between this one and other tables; none by default.
 
-        key: dotted key of the fault. before: key and fault of earlier ones with the same kind and ``vehicle``.
+        ``before`` has key and fault of earlier ones with the same kind and ``vehicle``.
         """
         yield from ()
 
@@ -205,6 +202,7 @@ class DeclaredFault(Section):
     @classmethod
     def number_of(cls, name: str) -> int:
         """Return the number of the kind, which keys its draws."""
+        # The checksum of the name is equal in all processes, unlike ``hash``.
         return cls.NUMBER if cls.NUMBER is not None else MOST_SHIPPED + (zlib.crc32(name.encode()) & 0xFF_FFFF)
 
     @classmethod
@@ -246,7 +244,6 @@ class DeclaredFault(Section):
     @model_validator(mode="wrap")
     @classmethod
     def _as_its_kind(cls, table: Any, handler: ModelWrapValidatorHandler[DeclaredFault]) -> DeclaredFault:
-        """Parse a table as the kind that it names."""
         if cls is not DeclaredFault or not isinstance(table, Mapping):
             return handler(table)
         own = json.dumps(dict(table), default=str)
@@ -375,6 +372,7 @@ def draw_faults(
     for number, fault in enumerate(faults, 1):
         try:
             for data in database.values():
+                # A trial with every vehicle finds a failing hook before the run.
                 fault.befalling(data, 0.0)
             able = [data.name for data in fault.able(database, groups)]
         except Exception as error:  # user code may raise anything
@@ -391,7 +389,6 @@ def draw_faults(
 
 
 def _whose(key: str, fault: DeclaredFault, scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield faults: an unknown vehicle or group."""
     vehicle, vehicles = fault.vehicle, scenario.vehicle_names
     if vehicle in vehicles:
         return
@@ -425,6 +422,7 @@ def drawn(
     by_start: list[tuple[tuple[float, int, int, float], Fault]] = []
     for declared in faults:
         of_kind = declared.number_of(declared.kind)
+        # Keyed by kind, selector and sensor, so that no other fault shifts a draw; numbers, since names may change.
         number = of_kind * _SELECTORS + _selector(declared.vehicle, database, organisation)
         stream = number * _SELECTORS + known.get(declared.sensor_meant or "", 0)
         nth = counts[stream]
@@ -438,19 +436,18 @@ def drawn(
 
 
 def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -> int:
-    """Return the number of a selector, independent of names of vehicles and groups."""
     if vehicle in database:
         return database[vehicle].node + 1
     return 0 if vehicle == ANY else _SELECTORS // 2 + list(organisation.groups).index(vehicle.removeprefix(HEAD_OF))
 
 
 def _time_s(fault: DeclaredFault, seed: int, stream: int, nth: int) -> float:
-    """Return the start of the fault; drawn unless the scenario fixes it."""
     earliest_s, latest_s = fault.span_s or (0.0, 0.0)
     if fault.rate_per_h is None and earliest_s == latest_s:
         return earliest_s
     share = loss.uniform(seed, loss.FAULTS, stream, nth, 0)
     if fault.rate_per_h is not None:
+        # Inverse of the exponential distribution: with one share, a higher rate gives an earlier time.
         return -3600.0 * log1p(-share) / fault.rate_per_h
     return earliest_s + share * (latest_s - earliest_s)
 
@@ -458,12 +455,12 @@ def _time_s(fault: DeclaredFault, seed: int, stream: int, nth: int) -> float:
 def _name(
     fault: DeclaredFault, seed: int, stream: int, nth: int, database: AUVDatabase, organisation: Organisation
 ) -> str:
-    """Return the affected vehicle; the n-th ``any`` of a kind is n-th in one drawn order."""
     if fault.vehicle in database:
         return fault.vehicle
     if fault.vehicle != ANY:
         heads = organisation.heads(fault.vehicle.removeprefix(HEAD_OF))
         return min(heads, key=lambda name: database[name].node)
     able = fault.able(database, organisation.groups)
+    # One order for all equal faults (draw 0), so that they befall different vehicles.
     order = sorted(able, key=lambda data: loss.uniform(seed, loss.FAULTS, stream, 0, data.node + 1))
     return order[nth].name

@@ -76,6 +76,7 @@ def with_features(table: str) -> Callable[[type[Table]], type[Table]]:
             return base
         name, module, text = base.__name__, base.__module__, base.__doc__
         made: type[Table] = create_model(name, __base__=base, __module__=module, __doc__=text, **keys)
+        # A feature that is off by default leaves the resolved text of other scenarios unchanged.
         made.UNSAID = base.UNSAID | {key for key in keys if made.model_fields[key].default is not True}
         return made
 

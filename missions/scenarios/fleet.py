@@ -2,13 +2,10 @@
 
 A copy differs from its original only in name and slot (the next free ones), depth and start. Each copy gets a depth
 layer, as is usual for AUVs in a group: vehicles of different layers pass freely. Copies that share a layer start
-``spacing_m`` apart. With ``layers = false`` all copies stay in the original's layer and keep clear of each other.
+``spacing_m`` apart. With ``layers = false`` all copies stay in the original's layer and keep clear of each other. A
+vehicle too near to an earlier one starts at the nearest free point of a lattice around its start.
 
-Many scenarios start all vehicles at their ship. A vehicle too near to an earlier one starts at the nearest free point
-of a lattice around its start.
-
-Sensors and modems are parts of their vehicle (``rm:hasPart``). The kind of sensor or modem profile sets their class, or
-``equipment`` in the sensor's table. The world model infers the classes of the vehicle, such as ``SurveyPlatform``.
+Sensors and modems are parts of their vehicle (``rm:hasPart``), from which the world model infers its classes.
 """
 
 from __future__ import annotations
@@ -149,12 +146,14 @@ def with_copies(scenario: Scenario) -> tuple[Scenario, list[str], list[Configura
     if not _in(box, source.start_m):
         return scenario, [], []  # reported for the original
     layers_m = _layers_m(source, vehicles) if fleet.layers else [source.depth_m]
+    # Copies of all layers share the same starts, so each must be free in every layer.
     taken_m = [v.start_m for v in vehicles if any(_shares(v, layer_m) for layer_m in layers_m)]
     starts_m = free_places(source.start_m, fleet.spacing_m, box, taken_m, math.ceil(n_copies / len(layers_m)))
     places = [(start_m, layer_m) for start_m in starts_m for layer_m in layers_m]
     if len(places) < n_copies:
         allowed = f"the world has room for {len(places)} of {n_copies} copies that start this far apart"
         return scenario, [], [ConfigurationFault("fleet.spacing_m", shown(fleet.spacing_m), allowed)]
+    # Names of all tables, so that no copy gets that of a group or rally point.
     listed = (entry for value in dict(scenario).values() if isinstance(value, tuple) for entry in value)
     used = {str(entry.get("name") if isinstance(entry, dict) else getattr(entry, "name", "")) for entry in listed}
     new_names = _next_names(source.name, used, n_copies)
@@ -187,8 +186,8 @@ def _shares(vehicle: VehicleTable, layer_m: float) -> bool:
 
 
 def _layers_m(original: VehicleTable, vehicles: Sequence[VehicleTable]) -> list[float]:
-    """Return free layers above and below the original, the nearest first; else its own depth."""
     own_m, limit_m = original.depth_m, original.depth_limit_m
+    # Nearest layers first; of two at one distance, the deeper.
     steps = sorted(range(-MAX_VEHICLES, MAX_VEHICLES + 1), key=lambda step: (abs(step), -step))
     layers_m = [round(own_m + step * LAYER_M, 3) for step in steps]
     free_m = [m for m in layers_m if 0.0 < m <= limit_m and not any(_shares(vehicle, m) for vehicle in vehicles)]
@@ -202,6 +201,7 @@ def free_places(
     places: list[PointM] = []
     for ring in _rings(around_m, spacing_m, box):
         for place in ring:
+            # Rounded coordinates of neighbouring points may be slightly less than the spacing apart.
             if _in(box, place) and all(distance(place, other) > 0.999 * spacing_m for other in taken_m):
                 places.append(place)
         if len(places) >= n_places:
@@ -258,7 +258,6 @@ def start_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _meet(vehicle: VehicleTable, other: VehicleTable) -> bool:
-    """True if both vehicles start at the same depth, within ``SAME_DEPTH_M``."""
     return abs(vehicle.depth_m - other.depth_m) <= SAME_DEPTH_M
 
 
@@ -341,6 +340,7 @@ def inferred_classes(tbox: TBox, of_class: str, attribute: str, others: tuple[st
     classes = [named[of_class], *(named[other] for other in others if other in named)]
     instances = [Instance(uid, class_uid, str(uid)) for uid, class_uid in enumerate(classes)]
     facts = [PropertyValue(0, links[0], uid) for uid in range(1, len(instances))]
+    # The inference of the missions itself, on a model of one vehicle: both cannot disagree.
     model = WorldModel(
         tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, keeping=Keeping(common_facts=facts)
     )
@@ -364,6 +364,8 @@ def with_abilities(scenario: Scenario, mission: type[Mission]) -> Scenario:
             able = []
             for name in listed:
                 meant = [key for key in lacks if name in (key[1], ".".join(key))]
+                # A listed role without requirements stays as it is, unknown names included: ``playable_faults`` reports
+                # these.
                 asked = any(scenario.roles[key].requires is not None for key in meant)
                 able += [".".join(key) for key in meant if not lacks[key]] if asked else [name]
         vehicles.append(vehicle.model_copy(update={"playable_roles": tuple(able)}))
@@ -379,6 +381,7 @@ def lacking(vehicle: VehicleTable, role: Role, scenario: Scenario, mission: type
     if requires.sensor is not None and requires.sensor not in named:
         yield f"sensor {', '.join(named)}" if named else "no sensor"
     modem, tbox = modem_in(scenario), words_in(scenario, mission) if requires.capability is not None else None
+    # An unknown class is a fault of the scenario, not a lack of the vehicle.
     if tbox is not None and any(ontology_class.name == requires.capability for ontology_class in tbox.classes):
         parts = tuple(part.of_class for part in equipment_of(vehicle, modem, mission.sensors))
         if requires.capability not in inferred_classes(tbox, vehicle.vehicle_type, HAS_PART, parts):
@@ -416,7 +419,6 @@ def equipment_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Con
 
 
 def _below(tbox: TBox, name: str) -> list[str]:
-    """Return the subclasses of a class, by name."""
     uids = [ontology_class.uid for ontology_class in tbox.classes if ontology_class.name == name]
     return [tbox.classes[uid].name for above in uids for uid in tbox.subclasses(above) if uid != above]
 

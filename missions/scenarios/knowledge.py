@@ -1,7 +1,7 @@
 """World model of a scenario: ontologies, pruning, pending blocks.
 
-Ontology files are read with the scenario; their text becomes part of it (``worldmodel.ontology_text``), of the manifest
-of runs and of the keys of sweeps. So runs can be read and repeated without the files.
+The text of ontology files becomes part of the scenario (``worldmodel.ontology_text``), so that runs can be read and
+repeated without the files.
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ def with_ontologies(table: WorldModelTable, folder: Path) -> tuple[WorldModelTab
     names, texts = table.ontology, table.ontology_text
     faults, read = [], dict[str, str]()
     for name in names:
+        # A known text wins over the file, which may have changed since the run.
         if name in texts:
             read[name] = texts[name]
         elif not is_file(path := folder / name):
@@ -70,6 +71,7 @@ def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Co
     try:
         words = words_of(texts, mission)
     except (OntologyError, OSError) as error:
+        # Without own files, the fault is in the vocabulary of the mission.
         if not texts:
             allowed = f"its vocabulary cannot be read: {error}"
             yield ConfigurationFault("scenario.mission", "", allowed)

@@ -60,12 +60,14 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
         is_given = not options.keys().isdisjoint({key, key.partition(".")[0]})
         return Path() if is_given else Path(document.path).parent
 
+    # The organisation file comes first: the other overrides may change its groups.
     chosen = [(option, text) for option, text in overrides if text.partition("=")[0].strip() == ORGANISATION]
     faults += [fault for option, text in chosen if (fault := _override(document.raw, option, text)) is not None]
     document, more = with_organisation(document)
     faults += more
     if any(fault.key == ORGANISATION for fault in more):  # most checks depend on the groups
         raise document.error(faults, options)
+    # Before the overrides: the settings of the scenario's own channel may stay beside another name.
     own_channel = document.raw.get("channel")
     own_name = own_channel.get("name") if isinstance(own_channel, dict) else None
     others = (override for override in overrides if override not in chosen)
@@ -82,12 +84,14 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     if faults or tables is None or mission is None:
         raise document.error(written.attributed(faults), options)
     scenario, faults = _with_files_read(tables, folder, options)
+    # Starts first, since copies keep clear of them.
     scenario, copies, more = with_copies(with_starts_apart(scenario))
     faults += more
     try:
         completed: Scenario = mission.completed(with_abilities(scenario, mission))
     except Exception as error:  # user code may raise anything
         raise document.error([*faults, _raised(error)], options) from None
+    # In three stages: each assumes that the stage before has found no faults.
     faults += cross_faults(completed, mission) if not faults else ()
     faults += job_faults(completed, mission) if not faults else ()
     if faults:
@@ -98,11 +102,9 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
 def _with_files_read(
     scenario: Scenario, folder: Callable[[str], Path], options: Collection[str]
 ) -> tuple[Scenario, list[ConfigurationFault]]:
-    """Return a scenario with the files of channel, key and ontologies found, and the faults of their names.
-
-    ``folder`` returns the base of the path under a key; ``options`` are the keys that options set.
-    """
+    """Return a scenario with its files found; ``folder`` returns the base of the path under a key."""
     key, communication = f"channel.{FILE_KEYS.get(scenario.channel.name, '')}", scenario.communication
+    # Another file by option has another hash than the one in the scenario.
     is_other = key in options and "channel.sha256" not in options
     if file := communication.key_file:
         path = str((folder("communication.key_file") / file).resolve())
@@ -130,7 +132,6 @@ class _Header(BaseModel):
 
 
 def _validated(raw: Mapping[str, Any]) -> tuple[Scenario | None, type[Mission] | None, list[ConfigurationFault]]:
-    """Return the tables as values with the class of the mission, or all faults of single tables."""
     header = raw.get("scenario")
     name = header.get("mission") if isinstance(header, dict) else None
     if not isinstance(name, str):
@@ -146,7 +147,6 @@ def _validated(raw: Mapping[str, Any]) -> tuple[Scenario | None, type[Mission] |
 
 
 def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield faults of a vehicle's sensor tables, each checked by its kind."""
     key = f"vehicle.{vehicle.name}.sensor"
     for number, table in enumerate(vehicle.sensor, 1):
         place = f"{key}.{table.get('name', number)}" if len(vehicle.sensor) > 1 else key
@@ -165,12 +165,12 @@ def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[Configur
 
 
 def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[ConfigurationFault]:
-    """Yield faults: overrides that contradict an earlier one."""
     first: dict[str, tuple[str, str]] = {}
     for option, text in overrides:
         name, _, value = text.partition("=")
         key, value = ".".join(key_parts(name.strip())), value.strip()
         other, earlier = first.setdefault(key, (option, value))
+        # Values, not texts: 0.30 repeats 0.3.
         if value != earlier and _value(value) != _value(earlier):
             where = other if other == option else f"{other}, which sets {key} too,"
             allowed = f"contradicts {where} = {cut(earlier, LONGEST_VALUE)}; give one of them"
@@ -207,7 +207,6 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
 
 
 def _value(text: str) -> Any:
-    """Parse a TOML value; any other text, as a bare word, is a string."""
     try:
         return parsed(f"value = {text}")["value"]
     except ValueError:

@@ -4,8 +4,7 @@ A ``[[group]]`` with ``template`` inherits the keys and roles of a ``[[group_tem
 Templates and roles have parents by ``extends``. A later parent overrides an earlier one, own keys override all; nested
 tables are merged by key. Abstract roles, and every ``[[role]]`` of the file, serve only as parents.
 
-Inheritance is resolved on raw tables before validation, so that checks, missions and manifests see whole groups. The
-origin of each key is kept, so that a fault names the table that has it.
+Inheritance is resolved on raw tables before validation, so that checks, missions and manifests see whole groups.
 """
 
 from __future__ import annotations
@@ -163,8 +162,8 @@ class Specification:
         return attributed
 
     def _source(self, key: str) -> tuple[str, str]:
-        """Return the source key, and the group or role for which it is used if another one."""
         parts = key.split(".")
+        # A role (group.G.role.R) before its group (group.G): the longer key is the nearer source.
         for length in (4, 2):
             whole, rest = ".".join(parts[:length]), parts[length:]
             layers = self.layers.get(whole, ())
@@ -177,7 +176,7 @@ class Specification:
 
 
 class _Named(BaseModel):
-    """Role or template, as far as its inheritance is concerned; all other keys are checked once they are inherited."""
+    """Keys of a role or template that inheritance needs; the others are checked once they are inherited."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -226,7 +225,6 @@ class _Writer:
         self._library = self._by_name(raw, ROLE)
 
     def _by_name(self, raw: Raw, kind: str) -> dict[str, TableLayer]:
-        """Return the tables of a kind by name; duplicates are faults."""
         tables: list[Raw] = raw.get(kind, [])
         for name, count in Counter(table["name"] for table in tables).items():
             if count > 1:
@@ -251,6 +249,7 @@ class _Writer:
         """Resolve the roles of a group, in the order of its farthest template; keep second ones of a name."""
         own: dict[str, list[TableLayer]] = {}
         again: list[Raw] = []
+        # From the farthest template on, which gives the order of the roles.
         for level in reversed(levels):
             for role in level.table.get(ROLE, ()):
                 layer, layers = TableLayer(f"{level.key}.{ROLE}.{role['name']}", role), own.setdefault(role["name"], [])
@@ -271,14 +270,11 @@ class _Writer:
     def _of_parents(
         self, name: str, layers: Sequence[TableLayer], own: Mapping[str, list[TableLayer]], below: tuple[str, ...]
     ) -> list[TableLayer]:
-        """Return the source tables of a role in a group, in order of precedence.
-
-        ``layers`` are the tables of the group and its templates that list the role, ``own`` those of all roles. Roles
-        ``below`` extend this one.
-        """
+        """Return the source tables of a role in order of precedence; ``own`` are those of all roles of the group."""
         holder = next((layer for layer in layers if EXTENDS in layer.table), layers[0])
         sources = list(layers)
         for parent in self._parents(holder, [*own, *self._library]):
+            # A role may extend the library role of its own name.
             if parent in own and parent != name:
                 if parent in below:
                     self._cycle(holder, [*below[below.index(parent) :], name, parent])
@@ -291,7 +287,6 @@ class _Writer:
         return sources
 
     def _ancestry(self, layer: TableLayer, kin: Mapping[str, TableLayer], below: list[str]) -> list[TableLayer]:
-        """Return a template or library role and all its parents, in order of precedence."""
         line = [*below, layer.table["name"]]
         sources = [layer]
         for parent in self._parents(layer, list(kin)):
@@ -302,10 +297,10 @@ class _Writer:
         return sources
 
     def _parents(self, layer: TableLayer, known: Sequence[str]) -> list[str]:
-        """Return the known parents of a table, the last first; others are faults."""
         parents: Sequence[str] = layer.table.get(EXTENDS, ())
         for name in parents:
             self.faults += one_of(f"{layer.key}.{EXTENDS}", name, list(dict.fromkeys(known)))
+        # The last parent has precedence.
         return [name for name in reversed(parents) if name in known]
 
     def _cycle(self, layer: TableLayer, names: Sequence[str]) -> None:
@@ -314,7 +309,6 @@ class _Writer:
 
 
 def _joined(tables: Sequence[Raw]) -> dict[str, Any]:
-    """Merge tables by key, nested ones too; earlier ones have precedence."""
     merged: dict[str, Any] = {}
     for table in reversed(tables):
         for key, value in table.items():
@@ -371,7 +365,6 @@ def _head(group: GroupTable) -> Iterator[ConfigurationFault]:
 
 
 def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
-    """Yield faults: unknown or self-referencing roles in the keys of roles."""
     paths, names = [".".join(key) for key in roles], group.role_names
     for name, count in Counter(names).items():
         if count > 1:
@@ -387,7 +380,6 @@ def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterato
 
 
 def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
-    """Yield faults: cycles of ``played_by``, and incompatible roles that one holder must play."""
     above = {key: other for key, role in roles.items() if (other := role_key(role.played_by or "")) in roles}
     for cycle in _cycles(above):
         line = " is played by ".join(".".join(key) for key in [*cycle, cycle[0]])
@@ -395,10 +387,12 @@ def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault(f"{_at(cycle[0])}.played_by", "", allowed)
     apart = excluded(roles)
     for key in roles:
+        # Incompatibility holds along the whole chain, since one vehicle plays all of its roles.
         line_up = [key]
         while (other := above.get(line_up[-1], key)) not in line_up:
             line_up.append(other)
             if other in apart[key]:
+                # The key that lists the other role is at fault; it may be in either table.
                 own = {".".join(other), *([other[1]] if other[0] == key[0] else [])}
                 holder, named = (key, other) if not own.isdisjoint(roles[key].incompatible) else (other, key)
                 played = " is played by ".join(".".join(step) for step in line_up)
@@ -407,9 +401,9 @@ def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
 
 
 def _cycles(above: Mapping[Node, Node]) -> list[list[Node]]:
-    """Return each cycle of a parent relation once."""
     cycles: list[list[Node]] = []
     done: set[Node] = set()
+    # Each node has one parent: following it ends, meets a known node or closes a cycle.
     for start in above:
         line: list[Node] = []
         name = start
@@ -435,7 +429,6 @@ def excluded(roles: Mapping[RoleKey, Role]) -> dict[RoleKey, set[RoleKey]]:
 
 
 def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator[ConfigurationFault]:
-    """Yield faults: unknown, circular and too many or too few subgroups."""
     groups = {group.name: group for group in listed}
     for name, group in groups.items():
         yield from one_of(f"group.{name}.within", group.within, list(groups))
@@ -452,7 +445,6 @@ def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator
 def _subgroups(
     group: GroupTable, kinds: Mapping[str, Sequence[str]], templates: Sequence[str]
 ) -> Iterator[ConfigurationFault]:
-    """Yield faults: violations of the number and templates (``kinds``) of a group's subgroups."""
     for number, table in enumerate(group.subgroup, 1):
         key = f"group.{group.name}.subgroup.{number}"
         yield from one_of(f"{key}.template", table.template, templates)
@@ -516,7 +508,6 @@ def playable_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield faults: pairs of roles for one holder that no vehicle can play together."""
     for key, role in scenario.roles.items():
         other = role_key(role.played_by or ".")
         if all(other) and not any(vehicle.can_play(*key) and vehicle.can_play(*other) for vehicle in scenario.vehicle):
@@ -524,7 +515,6 @@ def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield faults: successions whose role holders cannot lead."""
     for group in scenario.group:
         key, roles, head = f"group.{group.name}.succession", group.succession, group.head
         faults = [fault for role in roles for fault in one_of(key, role, group.role_names)]
@@ -602,6 +592,7 @@ def checked(document: Document) -> tuple[Sequence[GroupTable], int]:
     if shape is None:
         raise document.error([*_unknown(document), *faults])
     templates: list[Raw] = raw.get(TEMPLATE, [])
+    # A template is checked by a group of it, since its roles are whole only there.
     alone = [{"rally_point": "", "name": f"{table['name']} without a group", "template": table["name"]} for table in
              templates if not shape.group]  # fmt: skip
     specification = specified({**raw, GROUP: [*raw.get(GROUP, ()), *alone]})

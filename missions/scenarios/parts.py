@@ -1,8 +1,7 @@
 """Objects named in a scenario: mission, strategy, vehicle data, groups, metrics, figures.
 
-A plug-in is named ``package.module:object`` or ``file.py:object``. A file is imported as a module of its name from a
-plug-in folder (``remoras/plugins.py``), also in worker processes. Hence scenarios and results name ``mine.py:Mine`` as
-``mine:Mine``, independent of the folder.
+A plug-in is named ``package.module:object`` or ``file.py:object``. A file is imported as a module of its name:
+scenarios and results name ``mine.py:Mine`` as ``mine:Mine``, independent of the folder.
 """
 
 from __future__ import annotations
@@ -53,12 +52,14 @@ def importable(given: str, folder: Path | None = None) -> str:
         raise PluginError(f"no such file: {path}")
     if not path.stem.isidentifier():
         raise PluginError(f"{path.name} cannot be imported, its name is none of a module; rename it, as my_strategy.py")
+    # Before the search: worker processes find the module in this folder, too.
     look_in([str(path.parent)])
     try:
         with asked_for(path.stem):
             spec = importlib.util.find_spec(path.stem)
     except (ImportError, ValueError):
         spec = None
+    # A module of that name elsewhere on the path would be imported instead.
     if spec is None or spec.origin is None or Path(spec.origin).resolve() != path:
         other = "a module" if spec is None or spec.origin is None else spec.origin
         raise PluginError(f"{path.name} has the name of {other}, which Python finds first; rename the file")
@@ -117,7 +118,7 @@ def with_figures(
 def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collection[str] = ()) -> dict[str, Any]:
     """Replace file references in tables by module references, as workers and results use.
 
-    Unresolved references stay and are reported later. Paths of ``overridden`` keys start from the current folder.
+    Paths of ``overridden`` keys start from the current folder.
     """
 
     def found(value: Any, key: str) -> Any:
@@ -128,6 +129,7 @@ def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collectio
         if not (isinstance(value, str) and OBJECT_OF_FILE.fullmatch(value)):
             return value
         is_set = any(f"{key}.".startswith(f"{option}.") for option in overridden)
+        # An unresolved reference stays, since the check of its key names the reason.
         try:
             return importable(value, None if is_set else folder)
         except PluginError:
@@ -173,7 +175,6 @@ def mission_class(reference: str) -> type[Mission]:
 
 
 def _wrongly_held(mission: type[Mission]) -> Iterator[str]:
-    """Yield members of a mission that are no sequences or have wrong elements."""
     for name, kinds in HELD.items():
         held, wanted = getattr(mission, name), f"expected a tuple of {kinds[0].__name__}"
         if isinstance(held, str) or not isinstance(held, Sequence):

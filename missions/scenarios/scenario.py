@@ -163,6 +163,7 @@ class Scenario(Sparse):
     def taken_names(self, *more: str) -> dict[str, str]:
         """Return the kind of table by name, for vehicles, groups, rally points and ``more``."""
         kinds = ("vehicle", "group", "rally_point", *more)
+        # Reversed, so that a vehicle wins over a group of its name.
         return {entry.name: kind for kind in reversed(kinds) for entry in getattr(self, kind)}
 
     @property
