@@ -422,7 +422,7 @@ def drawn(
     by_start: list[tuple[tuple[float, int, int, float], Fault]] = []
     for declared in faults:
         of_kind = declared.number_of(declared.kind)
-        # Keyed by kind, selector and sensor, so that no other fault shifts a draw; numbers, since names may change.
+        # Keyed by kind, selector and sensor, so that no other fault shifts a draw.
         number = of_kind * _SELECTORS + _selector(declared.vehicle, database, organisation)
         stream = number * _SELECTORS + known.get(declared.sensor_meant or "", 0)
         nth = counts[stream]

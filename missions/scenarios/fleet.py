@@ -364,8 +364,7 @@ def with_abilities(scenario: Scenario, mission: type[Mission]) -> Scenario:
             able = []
             for name in listed:
                 meant = [key for key in lacks if name in (key[1], ".".join(key))]
-                # A listed role without requirements stays as it is, unknown names included: ``playable_faults`` reports
-                # these.
+                # A listed role without requirements stays as it is; ``playable_faults`` reports unknown ones.
                 asked = any(scenario.roles[key].requires is not None for key in meant)
                 able += [".".join(key) for key in meant if not lacks[key]] if asked else [name]
         vehicles.append(vehicle.model_copy(update={"playable_roles": tuple(able)}))

@@ -1,7 +1,4 @@
-"""Application of the commands, with their shared errors, JSON output and names.
-
-Help lists commands by purpose, with examples. Each command is loaded and built on demand.
-"""
+"""Application of the commands, with their shared errors, JSON output and names."""
 
 from __future__ import annotations
 
@@ -50,6 +47,7 @@ class PlainCommand(TyperCommand):
 
     def get_help(self, ctx: Any) -> str:
         """Return the help text without Python type names and braces around required arguments."""
+        # Spaces of equal width keep the columns.
         text = PYTHON_TYPE.sub(lambda match: " " * len(match[0]), super().get_help(ctx))
         usage, _, rest = text.partition("\n")
         return "\n".join([usage.replace("{", "").replace("}", ""), rest])
@@ -132,7 +130,6 @@ class CommandFault(Exception):
 
 
 def _report_end(error: BaseException | None) -> int:
-    """Print an interruption; return the exit code."""
     number = signal.SIGTERM if isinstance(error, Terminated) else signal.SIGINT
     print(f"remoras: {SAID[number]}", file=sys.stderr)
     return 128 + number
@@ -159,11 +156,11 @@ def give_up(message: str, as_json: bool) -> None:
     _report(CommandFault(message), as_json)
     sys.stdout.flush()
     sys.stderr.flush()
+    # From another thread, ``sys.exit`` would end that thread only.
     os._exit(USAGE)
 
 
 def _report(error: Exception, as_json: bool) -> None:
-    """Print a message, and its JSON value if requested."""
     message = shortened(str(error))
     if isinstance(error, OSError) and error.filename is not None:
         message = shortened(f"{error.filename}: {error.strerror}")
@@ -212,11 +209,8 @@ def command(
 ) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
     """Register a command and convert user errors to messages.
 
-    Interruption exits with 130, termination with 143.
-
-    Args:
-        example: shown by help.
-        names_code: True if input may name plug-ins; adds ``--no-plugins``.
+    Interruption exits with 130, termination with 143. ``names_code`` adds ``--no-plugins``, for input that may name
+    plug-ins.
     """
 
     def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
@@ -229,12 +223,14 @@ def command(
             except KeyboardInterrupt as error:
                 raise typer.Exit(_report_end(error)) from None
             except BrokenPipeError:
+                # Python would report the broken pipe once more at its exit.
                 sys.stderr.close()
                 raise typer.Exit(OK) from None
             except CommandFault as error:
                 _report(error, as_json)
                 raise typer.Exit(error.code) from None
             except Exception as error:
+                # A defect of the program shows its traceback.
                 if not isinstance(error, OSError) and not _is_users_fault(error):
                     raise
                 _report(error, as_json)
@@ -244,6 +240,7 @@ def command(
             summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
             alone = typer.Typer(add_completion=False, **LOOK)
             declare = alone.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)
+            # Typer reads options from the signature, to which this one is added for all such commands.
             if names_code:
                 signature = inspect.signature(function, eval_str=True)
                 option = inspect.Parameter(
@@ -262,13 +259,14 @@ def command(
 
 
 def _is_users_fault(error: Exception) -> bool:
-    """True for an error of these packages; an unloaded module has raised none."""
+    # A module that is not loaded has raised nothing, and loading it takes time.
     loaded = [(sys.modules[module], name) for module, name in USERS_FAULTS if module in sys.modules]
     return isinstance(error, tuple(getattr(module, name) for module, name in loaded))
 
 
 def show_json(value: Any) -> None:
     """Print a JSON value on standard output."""
+    # NaN is no JSON; strict readers refuse it.
     print(json.dumps(value, indent=2, allow_nan=False))
 
 
@@ -355,8 +353,8 @@ def main() -> None:
 
 
 def _report_usage(error: Any) -> int:
-    """Print a parser error, and its JSON value if requested; return the exit code."""
     options, context = getattr(getattr(error, "param", None), "opts", ()), getattr(error, "ctx", None)
+    # The parser says which option it refuses, not always which value.
     given = next((f"{cut(value, LONGEST_VALUE)!r}" for option, value in pairwise(sys.argv) if option in options), "")
     refused = shortened(error.format_message()).replace("Value error, ", "")  # the library's name of its own error
     if given and given not in refused:

@@ -83,6 +83,7 @@ def benchmark(
         with TemporaryDirectory() as folder:
             _verify(verified, _of_split(chosen, split, seeds, Path(folder)), drawn, draw_seed, as_json)
         return
+    # Without released seeds this fails, which matters more than a missing option.
     if split == "test" and seeds is None:
         _of_split(chosen, split, seeds, Path())
     if out is None:
@@ -97,6 +98,7 @@ def benchmark(
 
     chosen = _of_split(chosen, split, seeds, out / GROUNDS)
     contest = Contest.of(chosen, strategies, repeats)
+    # Before the runs, which may take hours.
     _conform(contest.strategies)
     with Progress(f"benchmark {chosen.about.name}", 1, "runs") as progress:
         try:
@@ -173,7 +175,6 @@ def _show(table: ScoreTable, cpu_s: float | None) -> None:
 
 
 def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
-    """Fail if runs failed, or decisions exceeded their CPU time."""
     from remoras.deciding import MOST_CPU_S
 
     failed = {strategy.name: sum(run.failed for run in strategy.runs) for strategy in scored}
@@ -193,6 +194,7 @@ def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_js
 
     from missions.benchmark.card import verify_card
 
+    # The author of a card must not know which runs are repeated.
     check = verify_card(path, suite, randbits(32) if seed is None else seed, count)
     repeated = dict(check.runs)
     other = {name: text for name, text in repeated.items() if text}

@@ -43,8 +43,6 @@ def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
 
 
 def _said_by(module: str, name: str) -> Names:
-    """Return a source of names: a function or table of a module, loaded on completion."""
-
     def names(ctx: typer.Context) -> Iterable[str]:
         source: Any = getattr(import_module(module), name)
         return source() if callable(source) else source  # type: ignore[no-any-return]

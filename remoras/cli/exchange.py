@@ -60,6 +60,7 @@ def loss_rates(text: str) -> tuple[float, ...]:
     except ValueError:
         shown = cut(text, LONGEST_VALUE)
         fail(f"--per {shown!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
+    # The tolerance keeps the last rate, and rounding its text: 0.3, not 0.30000000000000004.
     return tuple(round(first + number * step, 10) for number in range(int((last - first) / step + 1e-9) + 1))
 
 
@@ -147,7 +148,7 @@ def _run(studies: Sequence[ExchangeStudy], jobs: int) -> list[StudyRow]:
     rows: list[StudyRow] = []
     with Progress("exchange study", len(studies), "studies") as progress:
         for number, study in enumerate(studies):
-
+            # The default binds the number of this pass.
             def at(done: int, total: int, number: int = number) -> None:
                 progress.at(number + done / total)
 
@@ -163,6 +164,7 @@ def _files(
     from exchange.study.study import loaded_studies
     from visualisation.policies import as_csv, contents
 
+    # One loss rate gives no curve.
     if study.load.kind is LoadKind.POISSON and len(study.per) == 1:
         return [(f"{LOADED}.csv", as_csv(rows))]
     if not of_the_paper or study.load.kind is LoadKind.POISSON:
@@ -175,12 +177,12 @@ def _files(
 
 
 def _write(files: Sequence[tuple[str, bytes]], out: Path) -> None:
-    """Write all files of a study or none, replacing an earlier study."""
     from missions.disk import FIGURES, new_content
     from missions.errors import writing
 
     suffixes = (*FIGURES, ".txt")
     ours = {f"{name}{suffix}" for name in (*TIMES, *OF_THE_PAPER, LOADED) for suffix in suffixes}
+    # The folder may have other files of the user: only those of earlier studies are replaced.
     with writing(f"--out {out}"), new_content(out, of_older=ours.intersection, last=None) as draft:
         for name, content in files:
             (draft / name).write_bytes(content)
@@ -260,6 +262,7 @@ def sea(
     from missions.scenarios import load
 
     ranges_m = ranges_of(ranges or DEFAULT_RANGES)
+    # The reach needs a sea, whatever channel the scenario has.
     overrides = [("sea", "channel.name=acoustic"), *(("--set", setting) for setting in settings or ())]
     chosen = (
         [[]] if modem is None else [[("--modem", f"communication.modem={part.strip()}")] for part in modem.split(",")]
@@ -296,7 +299,6 @@ def _acoustic(scenario: Scenario) -> AcousticChannel:
 
 
 def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
-    """Delivery over range of the scenario's modem, with water between the depths of its fleet."""
     from visualisation.reach import ModemReach, Point
 
     channel, deployment = _acoustic(scenario), scenario.deployment

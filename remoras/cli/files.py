@@ -95,6 +95,7 @@ def validate(
     if is_study(file):
         _validate_study(file, as_json)
         return
+    # An organisation file has no key of its own: all its tables may be in a scenario, too.
     if file.endswith(".toml") and _validate_organisation(file, as_json):
         return
     from missions.runs.estimates import cautions
@@ -229,7 +230,6 @@ def explain(
 
 
 def _show_schema(key: str, scenario: str) -> None:
-    """Print the JSON Schema of scenarios of a mission, or of studies, for editors."""
     from missions.scenarios import load
     from missions.scenarios.explanations import schema_of
     from missions.scenarios.parts import mission_class
@@ -245,7 +245,6 @@ def _show_schema(key: str, scenario: str) -> None:
 
 
 def _explain_codec(scenario: str, as_json: bool) -> None:
-    """Print the packet fields in wire order, with sizes for the scenario's fleet."""
     from missions.runs.setup import resolved
     from missions.scenarios import load
 

@@ -45,13 +45,7 @@ HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "X-
 
 
 class LiveRun:
-    """Run displayed and controlled by pages.
-
-    Args:
-        stepping: the run.
-        duration_s: its maximum duration.
-        keep: called with the finished run; returns a text on its results.
-    """
+    """Run displayed and controlled by pages; ``keep`` stores the finished run and returns a text on its results."""
 
     def __init__(self, stepping: Stepping, duration_s: float, keep: Callable[[Run], str]) -> None:
         self._stepping = stepping
@@ -74,6 +68,7 @@ class LiveRun:
 
     def ask(self, what: Callable[[], Any]) -> Any:
         """Call a function between two steps and return its value; for other threads than ``serve``."""
+        # Only the thread of ``serve`` touches the run, so it needs no locks.
         answer: Future[Any] = Future()
         self._asked.put((what, answer))
         return answer.result()
@@ -84,6 +79,7 @@ class LiveRun:
         self._step()  # zero-length step to the state at 0 s
         while True:
             try:
+                # A paused run has no next step, but the queue accepts no infinite timeout.
                 call, answer = self._asked.get(timeout=min(max(self._until_step_s(), 0.0), LONGEST_LAG_S))
             except Empty:
                 if self._until_step_s() <= 0.0:
@@ -124,13 +120,13 @@ class LiveRun:
         self._since = (time.monotonic(), self._time_s)
 
     def _until_step_s(self) -> float:
-        """Time (s) until the next step; infinite while paused."""
         if self._phase != "running":
             return math.inf
         if self._speed is None:
             return 0.0
         wall_s, mission_s = self._since
         left_s = wall_s + (self._time_s - mission_s) / self._speed - time.monotonic()
+        # A run that is too slow for its speed drops the lag; catching up would show a burst of steps.
         if left_s < -LONGEST_LAG_S:
             self._count_from_here()
         return left_s
@@ -153,14 +149,7 @@ class LiveRun:
 
 
 class LiveServer(ThreadingHTTPServer):
-    """Local web server of a run.
-
-    Args:
-        port: 0 for any free one.
-
-    Raises:
-        OSError: the port is in use.
-    """
+    """Local web server of a run; ``port`` 0 takes a free one. Raises OSError if the port is in use."""
 
     allow_reuse_address = sys.platform != "win32"  # would allow two servers on one port
 
@@ -183,12 +172,10 @@ class LiveRequest(BaseHTTPRequestHandler):
     timeout = 10.0
 
     def parse_request(self) -> bool:
-        """Accept requests of this page only, by host and origin.
-
-        Foreign pages in the same browser can also send requests to the loopback address.
-        """
+        """Accept requests of this page only, by host and origin."""
         if not super().parse_request():
             return False
+        # Foreign pages in the same browser can also send requests to the loopback address.
         hosts, host, origin = self.server.hosts, self.headers.get("Host", ""), self.headers.get("Origin")
         allowed = f"allowed: {', '.join(hosts)}"
         if host not in hosts:
@@ -227,6 +214,7 @@ class LiveRequest(BaseHTTPRequestHandler):
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
         """Send a one-line error, also for errors of ``http.server``."""
+        # ``http.server`` answers 501 to a method for which the class has no function.
         status = HTTPStatus.METHOD_NOT_ALLOWED if code == HTTPStatus.NOT_IMPLEMENTED else HTTPStatus(code)
         self._answer(status, "text/plain", f"{shortened(message or status.phrase)}\n")
 

@@ -109,6 +109,7 @@ def new(
         files = dict(plugin_files(kind, name))
         trial = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"
     written = [out / file for file in files]
+    # A dangling link does not exist, but writing would follow it.
     existing = [str(path) for path in written if path.exists() or path.is_symlink()]
     if existing and not force:
         fail(f"{', '.join(existing)}: already there; --force replaces; another NAME or --out DIR keeps existing files")

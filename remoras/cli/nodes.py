@@ -163,7 +163,6 @@ def node(
 
 
 def _frontseat(reference: str, start_utc: str, has_modem: bool) -> Frontseat:
-    """Return the front seat made by a user's function, or a default one without ``given``."""
     from missions.nodes.frontseat import Frontseat
     from missions.scenarios.parts import importable
     from remoras.errors import PluginError
@@ -203,9 +202,11 @@ def _begun(
     from missions.nodes.alone import alone
 
     own = alone(plan)
+    # Without a start time: a peer that sends has begun the mission already.
     if begins_s is None and others and port is not None:
         begins_s = port.heard_start_s(others, LISTEN_FRAMES * own.setup.schedule.frame_s / speed, speed)
     pace = Paced(now_by_machine() if begins_s is None else begins_s, speed)
+    # Within the first slot a vehicle has missed nothing: it belongs to the start.
     if pace.now_s > own.setup.schedule.slot_s:
         own = alone(replace(plan, begins_s=pace.now_s))
         print(f"remoras: {plan.vehicle} joins at {own.plan.begins_s:.1f} s of the mission", file=sys.stderr)
@@ -233,7 +234,6 @@ def _driver(
 
 
 def _start(start_utc: str) -> float:
-    """Return the mission start by ``time.monotonic`` (s)."""
     import time
     from datetime import UTC, datetime
 
@@ -244,6 +244,7 @@ def _start(start_utc: str) -> float:
     ahead_s = begins.replace(tzinfo=begins.tzinfo or UTC).timestamp() - time.time()
     if abs(ahead_s) > MOST_AWAY_S:
         fail(f"--start-utc {start_utc}: allowed is a time within a year of now")
+    # Converted once: corrections of the system clock during the mission do not move the slots.
     return now_by_machine() + ahead_s
 
 
@@ -287,6 +288,7 @@ def swarm(
     if port > MOST_PORT + 1 - len(plans):
         fail(f"--port {port}: allowed is up to {MOST_PORT + 1 - len(plans)}: {len(plans)} vehicles take a port each")
     if out is not None:
+        # Before any process starts, so that all logs or none are written.
         for plan in plans:
             refuse_written(out, plan)
 

@@ -159,6 +159,7 @@ def query(
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
     with time_limit(timeout_s, functools.partial(give_up, as_json=as_json)):
+        # One more row shows whether the limit omits any.
         columns, rows = results.query(text, vehicle, at, limit + 1)
     if len(rows) > limit:
         del rows[limit:]
@@ -249,7 +250,6 @@ def replay(
 
 
 def _data(run: Results) -> bytes:
-    """Replay data of a run; without mission content if this version cannot read the scenario."""
     from missions.errors import ConfigurationError
     from missions.scenarios.parts import mission_of, strategy_of
     from visualisation.replay import run_data
@@ -263,7 +263,6 @@ def _data(run: Results) -> bytes:
 
 
 def _check_pair(first: Results, second: Results) -> None:
-    """Fail unless mission, world and vehicles are equal; strategy, loss and seed may differ."""
     one, two = first.scenario, second.scenario
     mission = one.scenario.mission == two.scenario.mission
     for part, same in (

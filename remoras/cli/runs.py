@@ -90,6 +90,7 @@ def run(
     from missions.scenarios import load
 
     loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings or []))
+    # Before the run, whose result would be lost otherwise.
     if out is not None:
         check_output(out, force)
     with Progress(f"run {loaded.scenario.name}", loaded.scenario.duration_s, "s of mission time") as progress:
@@ -110,7 +111,6 @@ def run(
 
 
 def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
-    """Warn on standard error of violated separation."""
     if n_pairs := report["conflicts"]:
         pairs = "1 pair of vehicles" if n_pairs == 1 else f"{n_pairs} pairs of vehicles"
         print(

@@ -143,7 +143,6 @@ def _note_on_repeats(study: Study) -> None:
 
 
 def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
-    """Repeat finished runs; fail if one ends differently."""
     from missions.sweeps.worker import verify
 
     repeated = dict(verify(study, out, count))
@@ -248,7 +247,6 @@ def _status_line(status: dict[str, Any]) -> str:
 
 
 def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:
-    """Effects as text: the design, then a table per metric and condition."""
     yield results.file.two_level_design.description()
     for (metric, condition), same in itertools.groupby(rows, key=lambda row: (row.metric, row.condition)):
         own = list(same)
@@ -264,7 +262,6 @@ def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator
 
 
 def _marked(strategy: str) -> str:
-    """Name of a strategy, with a mark for a bound, which is no competitor."""
     from remoras.strategies import bounds
 
     return f"{strategy} (bound)" if strategy in bounds() else strategy
@@ -276,6 +273,7 @@ def _interval(mean: float | None, low: float | None, high: float | None) -> str:
 
 
 def _mean(row: Comparison) -> str:
+    # Without an interval the range is shown; see ``missions.statistics``.
     spread = f" ({row.least:.4g} to {row.largest:.4g})" * (row.ci95_low is None and row.least < row.largest)
     return _interval(row.mean, row.ci95_low, row.ci95_high) + spread
 
@@ -332,6 +330,7 @@ def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
         yield "their intervals allow for further runs that do not complete; n_reached counts the completed ones"
     if any(row.deterministic for row in rows):
         yield "deterministic: no random draws, so repeats count as one run without interval and p"
+    # Failed runs may look cheap, in distance for instance: other metrics then rank failure as merit.
     if rows[0].metric != "completed" and (unequal := [row for row in rows if row.unequal_success]):
         names = ", ".join(dict.fromkeys(f"{row.strategy} with {row.policy} at per {row.per:g}" for row in unequal))
         yield f"unequal work: success rates significantly below the highest, do not rank by this metric: {names}"
