@@ -15,6 +15,7 @@ class OntologyError(WorldModelError):
         self.faults = tuple(faults)
         super().__init__("\n".join(self.faults))
 
+    # Unpickling would pass the joined message in place of the faults.
     def __reduce__(self) -> tuple[type["OntologyError"], tuple[tuple[str, ...]]]:
         return type(self), (self.faults,)
 
@@ -36,9 +37,7 @@ class QueryError(WorldModelError, ValueError):
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return the end of an error message that proposes the known name nearest to ``name``.
-
-    Empty if no name has a difflib ratio of at least 0.6; of equal ratios the order in ``known`` decides.
+    """Return the end of an error message that proposes the nearest known name; empty if none is near.
 
     >>> suggestion("positon", ["position", "location"])
     "; did you mean 'position'?"

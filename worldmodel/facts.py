@@ -62,8 +62,9 @@ class Block(NamedTuple):
 
     @property
     def key(self) -> BlockKey:
-        """(time_s, origin, epoch, order): the sequence, with private blocks first, as recorded."""
+        """(time_s, origin, epoch, order)."""
         sequence = self.sequence
+        # Private blocks count down: mirrored, they sort as recorded, before all others of one time and origin.
         order = sequence if sequence >= STATUS else _PRIVATE_ORDER - sequence
         return (self.time_s, self.origin, self.epoch, order)
 

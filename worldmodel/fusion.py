@@ -100,6 +100,7 @@ def fused(
     if attribute.kind in MEASURED:
         if independent:
             return _filtered(weighed, drift, shared, at_s)
+        # At one time for all origins, since their variances grow by drift.
         at_s = max(weighed[-1].time_s, -math.inf if at_s is None else at_s)
         alone = [
             _filtered([o for o in weighed if o.origin == origin], drift, shared, at_s)
@@ -108,6 +109,7 @@ def fused(
         return min(alone, key=lambda estimate: cast(float, estimate.uncertainty))
     if not independent:
         newest = {observation.origin: observation for observation in weighed}
+        # Of equal probabilities the lowest origin counts, so that all vehicles agree.
         weighed = [min(newest.values(), key=lambda o: (-cast(float, o.fact.uncertainty), o.origin))]
     return _by_bayes(attribute, weighed, prior)
 
@@ -117,8 +119,8 @@ def _key(observation: Observation) -> tuple[object, ...]:
 
 
 def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until_s: float | None) -> Estimate:
-    """Return the Kalman estimate; the state is the value, then the shared error of each origin."""
     origins = sorted({observation.origin for observation in weighed})
+    # State of the Kalman filter: the value, then the shared error of each origin.
     n = 1 + len(origins) if shared > 0.0 else 1
     at_s = weighed[0].time_s
     means: list[list[float]] = []
@@ -127,6 +129,7 @@ def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until
         own = 1 + origins.index(observation.origin) if n > 1 else 0
         sigma = cast(float, observation.fact.uncertainty)
         axes = observation.value if isinstance(observation.value, tuple) else (cast(float, observation.value),)
+        # Flat prior: the first observation is the state, off by its own error and by the shared one of its origin.
         if not number:
             means = [[axis, *[0.0] * (n - 1)] for axis in axes]
             covariance = [[shared * shared * (row == column) for column in range(n)] for row in range(n)]
@@ -138,6 +141,7 @@ def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until
         at_s = observation.time_s
         along = [row[0] + (row[own] if own else 0.0) for row in covariance]  # covariance with the observation
         gains = [part / (along[0] + (along[own] if own else 0.0) + sigma * sigma) for part in along]
+        # Both axes have equal uncertainties, hence one covariance and equal gains.
         for mean, axis in zip(means, axes, strict=True):
             surprise = axis - mean[0] - (mean[own] if own else 0.0)
             mean[:] = [part + gain * surprise for part, gain in zip(mean, gains, strict=True)]
@@ -154,6 +158,7 @@ def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mappi
     hypotheses, n_others = _hypotheses(attribute, weighed)
     weights = [1.0 if prior is None else prior.get(hypothesis, 0.0) for hypothesis in hypotheses]
     n = sum(weight > 0.0 for weight in weights) + n_others
+    # One further hypothesis, which no observation supports, stands for all values not observed.
     others = float(n_others)
     for observation in weighed:
         p = cast(float, observation.fact.uncertainty)
@@ -165,6 +170,7 @@ def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mappi
     if total == 0.0:  # the prior excludes all observed values
         last = max(weighed, key=_key)
         return Estimate(last.value, 0.0, last.time_s, origins)
+    # Of equal posteriors the smaller value comes first, in whatever order the facts arrived.
     ranked = sorted(
         ((h, w / total) for h, w in zip(hypotheses, weights, strict=True) if w > 0.0),
         key=lambda pair: (-pair[1], pair[0]),
@@ -174,7 +180,6 @@ def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mappi
 
 
 def _hypotheses(attribute: Attribute, weighed: Sequence[Observation]) -> tuple[list[Value], int]:
-    """Return the hypotheses in order, and 1 if others are possible."""
     if attribute.kind is ValueKind.BOOLEAN:
         return [False, True], 0
     if attribute.kind is ValueKind.SYMBOL:
@@ -199,8 +204,6 @@ BEYOND_99 = 2.3263478740408408
 
 
 class _OriginEstimate(NamedTuple):
-    """Estimate of one origin for one property."""
-
     axes: tuple[float, ...]
     variance: float
 
@@ -219,7 +222,6 @@ def doubted(slots: Iterable[tuple[Attribute, Sequence[Observation]]]) -> tuple[i
 
 
 def _estimates(observations: Sequence[Observation], attribute: Attribute) -> dict[int, _OriginEstimate]:
-    """Return the estimate of each origin at the time of the newest observation."""
     at_s = max((o.time_s for o in observations), default=0.0)
     estimates = {}
     for origin in sorted({o.origin for o in observations if o.fact.uncertainty is not None}):
@@ -249,5 +251,6 @@ def _is_beyond(deviation: float, degrees: int) -> bool:
     if not degrees:
         return False
     part = 2.0 / (9.0 * degrees)
+    # Wilson and Hilferty: the cube root of chi-square over its degrees is almost normal.
     root = 1.0 - part + BEYOND_99 * math.sqrt(part)
     return deviation > degrees * root * root * root

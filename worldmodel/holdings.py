@@ -10,8 +10,7 @@ the order of keys, oldest first:
 - an issuer's statement is ignored if earlier facts exclude the issuer from that time or before;
 - of the others, the newest about a vehicle counts, from any issuer.
 
-The total order makes the result independent of arrival. If two vehicles exclude each other, the earlier fact wins. An
-issuer's own exclusion does not undo its earlier statements; a newer fact does.
+The total order makes the result independent of arrival. If two vehicles exclude each other, the earlier fact wins.
 """
 
 import math
@@ -115,6 +114,7 @@ class BlockLog:
         if sequence >= self.n_whole:
             self.mask ^= 1 << sequence - self.n_whole
             return
+        # The sequences behind it have arrived: they become bits of the mask, above a 0 for the missing one.
         n_behind = self.n_whole - sequence - 1
         self.mask = self.mask << n_behind + 1 | (1 << n_behind) - 1 << 1
         self.n_whole = sequence
@@ -168,6 +168,7 @@ class Arrivals:
     def note_creation(self, uid: int, class_uid: int, block: Block) -> bool:
         """Record a type given by an instance's owner; True if the class of creation changed."""
         known, rank = self._created.get(uid), rank_of(block)
+        # The lowest rank counts, not the first arrival.
         if known is not None and known[0] <= rank:
             return False
         self._created[uid] = (rank, class_uid)
@@ -181,6 +182,7 @@ class Arrivals:
 
     def wait(self, block: Block, missing: int, since_s: float | None = None) -> Block | None:
         """Suspend a block until ``missing`` is announced; return the oldest one of too many."""
+        # Without an arrival time, the pending time counts from the observation.
         if since_s is None:
             since_s = block.time_s if self.now_s is None else self.now_s
         self.waiting[block.guid] = Waiting(block, missing, since_s)
@@ -196,6 +198,7 @@ class Arrivals:
 
     def release(self, block: Block) -> list[Waiting]:
         """Remove and return the blocks pending for ``block``."""
+        # A dict keeps the order of the block, which decides the order of the changes.
         announced = dict.fromkeys(fact.subject for fact in block.facts if fact.attribute == TYPE_UID)
         freed = [waiting for uid in announced for waiting in self.waiting.values() if waiting.missing == uid]
         for waiting in freed:
@@ -211,13 +214,12 @@ class Arrivals:
 
 
 def decided(facts: Iterable[Observation], revokes_s: float = math.inf) -> dict[int, float]:
-    """Return the start (s) of the exclusion of each excluded origin, for facts in any order.
-
-    A vehicle's instance uid equals its origin; a value of ``revokes_s`` or more revokes its exclusion.
-    """
+    """Return the start (s) of the exclusion of each excluded origin, for facts in any order."""
     banned: dict[int, float] = {}
     for observation in sorted(facts, key=lambda one: (one.block.key, one.position)):
+        # The uid of a vehicle as an instance equals its number as an origin.
         issuer, vehicle, from_s = observation.origin, observation.fact.subject, cast(float, observation.value)
+        # An exclusion of the issuer by a later fact does not undo this one.
         if issuer == vehicle or banned.get(issuer, math.inf) <= observation.time_s:
             continue
         if from_s >= revokes_s:

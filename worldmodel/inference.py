@@ -4,9 +4,8 @@ Conclusions are a function of the *seen* facts: latest values, asserted types an
 origins. They do not depend on the arrival order, and disappear with the values that they depend on. Block checks use
 asserted types only, since the merge must not depend on a view.
 
-``Inference`` reads only the properties that changed, of attributes used by rules. If links or the classes of linked
-instances have changed, it infers the classes of all linked instances anew, so two instances cannot support each other.
-Inferred links are traversed on request, not stored.
+``Inference`` reads only the properties that changed, of attributes used by rules. Inferred links are traversed on
+request, not stored.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -112,6 +111,7 @@ class Inference:
 
     def settle(self) -> None:
         """Process the changed properties."""
+        # Properties outside all rules are not reported as touched, but their types and links may have changed.
         if self._banned != self._seen.banned:
             self._banned = self._seen.banned
             self.version += 1
@@ -124,6 +124,7 @@ class Inference:
             if attribute == TYPE_UID or attribute in self._of_values:
                 before, now = self._base.get(subject, 0), self._base_now(subject)
                 self._base[subject] = now
+                # The classes of an instance without links follow from its own facts alone.
                 is_due |= before != now and subject in self._classes
         self.touched.clear()
         self.version += 1
@@ -140,7 +141,7 @@ class Inference:
         return self.rules.closed(mask)
 
     def _concluded(self) -> dict[int, int]:
-        """Return the classes and conditions of all linked instances: the least fixed point."""
+        # Least fixed point from the own facts: after a withdrawal, two instances could otherwise support each other.
         classes = {uid: self._base.get(uid, 0) for uid in self._graph.ends()}
         before: dict[int, int] = {}
         while before != classes:
@@ -157,8 +158,6 @@ class Inference:
 
 
 class _Links:
-    """Asserted links, indexed from both ends."""
-
     def __init__(self, rules: CompiledAxioms) -> None:
         self._rules = rules
         self._targets: dict[Slot, tuple[int, ...]] = {}
@@ -169,7 +168,6 @@ class _Links:
         ]
 
     def tell(self, slot: Slot, targets: tuple[int, ...]) -> bool:
-        """Replace the asserted targets of a property; return whether they differ."""
         subject, attribute = slot
         before = self._targets.get(slot, ())
         if before == targets:
@@ -182,14 +180,12 @@ class _Links:
         return True
 
     def ends(self) -> Iterator[int]:
-        """Yield the subjects and targets of all links; may repeat."""
         for (subject, _), targets in self._targets.items():
             if targets:
                 yield subject
             yield from targets
 
     def reached(self, uid: int, attribute: int) -> Iterator[int]:
-        """Yield the targets of an attribute; may repeat."""
         yield from self._step(uid, attribute)
         for leading, flipped in self._leading[attribute]:
             yield from self._walk(uid, leading, flipped)

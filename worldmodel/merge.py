@@ -62,6 +62,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, che
     arrivals.now_s = now_s
     latest_s = math.inf if now_s is None else now_s
     for block in blocks:
+        # Few blocks are ahead of their arrival: the tolerance is rounded to the grid for these only.
         if block.time_s > latest_s and now_s is not None:
             latest_s = store.latest_time_s(now_s)
         went_in, refused = _taken(store, block, latest_s, checked)
@@ -80,6 +81,7 @@ def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
         _dropped(store, block, FaultCode.TIMED_OUT, f"what it rests on has not come for {arrivals.waiting_s:g} s")
         for block in arrivals.overdue(now_s)
     )
+    # Discarded types may have decided classes of creation, and thereby which blocks fit.
     if arrivals.dropped:
         arrivals.dropped = []
         changes, others = _settled_anew(store)
@@ -91,9 +93,11 @@ def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
 def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
     """Add a valid item or private block; ``known`` is another content of its GUID, if any."""
     if known is None:
+        # A changed class of creation can make accepted blocks unfit.
         return _settled_anew(store, block) if store.note_creations(block) else _settle(store, block)
     detail = f"origin {block.origin} used sequence {block.sequence} twice; the smaller digest stays"
     conflict = Fault(FaultCode.GUID_CONFLICT, block.origin, detail, block.sequence, block.epoch)
+    # A rule on contents, not on arrival, so that all vehicles keep the same one.
     if store.content(block) >= store.content(known):
         return Merged((), (conflict,))
     changes, faults = _settled_anew(store, block, known)
@@ -101,11 +105,11 @@ def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
 
 
 def _taken(store: Store, block: Block, latest_s: float, checked: bool) -> Merged:
-    """Check and add a block, unless it is known."""
     known = None
     is_status = block.sequence == STATUS
     if not is_status:
         known = store.arrived(block.guid)
+        # Without content (pruned) there is nothing to compare: it counts as the same block.
         if known == block if known is not None else store.has_arrived(block.guid):
             return NOTHING
     if not checked and (bad_form := check_form(store, block)):
@@ -151,6 +155,7 @@ def _put(store: Store, block: Block, since_s: float | None) -> Merged:
     result = check_fit(store, block)
     if not (result.faults or result.missing):
         return Merged((store.insert(block),), ())
+    # Pending and refused blocks have arrived as well: peers need not repeat them.
     store.hold(block.guid)
     if result.faults:
         store.arrivals.refused[block.guid] = block
@@ -178,10 +183,12 @@ def _settled_anew(store: Store, added: Block | None = None, replaced: Block | No
     for block in stored:
         store.take_out(block)
     arrivals.forget_all()
+    # All creations before the first check, since the classes of creation decide it.
     for block in (*unsettled, *arrivals.dropped):
         store.note_creations(block)
     changes: list[Change] = []
     n_fitting = -1
+    # Least fixed point: a block fits once those that it depends on are in.
     while n_fitting != len(changes):
         n_fitting, unfit = len(changes), list[Block]()
         for block in unsettled:
@@ -194,6 +201,7 @@ def _settled_anew(store: Store, added: Block | None = None, replaced: Block | No
     for status in store.statuses():
         if check_fit(store, status) != SOUND:
             store.index.drop(status)
+    # Blocks accepted or refused before are no news.
     known = {block.guid for block in stored if block is not replaced}
     refused_before = {guid for guid, block in was_refused.items() if block is not replaced}
     return Merged(
@@ -315,6 +323,7 @@ class _Fit:
                 self._assert_type(fact.subject, fact.target)
 
     def _assert_type(self, uid: int, class_uid: int) -> None:
+        # Only the owner of a uid can create its instance; a type by another waits for that.
         if self.store.class_mask(uid) or self.store.owner_of(uid) == self.block.origin:
             self.masks[uid] = self.masks.get(uid, 0) | self.store.tbox.ancestor_mask(class_uid)
             self.created.setdefault(uid, class_uid)
@@ -324,7 +333,6 @@ class _Fit:
         return self.created.get(uid) if announced is None else announced
 
     def retype(self, fact: PropertyValue) -> None:
-        """Record a fault for a type neither above nor below the subject's class of creation."""
         tbox, uid, new = self.store.tbox, fact.subject, fact.target
         created = self._created_as(uid)
         if not (self.store.class_mask(uid) or uid in self.masks):
@@ -336,11 +344,11 @@ class _Fit:
         self.found.append((FaultCode.TYPE_CLASH, detail))
 
     def require(self, uid: int, class_uid: int, code: FaultCode, attribute: Attribute) -> None:
-        """Record a fault or a missing instance unless the instance has class ``class_uid``."""
         mask = self.store.class_mask(uid) | self.masks.get(uid, 0)
         if mask >> class_uid & 1:
             return
         created = self._created_as(uid)
+        # A later type may still refine the instance to a class that satisfies both.
         if created is None or self.store.tbox.have_common_subclass(created, class_uid):
             self.missing[uid] = None
             return

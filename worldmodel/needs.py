@@ -143,6 +143,7 @@ class NeedsIndex:
         elif need.class_uid is not None:
             if not 0 <= need.class_uid < len(tbox.classes):
                 raise NeedError(f"peer {peer} needs class {need.class_uid}; allowed: 0..{len(tbox.classes) - 1}")
+            # Expanded here, once: every queued fact is looked up.
             for class_uid in tbox.subclasses(need.class_uid):
                 key = (class_uid, need.attribute)
                 self._of_class[key] = wanted.merged(self._of_class.get(key, NOBODY))

@@ -11,9 +11,7 @@ range and announces them by a value of the attribute ``type``.
 ``digest`` covers the items that have arrived: accepted, pending, refused or pruned. ``state_hash`` covers their
 content. Pruning changes neither, so vehicles that prune differently still agree.
 
-In the index, a property is a slot. Its facts are sorted from old to new; of statuses, only the newest of each origin is
-present. For memory, properties are nested dictionaries by attribute and instance. Facts of excluded origins are stored
-separately, so that queries cost the same.
+In the index, a property is a slot. Facts of excluded origins are stored separately, so that queries cost the same.
 """
 
 import hashlib
@@ -45,6 +43,7 @@ Slot = tuple[int, int]
 """(subject, attribute)."""
 StatusSlot = tuple[int, int, int]
 """(subject, attribute, origin)."""
+# Nested, not keyed by pairs, to save memory.
 Slots = dict[int, dict[int, list[Observation]]]
 """Facts by attribute and subject, oldest first; no list is empty."""
 EMPTY: dict[int, list[Observation]] = {}
@@ -86,6 +85,7 @@ class Index:
         subject, attribute = fact.subject, fact.attribute
         slots = self._slots_of(block) if self.trust.from_s else self.slots
         entries = slots.setdefault(attribute, {}).setdefault(subject, [])
+        # Usual case: facts arrive in order of time.
         if not entries or entries[-1].block.time_s < block.time_s:
             entries.append(observation)
         else:
@@ -165,6 +165,7 @@ class Index:
             slot = (fact.subject, fact.attribute, status.origin)
             held = self.statuses.get(slot)
             if held is not None:
+                # A newer time decides alone, without the encoding that breaks ties.
                 if status.time_s <= held.time_s and self._order(single.block) <= self._order(held):
                     continue
                 self.leave(held, 0)
@@ -174,7 +175,7 @@ class Index:
         return placed
 
     def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:
-        """Return the order of statuses of one property and origin; content breaks ties."""
+        # Statuses have no sequence: contents break ties, so that the result does not depend on arrival.
         (fact,) = status.facts
         index = self._tbox.attributes[fact.attribute].encode(fact.value)
         return status.time_s, status.epoch, index, fact.uncertainty is not None, fact.uncertainty or 0.0
@@ -349,6 +350,7 @@ class Store:
 
     def state_hash(self) -> str:
         """Return a digest of TBox, common instances and accepted items, pruned ones included."""
+        # A sum depends on no order, and pruned items keep their term.
         total = self.content_of_pruned + sum(self._content_number(block) for block in self.blocks())
         state = (self.tbox.hash, self.common_instances, self.n_origins, self.n_uids, total % (1 << 256))
         return hashlib.sha256(repr(state).encode()).hexdigest()
@@ -444,6 +446,7 @@ class Store:
 
     def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
         """Return the asserted and inferred instances of a class, by uid."""
+        # Before the versions are read, since it may raise one.
         self.inference.settle()
         holds_for = self.index.version_of_types, self.inference.version
         if self._members_of != holds_for:
@@ -481,7 +484,6 @@ class Store:
         return Change(block, self._turned() if self.index.turned else latest)
 
     def _noted(self, entries: Iterable[Observation]) -> tuple[PropertyValue, ...]:
-        """Note the watched ones of new observations; return the facts that are now the latest."""
         latest = []
         for entry in entries:
             fact = entry.block.facts[entry.position]
@@ -492,7 +494,6 @@ class Store:
         return tuple(latest)
 
     def _turned(self) -> tuple[PropertyValue, ...]:
-        """Return the latest facts of all properties whose valid facts an exclusion changed."""
         turned = [self.latest(*slot) for slot in sorted(self.index.turned)]
         self.index.turned.clear()
         return tuple(observation.fact for observation in turned if observation is not None)
@@ -527,6 +528,7 @@ class Store:
         noted: set[int] = set()
         for fact in block.facts:
             uid = fact.subject
+            # The first type of an instance in a block creates it; further ones refine it.
             if fact.attribute == TYPE_UID and uid not in noted and self.owner_of(uid) == block.origin:
                 noted.add(uid)
                 if self.arrivals.note_creation(uid, fact.target, block):
@@ -534,7 +536,7 @@ class Store:
         return changed
 
     def _note_own(self, block: Block) -> None:
-        """Advance the counters past a block that the owner sent before a restart."""
+        # Peers return the own blocks after a restart: their numbers and uids are taken.
         if block.epoch == self.epoch:
             self.next_sequence = max(self.next_sequence, block.sequence + 1)
             self.next_private = min(self.next_private, block.sequence - 1)

@@ -36,10 +36,8 @@ class WorldModel(Store):
         If all attributes have rm:latestOnly, the block is a status, else an item. The next ``merge`` reports released
         blocks.
 
-        Args:
-            facts: value and uncertainty are rounded to the grids of the attribute; see ``PropertyValue``.
-            now_s: observation time since mission start (s), rounded to ``time_resolution_s``.
-            private: never send the block; it has its own numbering and is not part of ``digest``.
+        Values, uncertainties and ``now_s`` (s since mission start) are rounded to their grids. A ``private`` block is
+        never sent and not part of ``digest``.
 
         Returns the block as stored, with those of its facts that are now the latest. If the checks refuse a fact or an
         instance is unknown, raises FactError and records nothing.
@@ -94,11 +92,9 @@ class WorldModel(Store):
         return tuple(stored)
 
     def new_instance_uid(self) -> int:
-        """Allocate the next uid in the owner's range; record its type to create the instance.
-
-        Each epoch starts at another place in the range. Raises FactError if the range is exhausted.
-        """
+        """Allocate the next uid in the owner's range, or raise FactError; record its type to create the instance."""
         allowed, first = self.run_time_instances_per_origin, self.first_uid_of(self.owner)
+        # Each epoch starts elsewhere: a vehicle without its memory would reuse uids of its earlier epochs.
         start = (self.epoch % PLACES * allowed + self.epoch // PLACES * allowed // (EPOCHS // PLACES)) // PLACES
         for offset in range(start, start + allowed):
             uid = first + offset % allowed
@@ -131,7 +127,6 @@ def tidy(store: Store, now_s: float) -> tuple[Fault, ...]:
 
 
 def _prune(store: Store, now_s: float) -> None:
-    """Drop items whose facts all match some pruning rule."""
     may_go: dict[Block, set[int]] = {}
     for class_uid, attribute, older_than_s in store.pruning:
         for uid in store.instance_uids():
@@ -161,10 +156,10 @@ def _outdated(entries: list[Observation], before_s: float) -> Iterator[Observati
 def remember(model: WorldModel, kept: WorldModel, now_s: float) -> Merged:
     """Copy the contents of ``kept`` to the empty ``model`` of a new epoch.
 
-    Pending blocks stay pending. Blocks recorded while the clock was ahead are accepted. The result covers items and
-    statuses, not private blocks.
+    Pending blocks stay pending. The result covers items and statuses, not private blocks.
     """
     private, blocks = list(kept.private_blocks()), []
+    # Private blocks first, in a merge of their own: the result covers the others only.
     merge(model, private, _by(private, now_s))
     for guid, block in kept.items():
         if block is None:
@@ -177,5 +172,5 @@ def remember(model: WorldModel, kept: WorldModel, now_s: float) -> Merged:
 
 
 def _by(blocks: Iterable[Block], now_s: float) -> float:
-    """Return ``now_s`` or the time of the newest block, whichever is later (s)."""
+    # Blocks recorded while the clock was ahead must not count as from the future.
     return max(now_s, max((block.time_s for block in blocks), default=now_s))

@@ -64,6 +64,7 @@ class CompiledAxioms:
             tuple((a, flipped) for a, links in enumerate(self.entailed) for b, flipped in links if b == uid)
             for uid in range(len(ends))
         )
+        # The inverse of a transitive link is transitive.
         inverse = {*axioms.inverses, *((b, a) for a, b in axioms.inverses)}
         self.transitive = frozenset({*axioms.transitive, *(b for a, b in inverse if a in axioms.transitive)})
         sufficient = [each for each in axioms.definitions if each.is_sufficient]
@@ -114,18 +115,19 @@ class CompiledAxioms:
         before: list[tuple[int, int]] = []
         while before != (now := [(mask, len(conditions)) for mask, conditions in zip(masks, asked, strict=True)]):
             before = now
+            # A class has the conditions of its superclasses and of the links that transitivity adds.
             for uid in range(len(masks)):
                 for above in _bits_of(masks[uid], len(masks)):
                     masks[uid] |= masks[above]
                     asked[uid] |= asked[above]
                 for condition in tuple(asked[uid]):
                     asked[uid] |= self._led_on(condition, asked)
+                    # An instance with a value is of the domain, and meets the weaker conditions.
                     masks[uid] |= masks[ends[condition.attribute][0]] | self._met_by(condition, masks, ends)
                 masks[uid] = self._close(masks[uid], masks)
         return tuple(masks)
 
     def _met_by(self, asked: ValueCondition, masks: Sequence[int], ends: Sequence[tuple[int, int | None]]) -> int:
-        """Return the mask of sufficient conditions that condition ``asked`` implies."""
         if asked.filler is None:
             return self._bits.get(asked, 0)
         range_class = ends[asked.attribute][1]
@@ -138,7 +140,6 @@ class CompiledAxioms:
         return sum(map(self.bit_of, met))
 
     def _led_on(self, asked: ValueCondition, all_asked: Sequence[set[ValueCondition]]) -> set[ValueCondition]:
-        """Return the conditions that follow from ``asked`` by transitive attributes."""
         if asked.filler is None:
             return set()
         return {

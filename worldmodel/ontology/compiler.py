@@ -172,6 +172,7 @@ def compile_tbox(sources: tuple[Source, ...]) -> TBox:
     reader = _Reader(parsed)
     reader.refuse_others()
     reader.refuse_if_any()
+    # Each stage reads the tables of the one before: its faults are reported first.
     classes, disjoint, attributes = reader.classes(), reader.disjoint_pairs(), reader.attributes()
     reader.refuse_if_any()
     axioms = reader.axioms(attributes)
@@ -237,8 +238,6 @@ def _namespace(iri: Node) -> str:
 
 
 class _Reader:
-    """Reader of the graph that collects faults."""
-
     def __init__(self, parsed: Parsed) -> None:
         self.graph, self.file_of = parsed.graph, parsed.file_of
         self.faults: list[str] = []
@@ -296,7 +295,6 @@ class _Reader:
                 self.fault(self._owner(subject), says, f"of {role} {names}{more}, and annotations{hint}")
 
     def _owner(self, node: Node) -> Node:
-        """Return the named subject that a blank node describes; the node itself without one."""
         front = [node]
         for above in front:  # grows during the iteration
             if isinstance(above, URIRef):
@@ -305,7 +303,6 @@ class _Reader:
         return node
 
     def _refuse_names(self, iris: Sequence[URIRef], pattern: re.Pattern[str], taken: dict[str, URIRef]) -> None:
-        """Refuse local names that do not match ``pattern`` or belong to two IRIs."""
         places = {file: place for place, file in enumerate(dict.fromkeys(self.file_of.values()))}
         for iri in iris:
             name = _local_name(iri)
@@ -352,7 +349,6 @@ class _Reader:
         return term == OWL.Thing or (isinstance(term, URIRef) and (term, RDF.type, OWL.Class) in self.graph)
 
     def _parts(self, expression: Node) -> list[Node]:
-        """Return the members of an intersection, or the expression itself."""
         listed = self.graph.value(expression, OWL.intersectionOf)
         return [expression] if listed is None else list(Collection(self.graph, listed))
 
@@ -373,6 +369,7 @@ class _Reader:
     ) -> list[OntologyClass]:
         asserted = closure(classes)
         rules = CompiledAxioms(asserted, [(a.domain, a.range_class) for a in attributes], axioms)
+        # An entailed link must not break the domain or range that checks assume.
         self._refuse_unlike_ends(rules, attributes)
         classified = []
         for c in classes:
@@ -488,7 +485,6 @@ class _Reader:
         return Definition(self.class_uid[iri], tuple(dict.fromkeys(classes)), kept, is_sufficient)
 
     def _condition(self, iri: URIRef, node: Node, named: dict[Node, Attribute]) -> ValueCondition | None:
-        """Return the condition of a restriction; record a fault of class ``iri`` if invalid."""
         says = sorted((p, o) for p, o in self.graph.predicate_objects(node) if p != RDF.type)
         by = dict(says)
         on, filler, literal = (by.get(p) for p in (OWL.onProperty, OWL.someValuesFrom, OWL.hasValue))
@@ -509,7 +505,6 @@ class _Reader:
         return sorted(named[iri].uid for iri in self.graph.subjects(RDF.type, kind) if iri in named)
 
     def _pairs(self, predicate: URIRef, named: dict[Node, Attribute]) -> Iterator[tuple[int, int]]:
-        """Yield the pairs of links related by ``predicate``; any other pair is a fault."""
         links = {iri for iri, attribute in named.items() if attribute.kind is ValueKind.LINK}
         for iri in links:
             for target in self.graph.objects(iri, predicate):
@@ -571,7 +566,6 @@ class _Reader:
     def _target(
         self, iri: URIRef, attribute: Attribute, term: Node, class_of: dict[Node, int], above: Sequence[int]
     ) -> str:
-        """Return the target name of a link; record a fault unless it is an individual of the range."""
         if term not in class_of:
             self.fault(iri, f"its {attribute.name} is {self.shown(term)}", "an individual of these files")
         elif not above[class_of[term]] >> (attribute.range_class or 0) & 1:
@@ -580,7 +574,6 @@ class _Reader:
         return _local_name(str(term))
 
     def _refuse_many(self, attributes: Sequence[Attribute]) -> None:
-        """Refuse several links of a functional or inverse functional attribute."""
         for kind, verb in ((OWL.FunctionalProperty, "lead to"), (OWL.InverseFunctionalProperty, "come from")):
             for attribute in (a for a in attributes if (URIRef(a.iri), RDF.type, kind) in self.graph):
                 pairs = list(self.graph.subject_objects(URIRef(attribute.iri)))
@@ -590,7 +583,6 @@ class _Reader:
                     self.fault(end, wrong, f"one, by {self.shown(kind)}")
 
     def refuse_contradictions(self, tbox: TBox) -> None:
-        """Refuse classes disjoint with themselves, and individuals of two disjoint classes."""
         for c in tbox.classes:
             if tbox.are_disjoint(c.uid, c.uid):
                 self.fault(URIRef(c.iri), "it is disjoint with itself", "superclasses that are not disjoint")
@@ -630,6 +622,7 @@ def _stored(attribute: Attribute, term: Node) -> Value | None:
     if not isinstance(term, Literal) or term.language is not None or term.value is None:
         return None
     own, asked, value = term.datatype or XSD.string, URIRef(attribute.datatype), term.toPython()
+    # In OWL an integer is a decimal, too; a decimal counts as an integer only without a fraction.
     is_whole = {own, asked} == {XSD.integer, XSD.decimal} and (own == XSD.integer or Decimal(value) % 1 == 0)
     if own != asked and not is_whole:
         return None
@@ -709,6 +702,7 @@ class Annotations:
         try:
             if self._kind in MEASURED:
                 return Field(step, SIGMAS * step, step, fields[0].unit if fields else "")
+            # In decimals: a binary 1 - 0.1 would be no whole number of steps.
             return Field(step, float(1 - Decimal(str(step))), step, "")
         except (ValueError, ArithmeticError) as error:
             allowed = "a step above 0; of a probability, a part of 1 below 0.5"

@@ -90,6 +90,7 @@ class Attribute:
                 raise TypeError(f"{value!r} is not a bool")
             return (int(value),)
         if kind is ValueKind.TEXT:
+            # The first byte keeps leading zeros and an empty text.
             return (int.from_bytes(b"\x01" + bytes_of(value, self.most_bytes), "big"),)
         if type(value) is not int:
             raise TypeError(f"{value!r} is not the uid or index (an int) of a {kind.value}")
@@ -235,6 +236,7 @@ class TBox:
                     excluded[below_a] |= 1 << below_b
                     excluded[below_b] |= 1 << below_a
         table = repr((self.classes, self.attributes, excluded, self.axioms))
+        # Texts and drifts enter only where they exist, so that other ontologies keep their hash.
         table += "".join(
             f"{attribute.name}: {attribute.most_bytes} bytes" for attribute in self.attributes if attribute.most_bytes
         )

@@ -77,6 +77,7 @@ def _answer(
     model = known.model if isinstance(known, Knowledge) else known
     prepared = _prepared(model.tbox, sparql)
     try:
+        # A data set takes more time, and only GRAPH needs it.
         result = evalQuery(as_dataset(known) if _GRAPH.search(sparql) else as_graph(known), prepared, {})
         if result["type_"] == "ASK":
             return ("answer",), [(bool(result["askAnswer"]),)]
@@ -92,7 +93,6 @@ def _answer(
 
 @lru_cache(maxsize=64)  # parsed once for all vehicles
 def _prepared(tbox: TBox, sparql: str) -> Query:
-    """Return the parsed query; raises QueryError if it is invalid or has FROM or SERVICE."""
     prefixes = prefixes_of(tbox)
     try:
         prepared = prepareQuery(sparql, initNs=prefixes)
@@ -183,6 +183,7 @@ def time_limit(limit_s: float | None, give_up: Callable[[str], None] | None = No
         raise QueryError(message) from None
     finally:
         if has_alarm:
+            # First the alarm, then its handler: the default one would end the process.
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, before)
         last.cancel()

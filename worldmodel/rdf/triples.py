@@ -158,6 +158,7 @@ class Triples:
 
     def receptions(self) -> Iterator[Triple]:
         """Yield the receptions of the vehicle, one per block, with the received facts that count."""
+        # Facts of excluded origins, and statuses replaced since, are in no triple: do not point to them.
         counting = {fact_iri(observation) for observation in self.facts} if self._known.receptions else frozenset()
         owner = self.model.owner
         for name, reception in {block_name(each.block): each for each in self._known.receptions}.items():
@@ -217,6 +218,7 @@ class NamedGraphs(Dataset):
         """Yield the graphs with ``triple``, or all."""
         yield from (graph for graph in super().graphs(triple) if graph.identifier != FUSED)
 
+    # rdflib evaluates GRAPH by either name.
     contexts = graphs
 
 

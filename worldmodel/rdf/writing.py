@@ -123,8 +123,6 @@ def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
 
 
 class _Names(dict[Node, str]):
-    """Cache of terms as text."""
-
     def __init__(self, prefixes: Mapping[str, str]) -> None:
         super().__init__()
         self._prefixes = tuple((namespace, prefix) for prefix, namespace in prefixes.items())
