@@ -1,8 +1,7 @@
 """Channel model ``acoustic``: link budget with fading, or a modem's measured error curve.
 
 The curve gives the packet error rate of a frame at some in-band signal-to-noise ratios, linear in dB between them.
-Below the first ratio every frame is lost; above the last its rate holds. Parts of a frame are lost independently: a
-fraction x of a frame is lost with probability 1 - (1 - PER)^x. A measured curve includes the fading.
+Below the first ratio every frame is lost; above the last its rate holds. A measured curve includes the fading.
 """
 
 from __future__ import annotations
@@ -58,6 +57,7 @@ class MeasuredLinks(BudgetLinks):
     def loss_at(self, range_m: float, size_bits: int) -> float:
         """Return the loss probability of a packet that is received as a whole."""
         per = per_at(self.curve, self.budget.effective_snr_db(range_m))
+        # The logarithm in ``block_loss`` is infinite for a certain loss.
         return per if per in (0.0, 1.0) else block_loss(per, size_bits / self.frame_bits)
 
 
@@ -139,6 +139,7 @@ class AcousticChannel(ChannelModel):
     def mean_per(self, deployment: Deployment) -> float:
         """Return the mean loss of a full packet over ranges from 0 to the declared one."""
         links, bits = self.links(deployment), deployment.modem.payload_bits
+        # Middles of equal intervals: the mean over ranges by the midpoint rule.
         ranges_m = ((number + 0.5) / RANGES * deployment.range_m for number in range(RANGES))
         return math.fsum(links.loss_at(range_m, bits) for range_m in ranges_m) / RANGES
 

@@ -100,6 +100,7 @@ class BroadcastChannel:
         reach_m, slot_ends_s = self.range_m, math.inf
         if self.carries_beyond_range:
             reach_m = math.inf
+            # A later arrival would meet the packet of the next slot; the exchange assumes that slots do not overlap.
             slot_ends_s = now_s + self.modem.packet_s(self.modem.payload_bits) + self.range_m / self.sound_speed_mps
         draws: int | None = None  # no draw without a loss probability: results state whether the seed was used
         arrivals = []
@@ -115,6 +116,7 @@ class BroadcastChannel:
                 continue
             p_loss = self.link.p_loss(packet, receiver, range_m)
             if p_loss > 0.0:
+                # The state of the slot serves all receivers, hence is computed once, and only if there is a draw.
                 if draws is None:
                     if not self._trial_key:
                         self._trial_key.append(loss.trial_key(self.seed, self.trial))
@@ -169,11 +171,13 @@ class Collisions:
 
         ``arrivals`` are those without collision; losses include those of earlier packets.
         """
+        # Nothing sent before is still under way.
         if from_s >= self._silent_from_s:
             self._sending.clear()
             self._hearings.clear()
         self._silent_from_s = max([self._silent_from_s, until_s, *[arrival.time_s for arrival in arrivals]])
         lost = []
+        # The own transmission destroys receptions that have begun.
         for hearing in self._on_their_way(sender, from_s) if sender in self._hearings else ():
             if not hearing.collided and _meet(hearing.from_s, hearing.arrival.time_s, from_s, until_s):
                 hearing.collided = True
@@ -190,6 +194,7 @@ class Collisions:
                 if _meet(other.from_s, other.arrival.time_s, hearing.from_s, arrival.time_s):
                     lost += [] if other.collided else [other]
                     other.collided = hearing.collided = True
+            # A node cannot receive while it transmits.
             own = self._sending.get(receiver)
             if own is not None and _meet(*own, hearing.from_s, arrival.time_s):
                 hearing.collided = True
@@ -200,7 +205,6 @@ class Collisions:
         return hearings, lost
 
     def _on_their_way(self, receiver: int, now_s: float) -> list[Hearing]:
-        """Return the packets in flight to a receiver; drop completed ones."""
         still = [hearing for hearing in self._hearings.get(receiver, ()) if hearing.arrival.time_s > now_s]
         self._hearings[receiver] = still
         return still

@@ -111,6 +111,7 @@ def faded_block_loss(modulation: Modulation, n_bits: int, ebn0: float) -> float:
     """
     if n_bits == 0:
         return 0.0
+    # Without signal each bit is a guess.
     if ebn0 <= 0.0:
         return 1.0 - ldexp(1.0, -n_bits)
     thresholds, weights = _thresholds(modulation, n_bits)
@@ -119,17 +120,19 @@ def faded_block_loss(modulation: Modulation, n_bits: int, ebn0: float) -> float:
 
 @lru_cache(maxsize=4096)  # 40 % of a mission on the acoustic channel
 def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return thresholds X and their weights, which sum to the loss without signal."""
     whole = 1.0 - ldexp(1.0, -n_bits)
     weighted = []
     for number in range(-HALF, HALF + 1):
         t = number * STEP
         above, below = 0.5 * exp(t), 0.5 * exp(-t)
+        # Tanh-sinh abscissa on (0, 1), as both of its distances from the ends, since one of them is tiny.
         steep = exp(PI * (above - below))
         low, high = 1.0 / (1.0 + 1.0 / steep), 1.0 / (1.0 + steep)
         intact = high * whole + ldexp(1.0, -n_bits)  # 1 - low * whole, also exact near low = 1
+        # Inverse of 1 - (1 - rate)^L, by the branch that is exact for small or for large loss.
         rate = -expm1((log1p(-low * whole) if low < 0.5 else log(intact)) / n_bits)
         weighted.append((needed_ebn0(modulation, min(rate, 0.5)), (above + below) * low * high))
+    # Normalised, so that without signal the loss is exactly that of guessed bits.
     total = math.fsum(weight for _, weight in weighted)
     return tuple(x for x, _ in weighted), tuple(whole * weight / total for _, weight in weighted)
 
@@ -149,6 +152,7 @@ def packet_loss(modulation: Modulation, fading: Fading, n_bits: int, frame_bits:
     """Return the loss probability of a packet that needs all frames of ``frame_bits``."""
     if fading is Fading.PACKET or n_bits <= frame_bits:
         return frame_loss(modulation, fading, n_bits, ebn0)
+    # Frames fade independently: all must be intact.
     n_whole, rest_bits = divmod(n_bits, frame_bits)
     intact = power(1.0 - frame_loss(modulation, fading, frame_bits, ebn0), n_whole)
     return 1.0 - intact * (1.0 - frame_loss(modulation, fading, rest_bits, ebn0))

@@ -62,16 +62,11 @@ class Matrix:
 class GilbertElliott:
     """Burst losses: every directed link is in a good or bad state (Gilbert 1960; Elliott 1963).
 
-    The states of a link are a stationary Markov chain over all slots, owned by the sender or not. This model draws them
-    itself, so it is one realisation with a seed. A keyed uniform number u per slot moves the link to bad if u <
-    p_good_to_bad, to good if u >= 1 - p_bad_to_good, from either state; else the state stays (the coupling of Propp and
-    Wilson 1996). The state thus follows from the last slot with a decisive number; before any, from comparing the
-    number of slot -1 with the stationary share. It is a pure function of (seed, trial, slot, sender, receiver). Runs of
-    one seed are paired: a higher p_good_to_bad or loss rate, or a lower p_bad_to_good, loses a superset of packets (if
-    per_good <= per_bad).
-
-    A cache of the last state per link limits the look-back: in slot order a state costs at most one draw per elapsed
-    slot, in other orders on average 1 / (p_good_to_bad + p_bad_to_good).
+    The states of a link are a stationary Markov chain over all slots, owned by the sender or not. A keyed uniform
+    number u per slot moves the link to bad if u < p_good_to_bad, to good if u >= 1 - p_bad_to_good, from either state;
+    else the state stays (the coupling of Propp and Wilson 1996). The state is thus a pure function of (seed, trial,
+    slot, sender, receiver). Runs of one seed are paired: a higher p_good_to_bad or loss rate, or a lower p_bad_to_good,
+    loses a superset of packets (if per_good <= per_bad).
 
     The probabilities ``p_good_to_bad`` and ``p_bad_to_good`` are per slot, their sum above 0 and at most 1.
     """
@@ -101,9 +96,12 @@ class GilbertElliott:
     def is_bad(self, slot: int, sender: int, receiver: int) -> bool:
         """True if a link is in the bad state in a slot."""
         key = loss.state_key(self.seed, self.trial)
+        # The cached state bounds the look-back: in slot order, at most one draw per elapsed slot.
         known_slot, bad = self._known.get((sender, receiver), (slot + 1, False))
         if known_slot > slot:
+            # The chain starts in its stationary distribution, so that early slots lose as much as later ones.
             known_slot, bad = -1, loss.link_uniform(loss.slot_key(key, -1), sender, receiver) < self.bad_share
+        # Backwards to the last decisive number: earlier ones have no effect on the state.
         for earlier in range(slot, known_slot, -1):
             number = loss.link_uniform(loss.slot_key(key, earlier), sender, receiver)
             if number < self.p_good_to_bad or number >= 1.0 - self.p_bad_to_good:

@@ -61,6 +61,7 @@ def francois_garrison_db_per_km(
     sulphate = 21.44 * salinity_psu / speed_mps * (1.0 + 0.025 * t)
     sulphate_khz = 8.17 * power_of_10(8.0 - 1990.0 / (273.0 + t)) / (1.0 + 0.0018 * (salinity_psu - 35.0))
     sulphate_pressure = 1.0 - 1.37e-4 * d + 6.2e-9 * d * d
+    # Two fits of Francois and Garrison (1982), which meet at 20 deg C.
     if t <= 20.0:
         water = 4.937e-4 - 2.59e-5 * t + 9.11e-7 * t * t - 1.50e-8 * t * t * t
     else:
@@ -116,6 +117,7 @@ def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km:
     >>> round(transmission_loss_db(1000.0, 1.5, 6.1048), 2)
     51.1
     """
+    # The law of spreading is relative to 1 m, and has no limit towards 0.
     away_m = max(range_m, 1.0)
     return spreading * 10.0 * log10(away_m) + absorption_db_per_km * away_m / 1000.0
 

@@ -32,6 +32,7 @@ _LOW_53 = (1 << 53) - 1
 
 def mixed(word: int) -> int:
     """Scramble 64 bits: each input bit inverts about half of the output bits."""
+    # The masks make the arithmetic shift of signed 64-bit words a logical one.
     word = ((word ^ ((word >> 27) & _LOW_37)) * 0x3C79AC492BA7B653) & _LOW_64
     word = ((word ^ ((word >> 33) & _LOW_31)) * 0x1C69B3F74AC4AE35) & _LOW_64
     return word ^ ((word >> 27) & _LOW_37)
@@ -39,6 +40,7 @@ def mixed(word: int) -> int:
 
 def trial_key(seed: int, trial: int) -> int:
     """Return the 64-bit generator state of a trial; `seed` is from 0 to 2^62."""
+    # Counters begin at 1, since 0 is a fixed point of the mixing.
     return mixed(mixed(seed + 1) + trial + 1)
 
 

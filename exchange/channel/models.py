@@ -210,6 +210,7 @@ class MatrixChannel(BernoulliChannel):
 
     def mean_per(self, deployment: Deployment) -> float:
         """Return the mean over all links."""
+        # Only listed links differ from ``per``.
         n_links = len(deployment.nodes) * (len(deployment.nodes) - 1)
         return self.per + math.fsum(link.per - self.per for link in self.link) / n_links
 

@@ -220,9 +220,11 @@ class NetworkChannel(ChannelModel):
         Vehicles without an entry in ``nodes`` get the remaining nodes in the order of one seeded number per node.
         """
         fixed = {deployment.nodes[vehicle]: node for vehicle, node in self.nodes.items()}
+        # One number per node, in the order of names: the order in the file has no effect.
         numbers = {
             name: loss.uniform(seed, loss.NODES, 0, place, 0) for place, name in enumerate(sorted(network.nodes))
         }
+        # Fixing the node of one vehicle keeps the order in which the others get theirs.
         left = sorted(self._left(network), key=lambda name: numbers[name])
         return {number: fixed[number] if number in fixed else left.pop(0) for number in range(len(deployment.nodes))}
 
@@ -237,6 +239,7 @@ class NetworkChannel(ChannelModel):
         left = self._left(network)
         may_be = [[self.nodes[vehicle]] if vehicle in self.nodes else left for vehicle in deployment.nodes]
         means = []
+        # Every pair of different free nodes is equally likely, so this is the mean over all draws.
         for senders, receivers in permutations(may_be, 2):
             rates = [network.per[a, b] for a in senders for b in receivers if a != b]
             means.append(math.fsum(rates) / len(rates))
@@ -252,15 +255,13 @@ class NetworkChannel(ChannelModel):
         return ", ".join([text, *(f"{name} = {node_of[number]}" for name, number in deployment.nodes.items())])
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """Yield faults of an unknown, invalid or too small network, or unknown nodes and vehicles.
-
-        With ``sha256``, a missing or changed file is no fault here: results stay readable, only a new run fails.
-        """
+        """Yield faults of an unknown, invalid or too small network, or unknown nodes and vehicles."""
         try:
             network = network_of(self.network, self.sha256)
         except NetworkFileError as error:
             yield from error.faults
         except LinkFileGoneError as error:
+            # With a hash, the settings are of results: these stay readable without the file, only a new run fails.
             if not self.sha256:
                 yield SettingFault("network", f'"{self.network}"', str(error), tuple(shipped()))
         else:
@@ -338,6 +339,7 @@ def _read(file: str, sha256: str) -> list[Network]:
 
 
 def _of_toml(text: str, file: str) -> list[Network]:
+    # Before tomllib, which takes time by the square of the length of a key.
     long = next((number for number, line in enumerate(text.split("\n"), 1) if len(line) > LONGEST_LINE), None)
     if long is not None:
         raise NetworkFileError(
@@ -375,7 +377,6 @@ def _checked(tables: dict[str, Any], file: str) -> list[Network]:
 
 
 def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFault:
-    """Convert a pydantic error to a fault; list entries appear by name or number."""
     parts: list[str] = []
     for part in detail["loc"]:
         is_entry = isinstance(part, int)
@@ -421,6 +422,7 @@ def _of_csv(text: str, file: str) -> list[Network]:
             if receiver in lost.setdefault(sender, {}):
                 raise refused(line, "receiver", receiver, f"a second row of {sender} to {receiver}")
             lost[sender][receiver] = per
+            # A node that only receives is a node, too; its missing links are then reported.
             lost.setdefault(receiver, {})
             if len(lost) > MOST_NODES:
                 raise refused(line, "receiver", receiver, f"is one node more than the {MOST_NODES} that are allowed")

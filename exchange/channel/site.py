@@ -76,7 +76,6 @@ class Wave(NamedTuple):
 
 
 def _doubling(a: PlaceM, b: PlaceM, distance_m: float) -> float:
-    """Return the variance of a wave plus its reciprocal, relative to one wave: 2 if a equals b."""
     east_m, north_m = a[0] - b[0], a[1] - b[1]
     return 1.0 + exp(-(east_m * east_m + north_m * north_m) / (distance_m * distance_m))
 
@@ -94,6 +93,7 @@ class Site:
         """Draw the site of a run by its seed."""
 
         def normal(number: int, part: int) -> float:
+            # Without the half step, a number 0 would give minus infinity.
             return normal_quantile(loss.uniform(seed, loss.SITES, number, part, 0) + HALF_STEP)
 
         def wave(number: int) -> Wave:
@@ -113,9 +113,11 @@ class Site:
         (x, y), (u, v) = a, b
         total = math.fsum(
             sincos(of_sum[0] * (x + u) + of_sum[1] * (y + v) + of_time * now_s + phase_rad)[1]
+            # Product form of the sum of a wave and its reciprocal, equal in both directions.
             * sincos(of_difference[0] * (x - u) + of_difference[1] * (y - v))[1]
             for of_sum, of_difference, of_time, phase_rad in self.waves
         )
+        # Dividing by the variance of wave and reciprocal makes the standard deviation equal at all distances.
         return self.table.spread_db * 2.0 * total / math.sqrt(WAVES * _doubling(a, b, self.table.distance_m))
 
     def excess_db(self, a: PlaceM, b: PlaceM, receiver: int, now_s: float) -> float:

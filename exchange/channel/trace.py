@@ -63,6 +63,7 @@ class LossSeries:
         """Return the mean over the time from 0 to ``until_s``."""
         if until_s <= 0.0:
             return self.per[0]
+        # The first row holds from the start on.
         begins_s = (0.0, *self.times_s[1:], until_s)
         held_s = [end - begin for begin, end in pairwise(begins_s)]
         return math.fsum(p * time_s for p, time_s in zip(self.per, held_s, strict=True)) / until_s
@@ -121,10 +122,7 @@ class TraceChannel(ChannelModel):
         return math.fsum(series.mean(trace.until_s) for series in trace.links.values()) / len(trace.links)
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """Yield a fault for a missing or unreadable file, or one that does not fit the fleet or the duration.
-
-        With ``sha256``, a missing or changed file is no fault here: results stay readable, only a new run fails.
-        """
+        """Yield a fault for a missing or unreadable file, or one that does not fit the fleet or the duration."""
         if not self.file:
             yield SettingFault("file", "", f"missing: a CSV or Parquet file of {', '.join(KEYS)}, and lost or per")
             return
@@ -132,6 +130,7 @@ class TraceChannel(ChannelModel):
             trace = trace_of(self.file, self.sha256)
             misfit = _misfit(trace, deployment, self.repeat)
         except LinkFileError as error:
+            # With a hash, the settings are of results: these stay readable without the file, only a new run fails.
             is_gone = isinstance(error, LinkFileGoneError) and self.sha256
             misfit = "" if is_gone else str(error)
         if misfit:
@@ -150,6 +149,7 @@ def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         return f"has no row of the link from {missing[0][0]} to {missing[0][1]}{more}: every link needs one at least"
     start_s = min(series.times_s[0] for series in trace.links.values())
+    # A longer pause than any in the trace: its times count from elsewhere.
     if start_s > max(trace.gaps_s, default=0.0):
         return f"begins at {start_s:g} s only: subtract that from time_s, which counts from the start of the run"
     if trace.until_s < deployment.duration_s and not repeat:
@@ -192,6 +192,7 @@ def _read(file: str, sha256: str) -> Trace:
     trace = Trace(links, max(series.times_s[-1] for series in links.values()))
     from statistics import median
 
+    # The last row holds as long as a usual one; the median ignores pauses.
     return replace(trace, until_s=trace.until_s + median(trace.gaps_s or [0.0]))
 
 

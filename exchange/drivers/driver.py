@@ -118,6 +118,7 @@ class MemoryDriver:
         """Send a packet to all others."""
         drivers = self._ether.drivers
         packet = TimedPacket(bytes(data), now_s + self._ether.air_s(8 * len(data)))
+        # A closed driver neither sends nor receives.
         for driver in drivers if self in drivers else ():
             if driver is not self:
                 driver._waiting.append(packet)

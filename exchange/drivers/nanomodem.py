@@ -38,6 +38,7 @@ class Nanomodem:
         except OSError as error:
             raise ConfigurationError(f"--serial {port}: {error.strerror}; allowed is a serial port") from None
         try:
+            # Raw: the line discipline would change or swallow control bytes in the data.
             tty.setraw(self._file)
             settings = termios.tcgetattr(self._file)
             settings[4] = settings[5] = termios.B9600
@@ -74,9 +75,9 @@ class Nanomodem:
         return []
 
     def _taken(self) -> list[TimedPacket]:
-        """Return the complete packets received; data that looks like a head is not parsed as one."""
         packets: list[TimedPacket] = []
         now_s = max(0.0, self._pace.now_s)
+        # Packet by packet: data that looks like a head is skipped with its packet.
         while (head := HEARD.search(self._rest)) is not None:
             length = int(head[1])
             if not LEAST_BYTES <= length <= MOST_BYTES:
@@ -88,6 +89,7 @@ class Nanomodem:
                 return packets
             packets.append(TimedPacket(data, now_s))
             self._rest = self._rest[head.end() + length :]
+        # An incomplete head may be at the end; all else is other output.
         self._rest = self._rest[-(LONGEST_HEAD - 1) :]
         return packets
 

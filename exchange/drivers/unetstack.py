@@ -69,7 +69,6 @@ class UnetStack:
         self._say({"action": "wantsMessagesFor", "id": str(uuid.uuid4()), "agentIDs": wanted})
 
     def _answer(self, asked: str) -> str:
-        """Return the agent named in the answer to a request; empty after the timeout."""
         until_s = time.monotonic() + PATIENCE_S
         while self._socket is not None and (left_s := until_s - time.monotonic()) > 0.0:
             for message in self._lines(left_s):
@@ -97,6 +96,7 @@ class UnetStack:
         while self._socket is not None:
             left_s = self._pace.wait_s(until_s)
             packets = [data for message in self._lines(left_s) if (data := self._heard(message)) is not None]
+            # Other messages may arrive first: wait for the rest of the time.
             if packets or left_s <= 0.0:
                 return [TimedPacket(data, max(0.0, self._pace.now_s)) for data in packets]
         return []
@@ -130,6 +130,7 @@ class UnetStack:
             self._socket.close()
             self._socket = None
             return []
+        # A line may arrive in parts: the last one is complete once its end arrives.
         *lines, self._rest = (self._rest + came).replace(b"\r", b"\n").split(b"\n")
         self._rest = self._rest if len(self._rest) <= MOST_BYTES else b""
         messages = []
