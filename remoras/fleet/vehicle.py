@@ -30,7 +30,7 @@ from remoras.functional.layer import FunctionalLayer, Sensed, embody
 from remoras.motion.attraction import NO_PULLS
 from remoras.motion.avoidance import Neighbour
 from remoras.recorder import CANNOT, Recorder
-from remoras.social.layer import Considered, SocialLayer
+from remoras.social.layer import NOTHING_CONSIDERED, Considered, SocialLayer
 from worldmodel import Change, WorldModelError
 from worldmodel.world_model import remember
 
@@ -70,6 +70,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._next_decision_s = 0.0
         self._pulls = NO_PULLS
         self.has_resigned = False
+        self._may_have_replanned = True  # since the last rows of plans; saves 1 % of the calls of a mission
         self._weighed: tuple[ActivitySet, ...] = ()
         self._organisation = self.social.organisation
         self._shared: dict[str, tuple[str, ...]] = {}  # by peer: common groups
@@ -242,6 +243,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         seen = self.social.look_around(now_s)
         if seen is None:
             return
+        self._may_have_replanned = True
         self._run_log.peers(now_s, seen.events)
         self.conclude(seen.facts, now_s)
         for fact in seen.passed_on:
@@ -251,6 +253,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     def _take_effect(self, now_s: float) -> None:
         """Apply pending requests."""
         if self.social.is_due:
+            self._may_have_replanned = True
             self._take_on(self.social.consult(), now_s)
 
     def _take_on(self, result: Considered, now_s: float) -> None:
@@ -264,6 +267,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         sets = self.functional.prepare(self.social.activity_sets(self.functional.believed.position_m))
         self.executive.adopt(sets, [(a.group, a.role) for a in self.social.present.roles_of(self.name)])
         self.functional.perform(self.executive.decision.chosen)
+        self._may_have_replanned = True
 
     # The exchange --------------------------------------------------------------------------------
 
@@ -329,7 +333,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.beliefs.note()
         self.radio.note(changes)
         considered = self.social.consider(changes, told)
-        self._run_log.rulings(now_s, considered.rulings)
+        if considered is NOTHING_CONSIDERED and not self._may_have_replanned:
+            return
+        self._may_have_replanned = False
+        if considered.rulings:
+            self._run_log.rulings(now_s, considered.rulings)
         if considered.activities_due:
             self._adopt()
         self._run_log.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
@@ -351,6 +359,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     def _plan(self, now_s: float) -> None:
         """Plan the missions of its groups and state the result."""
         deliberation = self.social.plan_missions()
+        self._may_have_replanned = True
         for no_plan in deliberation.impossible:
             self._run_log.fault(now_s, "no plan", str(no_plan.task))
         facts, is_sent = deliberation.facts, not self.social.is_cut_off
