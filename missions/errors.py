@@ -48,15 +48,15 @@ class ConfigurationFault:
         """Format the fault on one line."""
         name = cut(self.file or file, LONGEST_KEY)
         where = f"{name}:{self.line}" if self.line else name
-        given = f" = {cut(self.given, LONGEST_VALUE)}" if self.given else ""
-        return f"{where}: {cut(self.key, LONGEST_KEY)}{given}: {self.allowed}"
+        value = f" = {cut(self.given, LONGEST_VALUE)}" if self.given else ""
+        return f"{where}: {cut(self.key, LONGEST_KEY)}{value}: {self.allowed}"
 
 
-def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
+def one_of(key: str, value: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
     """Yield a fault, with the nearest name, if a text is not allowed."""
-    if isinstance(given, str) and given not in allowed:
-        hint = suggestion(given, allowed)
-        yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
+    if isinstance(value, str) and value not in allowed:
+        hint = suggestion(value, allowed)
+        yield ConfigurationFault(key, f'"{value}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
 
 
 class MissionsError(Exception):

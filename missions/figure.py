@@ -237,27 +237,30 @@ Declared = Figure | Layer | Mark
 """Declaration of a mission's figure."""
 
 
-def faults_of_figure(found: Any) -> Iterator[str]:
+def faults_of_figure(declared: Any) -> Iterator[str]:
     """Yield the faults of a declared figure, layer or mark, in words."""
-    if not isinstance(found, Figure | Layer | Mark):
-        actual = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
+    if not isinstance(declared, Figure | Layer | Mark):
+        actual = f"the class {declared.__name__}" if isinstance(declared, type) else f"a {type(declared).__name__}"
         yield f"it is {actual}; expected a remoras.Figure, Layer or Mark, such as Figure(name, title, draw)"
         return
-    texts = {"milestone": found.milestone, "label": found.label} if isinstance(found, Mark) else {"name": found.name}
-    texts |= {"title": found.title} if isinstance(found, Figure) else {}
+    if isinstance(declared, Mark):
+        texts = {"milestone": declared.milestone, "label": declared.label}
+    else:
+        texts = {"name": declared.name}
+    texts |= {"title": declared.title} if isinstance(declared, Figure) else {}
     for part, value in texts.items():
         if not isinstance(value, str) or not value.strip():
             yield f"{part} = {value!r}: allowed: a text"
-    if isinstance(found, Figure) and isinstance(found.name, str) and not _is_file_name(found.name):
-        yield f"name = {found.name!r}: it is no name of a file: rename it, without / and without a dot in front"
-    if isinstance(found, Mark):
+    if isinstance(declared, Figure) and isinstance(declared.name, str) and not _is_file_name(declared.name):
+        yield f"name = {declared.name!r}: it is no name of a file: rename it, without / and without a dot in front"
+    if isinstance(declared, Mark):
         return
-    if not callable(found.draw):
-        yield f"draw = {found.draw!r}: allowed: a function draw(axes, results, style) that returns the caption"
-    elif not takes(found.draw, 3):
+    if not callable(declared.draw):
+        yield f"draw = {declared.draw!r}: allowed: a function draw(axes, results, style) that returns the caption"
+    elif not takes(declared.draw, 3):
         yield "draw cannot be called as draw(axes, results, style)"
-    if isinstance(found.needs, str) or not all(isinstance(need, str) for need in found.needs):
-        yield f"needs = {found.needs!r}: allowed: a tuple of names of tables"
+    if isinstance(declared.needs, str) or not all(isinstance(need, str) for need in declared.needs):
+        yield f"needs = {declared.needs!r}: allowed: a tuple of names of tables"
 
 
 def _is_file_name(name: str) -> bool:

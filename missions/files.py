@@ -136,13 +136,13 @@ def check_named(name_or_path: str) -> None:
         raise ConfigurationError.of(name_or_path, "scenario or study", name_or_path, allowed)
 
 
-def of_other_kind(file: str, found: str, line: int | None = None) -> ConfigurationError:
+def of_other_kind(file: str, kind: str, line: int | None = None) -> ConfigurationError:
     """Create the error for a file of the other kind; ``line`` is that of its table."""
-    allowed = f"this is a {found}; start it with: {COMMANDS[found].format(file=shlex.quote(file))}"
-    return ConfigurationError(file, [ConfigurationFault(f"[{found}]", "", allowed, line)])
+    allowed = f"this is a {kind}; start it with: {COMMANDS[kind].format(file=shlex.quote(file))}"
+    return ConfigurationError(file, [ConfigurationFault(f"[{kind}]", "", allowed, line)])
 
 
-def file_or_name(given: str, known: Iterable[str]) -> str:
+def file_or_name(name: str, known: Iterable[str]) -> str:
     """Describe the allowed input of a file or shipped name.
 
     >>> file_or_name("a", [])
@@ -151,7 +151,7 @@ def file_or_name(given: str, known: Iterable[str]) -> str:
     from worldmodel import suggestion  # loaded for mistyped names only
 
     names = list(known)
-    return "a TOML file" + (f" or one of {', '.join(names)}" if names else "") + suggestion(given, names)
+    return "a TOML file" + (f" or one of {', '.join(names)}" if names else "") + suggestion(name, names)
 
 
 def is_file(path: Path) -> bool:

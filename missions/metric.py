@@ -203,30 +203,30 @@ NAME = re.compile(r"[^\s:/]+")
 """Names of metrics: keys, columns and parts of file names."""
 
 
-def faults_of_metric(found: Any) -> Iterator[str]:
+def faults_of_metric(declared: Any) -> Iterator[str]:
     """Yield the faults of a declared metric, in words."""
-    if not isinstance(found, Metric):
-        actual = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
+    if not isinstance(declared, Metric):
+        actual = f"the class {declared.__name__}" if isinstance(declared, type) else f"a {type(declared).__name__}"
         yield f"it is {actual}; expected a remoras.Metric, such as Metric(name, unit, better, label, of)"
         return
-    if not isinstance(found.name, str) or not NAME.fullmatch(found.name):
-        yield f"name = {found.name!r}: allowed: a word without : and /, as closest_m"
-    if not isinstance(found.unit, str):
-        yield f"unit = {found.unit!r}: allowed: a text, empty for a number without one"
-    if not isinstance(found.better, Better):
-        text = "" if found.better is None else f" = {found.better!r}"
+    if not isinstance(declared.name, str) or not NAME.fullmatch(declared.name):
+        yield f"name = {declared.name!r}: allowed: a word without : and /, as closest_m"
+    if not isinstance(declared.unit, str):
+        yield f"unit = {declared.unit!r}: allowed: a text, empty for a number without one"
+    if not isinstance(declared.better, Better):
+        text = "" if declared.better is None else f" = {declared.better!r}"
         yield f"better{text}: allowed: {', '.join(str(better) for better in Better)}"
-    if not isinstance(found.label, str) or not found.label.strip():
-        yield f"label = {found.label!r}: allowed: a text, which axes and captions show"
-    if not isinstance(found.note, str):
-        yield f"note = {found.note!r}: allowed: a text, which captions add"
-    if not callable(found.of):
-        yield f"of = {found.of!r}: allowed: a function of a finished run"
-    elif not takes(found.of, 1):
+    if not isinstance(declared.label, str) or not declared.label.strip():
+        yield f"label = {declared.label!r}: allowed: a text, which axes and captions show"
+    if not isinstance(declared.note, str):
+        yield f"note = {declared.note!r}: allowed: a text, which captions add"
+    if not callable(declared.of):
+        yield f"of = {declared.of!r}: allowed: a function of a finished run"
+    elif not takes(declared.of, 1):
         yield "of: cannot be called as of(run); allowed: a function of a finished run"
-    if found.censored and found.unit != "s":
+    if declared.censored and declared.unit != "s":
         allowed = "a censored metric is a time in s, since a run without it counts with its duration"
-        yield f"unit = {found.unit!r}: {allowed}"
+        yield f"unit = {declared.unit!r}: {allowed}"
 
 
 def _alike(label: str, other: str) -> bool:

@@ -216,7 +216,7 @@ class Arrivals:
 def decided(facts: Iterable[Observation], revokes_s: float = math.inf) -> dict[int, float]:
     """Return the start (s) of the exclusion of each excluded origin, for facts in any order."""
     banned: dict[int, float] = {}
-    for observation in sorted(facts, key=lambda one: (one.block.key, one.position)):
+    for observation in sorted(facts, key=lambda each: (each.block.key, each.position)):
         # The uid of a vehicle as an instance equals its number as an origin.
         issuer, vehicle, from_s = observation.origin, observation.fact.subject, cast(float, observation.value)
         # An exclusion of the issuer by a later fact does not undo this one.

@@ -400,8 +400,8 @@ def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFaul
 
 def _of_csv(text: str, file: str) -> list[Network]:
 
-    def refused(line: int, key: str, given: str, allowed: str) -> NetworkFileError:
-        return NetworkFileError([SettingFault(key, json.dumps(given) if given else "", allowed, (), file, line)])
+    def refused(line: int, key: str, value: str, allowed: str) -> NetworkFileError:
+        return NetworkFileError([SettingFault(key, json.dumps(value) if value else "", allowed, (), file, line)])
 
     reader = csv.DictReader(io.StringIO(text), skipinitialspace=True, strict=True)
     lost: dict[str, dict[str, float]] = {}

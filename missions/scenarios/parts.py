@@ -33,17 +33,17 @@ TRACKS = "trajectories"
 """Kind of figure into which layers and marks are drawn."""
 
 
-def importable(given: str, folder: Path | None = None) -> str:
+def importable(reference: str, folder: Path | None = None) -> str:
     """Return a plug-in reference as scenarios store it, and register the folder of a file.
 
     ``folder`` is searched for a file before the current one. Raises PluginError if it cannot be found or imported.
     """
-    file, colon, name = given.rpartition(":")
-    if not colon and given.endswith(".py"):
-        raise PluginError(f"names a file and no object in it; allowed: {given}:OBJECT")
+    file, colon, name = reference.rpartition(":")
+    if not colon and reference.endswith(".py"):
+        raise PluginError(f"names a file and no object in it; allowed: {reference}:OBJECT")
     if not file.endswith(".py"):
-        return given
-    refuse_unshipped("", given)
+        return reference
+    refuse_unshipped("", reference)
     path = Path(file).expanduser()
     if folder is not None and is_file(folder / path):
         path = folder / path
@@ -73,15 +73,15 @@ def metric_named(reference: str) -> Metric:
     return metric
 
 
-def metric_given(given: str | Metric, where: str) -> Metric:
-    """Return a metric given by name or as an object; ``where`` is its origin, for messages."""
+def metric_given(metric: str | Metric, where: str) -> Metric:
+    """Return a metric by name or as an object; ``where`` is its origin, for messages."""
     try:
-        if isinstance(given, str):
-            return metric_named(given)
-        refuse("a metric", faults_of_metric(given))
+        if isinstance(metric, str):
+            return metric_named(metric)
+        refuse("a metric", faults_of_metric(metric))
     except PluginError as error:
-        raise PluginError(f"{where} {given!r}: {error}") from None
-    return given
+        raise PluginError(f"{where} {metric!r}: {error}") from None
+    return metric
 
 
 def with_figures(
@@ -121,11 +121,11 @@ def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collectio
     Paths of ``overridden`` keys start from the current folder.
     """
 
-    def found(value: Any, key: str) -> Any:
+    def resolved(value: Any, key: str) -> Any:
         if isinstance(value, dict):
-            return {name: found(part, f"{key}.{name}".lstrip(".")) for name, part in value.items()}
+            return {name: resolved(part, f"{key}.{name}".lstrip(".")) for name, part in value.items()}
         if isinstance(value, list):
-            return [found(part, key) for part in value]
+            return [resolved(part, key) for part in value]
         if not (isinstance(value, str) and OBJECT_OF_FILE.fullmatch(value)):
             return value
         is_set = any(f"{key}.".startswith(f"{option}.") for option in overridden)
@@ -135,7 +135,7 @@ def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collectio
         except PluginError:
             return value
 
-    tables: dict[str, Any] = found(raw, "")
+    tables: dict[str, Any] = resolved(raw, "")
     return tables
 
 

@@ -297,11 +297,11 @@ def aligned(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> list[s
 Format = Literal["png", "svg", "pdf"]
 
 
-def figure_format(given: Format | None, out: Path | None) -> str:
-    """Return the file format of figures; fail if one is given without a folder for figures."""
-    if given is not None and out is None:
-        fail(f"--format {given}: applies to figures, which need --out DIR; add it")
-    return given or "png"
+def figure_format(file_format: Format | None, out: Path | None) -> str:
+    """Return the file format of figures; fail for one without a folder for figures."""
+    if file_format is not None and out is None:
+        fail(f"--format {file_format}: applies to figures, which need --out DIR; add it")
+    return file_format or "png"
 
 
 Jobs = Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")]
@@ -355,10 +355,10 @@ def main() -> None:
 def _report_usage(error: Any) -> int:
     options, context = getattr(getattr(error, "param", None), "opts", ()), getattr(error, "ctx", None)
     # The parser says which option it refuses, not always which value.
-    given = next((f"{cut(value, LONGEST_VALUE)!r}" for option, value in pairwise(sys.argv) if option in options), "")
+    typed = next((f"{cut(value, LONGEST_VALUE)!r}" for option, value in pairwise(sys.argv) if option in options), "")
     refused = shortened(error.format_message()).replace("Value error, ", "")  # the library's name of its own error
-    if given and given not in refused:
-        refused = refused.replace("': ", f"': {given}: ", 1)
+    if typed and typed not in refused:
+        refused = refused.replace("': ", f"': {typed}: ", 1)
     if "\n" in refused:  # the help of a group without a command
         message = refused
         print(message, file=sys.stderr)

@@ -91,7 +91,7 @@ def new(
     if not name:
         fail(f"NAME is missing; allowed: new {kind} NAME; a commented file is printed by: new scenario --example")
     options = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
-    given: dict[str, Any] = {option: value for option, value in options.items() if value is not None}
+    chosen: dict[str, Any] = {option: value for option, value in options.items() if value is not None}
     if kind == SCENARIO:
         from exchange.channel.modems import modems
         from missions.mapping.beginning import scenario_text
@@ -100,11 +100,11 @@ def new(
         ranges_m = {profile.name: profile.range_m for profile in modems().values()}
         if modem is not None:
             check_known("--modem", modem, list(ranges_m))
-        files = {f"{name}.toml": scenario_text(name, ranges_m, **given)}
+        files = {f"{name}.toml": scenario_text(name, ranges_m, **chosen)}
         trial = f"remoras run {as_typed(out / f'{name}.toml')} --out first"
     else:
-        if given:
-            fail(f"--{next(iter(given))}: applies to scenarios; a {kind} has no such option")
+        if chosen:
+            fail(f"--{next(iter(chosen))}: applies to scenarios; a {kind} has no such option")
         _check_plugin_name(name, out)
         files = dict(plugin_files(kind, name))
         trial = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"

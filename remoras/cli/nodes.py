@@ -363,8 +363,8 @@ def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
 
 def _outcome_lines(outcomes: list[NodeOutcome]) -> list[str]:
     rows = [
-        (one.vehicle, one.packets_sent, one.packets_heard, one.packets_lost, one.packets_doubled, one.packets_refused,
-         one.items, one.open, one.state_hash[:16], f"{one.late_s:.1f} s")
-        for one in outcomes
+        (node.vehicle, node.packets_sent, node.packets_heard, node.packets_lost, node.packets_doubled,
+         node.packets_refused, node.items, node.open, node.state_hash[:16], f"{node.late_s:.1f} s")
+        for node in outcomes
     ]  # fmt: skip
     return aligned([OUTCOME, *([str(value) for value in row] for row in rows)], right=range(1, len(OUTCOME)))

@@ -263,12 +263,12 @@ def _data(run: Results) -> bytes:
 
 
 def _check_pair(first: Results, second: Results) -> None:
-    one, two = first.scenario, second.scenario
-    mission = one.scenario.mission == two.scenario.mission
+    ours, theirs = first.scenario, second.scenario
+    mission = ours.scenario.mission == theirs.scenario.mission
     for part, same in (
         ("mission", mission),
-        ("world", mission and (one.world, _places(first)) == (two.world, _places(second))),
-        ("vehicles", [vehicle.name for vehicle in one.vehicle] == [vehicle.name for vehicle in two.vehicle]),
+        ("world", mission and (ours.world, _places(first)) == (theirs.world, _places(second))),
+        ("vehicles", [vehicle.name for vehicle in ours.vehicle] == [vehicle.name for vehicle in theirs.vehicle]),
     ):
         if not same:
             fail(

@@ -56,9 +56,9 @@ class CompiledAxioms:
         heeded: attributes whose values may lead to a conclusion.
     """
 
-    def __init__(self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], axioms: Axioms) -> None:
-        """Compile axioms; ``told`` are superclass masks, ``ends`` (domain, range) of attributes."""
-        self.n_classes = len(told)
+    def __init__(self, superclass_masks: Sequence[int], ends: Sequence[tuple[int, int | None]], axioms: Axioms) -> None:
+        """Compile axioms; ``superclass_masks`` as asserted, ``ends`` (domain, range) of attributes."""
+        self.n_classes = len(superclass_masks)
         self.entailed = _entailments(len(ends), axioms)
         self.sources = tuple(
             tuple((a, flipped) for a, links in enumerate(self.entailed) for b, flipped in links if b == uid)
@@ -76,7 +76,7 @@ class CompiledAxioms:
             for each in sufficient
         ]
         self._closed: dict[int, int] = {}
-        self.superclasses = self._saturated(told, ends, axioms.definitions)
+        self.superclasses = self._saturated(superclass_masks, ends, axioms.definitions)
         linked = {a for pair in (*axioms.inverses, *axioms.sub_attributes) for a in pair} | self.transitive
         self.derived = frozenset(a for a in linked if len(self.sources[a]) > 1 or a in self.transitive)
         conditional = linked.union(condition.attribute for condition in self.conditions)

@@ -22,11 +22,11 @@ class Chooser:
         data, here = work.database[self.me], Outlook(situation.now_s, work.position_m(self.me))
         vacant = [role for role in work.vacant if work.able(data, role)]
         my_turn = situation.round // self.turn_rounds % len(work.members) == work.members.index(self.me)
-        said = []
+        statements = []
         if my_turn and vacant and not work.held_by(self.me):
             role = min(vacant, key=lambda role: (work.after(here, data, role).free_s, role.name))
-            said.append(Statement(((self.me, "playsRole", self.group.path(role.name)),)))
-        return Move(tuple(said), holding=bool(work.unfinished))  # the group gathers once all jobs are done
+            statements.append(Statement(((self.me, "playsRole", self.group.path(role.name)),)))
+        return Move(tuple(statements), holding=bool(work.unfinished))  # the group gathers once all jobs are done
 
 
 @dataclass(frozen=True)
