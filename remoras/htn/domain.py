@@ -1,7 +1,4 @@
-"""Domains: operators of elementary tasks, methods of abstract tasks, and their validation. Plans: trees of tasks.
-
-``Facts`` are the state of a search: given facts, effects on the way, and a record of the keys read.
-"""
+"""Domains: operators of elementary tasks, methods of abstract tasks, and their validation. Plans: trees of tasks."""
 
 from __future__ import annotations
 
@@ -174,7 +171,7 @@ ROOT = -1
 
 
 class Node(NamedTuple):
-    """Task of a plan, its method (None if elementary), and the index of its parent."""
+    """Task of a plan; ``method`` is None if elementary, ``parent`` an index."""
 
     task: Task
     method: str | None
@@ -232,24 +229,19 @@ class NoPlan:
 
 
 class Facts:
-    """State of the search, passed to methods and operators.
+    """State of the search, passed to methods and operators: initial facts, and effects on the way."""
 
-    Attributes:
-        read: keys read from the given facts.
-        trail: all changes: key, value before.
-    """
-
-    def __init__(self, given: FactsLike) -> None:
-        self.read: set[Any] = set()
-        self.trail: list[tuple[Key, Any]] = []
-        self._given = given
+    def __init__(self, initial: FactsLike) -> None:
+        self.read: set[Any] = set()  # keys of the initial facts
+        self.trail: list[tuple[Key, Any]] = []  # key, value before the change
+        self._initial = initial
         self._values: dict[Any, Any] = {}
 
     def get(self, key: Key, default: Any = None) -> Any:
         """Return the value of a fact; record the key as read unless set by an effect."""
         value = self._values.get(key, MISSING)
         if value is MISSING:
-            value = self._values[key] = self._given.get(key)
+            value = self._values[key] = self._initial.get(key)
             self.read.add(key)
         return default if value is None else value
 
@@ -274,11 +266,13 @@ class Facts:
         """Return whether the state equals that after ``length`` changes."""
         first: dict[Key, Any] = {}
         for key, before in self.trail[length:]:
+            # The oldest entry of a key holds its value at that time.
             first.setdefault(key, before)
         for key, before in first.items():
             if before is MISSING:
+                # The result depends on the initial value: another one may need another plan.
                 self.read.add(key)
-            if self._values[key] != (self._given.get(key) if before is MISSING else before):
+            if self._values[key] != (self._initial.get(key) if before is MISSING else before):
                 return False
         return True
 

@@ -104,6 +104,7 @@ class Execution:
         branches, mended, former = self.branches, bool(places), list(former)
         shared: dict[Any, list[int]] = {}
         for place in reversed(former):
+            # A failed step keeps its index, so that its retry is a step of its own in the record.
             if branches[place].method is not None or branches[place].status is not Status.FAILED:
                 _alike(shared, branches[place].parent, branches[place].task).append(place)
         for number, (task, method, above) in enumerate(plan.nodes):
@@ -114,8 +115,11 @@ class Execution:
                 (self._roots if parent == ROOT else branches[parent].children).append(places[-1])
             branch = branches[places[number]]
             branch.method, branch.children = method, []
+            # Facts show whether steps with effects are done. One without effects leaves no trace: a repair must not
+            # repeat it.
             if branch.status is not Status.DONE or not (mended and self._is_done_for_good(branch)):
                 branch.status = Status.WAITING
+        # Children before parents: the last status of a parent depends on theirs.
         kept = set(places)
         for place in reversed(former):
             if place not in kept and branches[place].status not in FINAL:
@@ -203,12 +207,14 @@ class Execution:
             branch = self.branches[place]
             operator = self._operator(branch)
             if not operator.applicable(facts, *branch.task.args):
+                # A running step may still make the precondition true; without one it stays false.
                 if self._running or not self.fail(place, facts):
                     return
                 continue
             self._waiting.pop()
             effects = None if operator.lasts else tuple(operator.effects(facts, *branch.task.args).items())
             self._running[place] = effects
+            # Effects that hold already: after replanning, this step was done before.
             if effects and is_met(facts, effects):
                 self._end(place)
                 continue
@@ -216,6 +222,7 @@ class Execution:
             self._expect(place, facts)
             self.version += 1
             yield Step(branch.task, place)
+            # The caller may have performed, failed or dropped the step meanwhile.
             if effects is not None and place in self._running and is_met(facts, effects):
                 self._end(place)
 
@@ -230,6 +237,7 @@ class Execution:
         self._running.pop(place, None)
         while (place := self.branches[place].parent) != ROOT:
             branch = self.branches[place]
+            # The subtasks identify the decomposition, since one method may yield several.
             branch.tried.append((branch.method, tuple(self.branches[child].task for child in branch.children)))
             repair = plan(self._domain, facts, branch.task, without=branch.tried)
             if isinstance(repair, NoPlan):
@@ -239,6 +247,7 @@ class Execution:
             below = self._below(place)
             for descendant in below:
                 self._running.pop(descendant, None)
+            # Steps start in plan order, so the waiting ones of this branch come next.
             while self._waiting and self._waiting[-1] in below:
                 self._waiting.pop()
             self._take(repair, below, [place])

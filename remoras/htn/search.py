@@ -3,10 +3,6 @@
 The search is a loop, since a plan may exceed Python's stack. The agenda is a linked list of open tasks. Each task taken
 becomes a node, so the node list is the tree in preorder and backtracking truncates it. A trail restores the state, as
 in a Prolog machine.
-
-A task with itself as ancestor in the same state is pruned. This loses plans that must repeat a task in one state. So if
-something was pruned without a plan, or after half of the expansions, the search restarts without this pruning and with
-depth limits 8, 16, 32 ...
 """
 
 from __future__ import annotations
@@ -49,13 +45,11 @@ class _Search:
     """Depth-first search for one plan, with backtracking.
 
     Attributes:
-        nodes: of the plan found; None without one.
+        nodes: of the plan; None without one.
         may_have_missed: True if expansions or depth did not suffice.
 
     Args:
-        facts: initial state, restored after a search without a plan.
         depth_limit: prunes deeper tasks; None: prunes cycles.
-        without: decompositions excluded for root tasks.
     """
 
     def __init__(
@@ -83,7 +77,7 @@ class _Search:
             self._agenda = task, ROOT, 0, self._agenda
 
     def run(self, max_expansions: int) -> int:
-        """Search, and return the number of tasks taken."""
+        """Return the number of tasks taken."""
         operator_of, agenda = self._domain.operators.get, self._agenda
         for n_expansions in range(max_expansions):
             if agenda is None:
@@ -125,9 +119,9 @@ class _Search:
         self._changed.append(len(self._facts.trail))
 
     def _is_pruned(self, agenda: Agenda) -> bool:
-        """Return whether a task is too deep or closes a cycle."""
         task, above, depth, _ = agenda
         if self._depth_limit is None:
+            # Below an equal task in the same state, the recursion makes no progress.
             while above != ROOT and not (self._tasks[above] == task and self._facts.is_as_after(self._changed[above])):
                 above = self._parents[above]
         is_pruned: bool = above != ROOT if self._depth_limit is None else depth >= self._depth_limit
@@ -141,6 +135,7 @@ class _Search:
         methods = self._domain.methods.get(name)
         if methods is None:
             raise unknown_task(task, self._domain)
+        # Decompositions failed as children of this task only; the same ones deeper remain allowed.
         barred = self._without if parent == ROOT else ()
         while True:
             subtasks: Any = None if others is NO_OTHERS else next(others, None)
@@ -153,6 +148,7 @@ class _Search:
                 if method.applicable is not always and not method.applicable(facts, *args):
                     continue
                 tasks: Any = method.subtasks(facts, *args)
+                # Exact classes first: ``isinstance`` with an abstract class is slow, and this loop runs for each task.
                 if tasks.__class__ is GeneratorType or (tasks.__class__ is not list and isinstance(tasks, Iterator)):
                     others = tasks
                     continue
@@ -164,6 +160,7 @@ class _Search:
             if not barred or (method.name, tuple(subtasks)) not in barred:
                 break
         place = len(self._tasks)
+        # Without alternatives, backtracking passes this task by: fewer choice points.
         if others is not NO_OTHERS or next_method < len(methods):
             self._choices.append((agenda, next_method, others, place, len(facts.trail)))
         self._take(task, method.name, parent)
@@ -211,6 +208,8 @@ def plan(
     wanted = (tasks,) if isinstance(tasks, Task) else tuple(tasks)
     view = Facts(facts)
     search = _Search(domain, view, wanted, None, without)
+    # Pruning of cycles loses plans that must repeat a task in one state. So if tasks were pruned without a plan, or
+    # after half of the expansions, the search restarts with depth limits 8, 16, 32 ... instead.
     left = max_expansions - search.run(max_expansions - max_expansions // 2)
     depth_limit = FIRST_DEPTH
     while search.nodes is None and search.may_have_missed and left > 0:
