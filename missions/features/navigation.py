@@ -422,15 +422,15 @@ class SeparationAcrossLayers(Separation):
         self.layers = [list(range(len(within.vehicles)))]
         self._column_m = column_m
 
-    def may_meet(self, one: int, other: int) -> bool:
+    def may_meet(self, first: int, second: int) -> bool:
         """True if the claimed depth intervals of both vehicles come near each other."""
-        (top_m, bottom_m), (other_top_m, other_bottom_m) = self._column_m(one), self._column_m(other)
+        (top_m, bottom_m), (other_top_m, other_bottom_m) = self._column_m(first), self._column_m(second)
         return max(top_m, other_top_m) - min(bottom_m, other_bottom_m) <= SAME_DEPTH_M
 
-    def are_too_near(self, one: int, other: int) -> bool:
+    def are_too_near(self, first: int, second: int) -> bool:
         """True if both are at the same depth now, and too near."""
-        apart_m = abs(self.vehicles[one].functional.depth_m - self.vehicles[other].functional.depth_m)
-        return apart_m <= SAME_DEPTH_M and super().are_too_near(one, other)
+        apart_m = abs(self.vehicles[first].functional.depth_m - self.vehicles[second].functional.depth_m)
+        return apart_m <= SAME_DEPTH_M and super().are_too_near(first, second)
 
 
 # Run hooks --------------------------------------------------------------------------------------

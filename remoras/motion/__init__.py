@@ -21,13 +21,13 @@ NEAREST_M = 1e-100
 class Motion:
     """State of motion: position, heading, speed, energy consumed, distance travelled.
 
-    The heading is stored as a unit vector ``ahead`` (x east, y north). Its components follow from positions by + - * /
-    and square roots, so they are bit-identical on all platforms.
+    The heading is stored as a unit vector ``ahead`` (x east, y north).
     """
 
     __slots__ = ("_heading_rad", "_told", "ahead", "distance_m", "energy_j", "speed_mps", "x_m", "y_m")
     _heading_rad: float
     _told: Vector
+    # A vector, since + - * / and square roots are bit-identical on all platforms, and angles are not.
     ahead: Vector
 
     def __init__(
@@ -47,6 +47,7 @@ class Motion:
     @property
     def heading_rad(self) -> float:
         """Heading, in (-pi, pi]."""
+        # Computed on demand and cached by the vector: control needs no angle.
         if self._told is not self.ahead:
             self._told, angle = self.ahead, atan2(self.ahead[1], self.ahead[0])
             self._heading_rad = angle if angle > -PI else PI
@@ -102,10 +103,7 @@ def _turn(most_rad: float) -> Vector:
 
 
 def _turned(motion: Motion, wanted: Vector, most_rad: float) -> Vector | None:
-    """Turn towards a unit vector by at most an angle.
-
-    Return None if reached, else cosine and sine of the angle to it before the turn.
-    """
+    """Turn ``motion``; return None if it reaches ``wanted``, else cosine and sine of the error before the turn."""
     (x, y), (to_x, to_y) = motion.ahead, wanted
     along = x * to_x + y * to_y
     if along >= _turn(most_rad)[0]:
@@ -128,6 +126,7 @@ def turned(ahead: Vector, wanted: Vector, most_rad: float) -> Vector:
     if x * to_y - y * to_x < 0.0:
         sine = -sine
     x, y = x * cosine - y * sine, x * sine + y * cosine
+    # Without this, rounding errors of the rotation would accumulate over the ticks.
     norm = math.sqrt(x * x + y * y)
     return x / norm, y / norm
 
@@ -178,16 +177,17 @@ def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float],
 
 
 def _move(motion: Motion, data: VehicleData, speed_mps: float, most_m: float, dt_s: float) -> None:
-    """Approach a speed and move along the heading, at most ``most_m`` unless stopping."""
     most = data.acceleration_mps2 * dt_s
     before_mps, (east, north) = motion.speed_mps, motion.ahead
     change = speed_mps - before_mps
     motion.speed_mps = now_mps = before_mps + (most if change > most else -most if change < -most else change)
     travelled_m = now_mps * dt_s
+    # A vehicle that stops needs its braking distance and may pass the target.
     if speed_mps > 0.0 and travelled_m > most_m:
         travelled_m = most_m
     motion.x_m += travelled_m * east
     motion.y_m += travelled_m * north
     motion.distance_m += travelled_m
+    # Products, not a power: the latter depends on the mathematical library.
     drag_w = data.drag_w_per_mps3 * (now_mps * now_mps * now_mps)
     motion.energy_j += (data.hotel_w + drag_w) * dt_s

@@ -15,9 +15,7 @@ and one of them has a job. With u_j the direction to vehicle j::
 
 Interactive satisfaction, after Simonin and Ferber (SAB 2000): a vehicle ahead on the same course does not obstruct, and
 one queued behind it neither progresses nor complains. A vehicle ahead on another course obstructs and is obstructed.
-The more satisfied one yields, on a tie the later name, until the other one is content or out of its way. The own value
-is the strongest own call sent lately, since received calls may be answers to it. A remembered call has full weight: if
-it decayed, both would consider their own call stronger.
+The more satisfied one yields, on a tie the later name, until the other one is content or out of its way.
 
 A yielding vehicle with another one behind it *relays the call*, one step weaker. A follower on the same course without
 a stronger call yields to that and relays it in turn, so a row clears a passage, and no vehicle yields to its own call.
@@ -152,10 +150,7 @@ def ahead(goal: Velocity, neighbours: Sequence[Neighbour], lane_m: float) -> Nei
 
 
 class Courses:
-    """Courses of other vehicles, from their last legs of at least ``LEG_M``.
-
-    A vehicle pushed back a little, or letting another one pass, keeps its course.
-    """
+    """Courses of other vehicles, from their last legs of at least ``LEG_M``."""
 
     def __init__(self) -> None:
         self._from_m: dict[str, Point] = {}
@@ -170,6 +165,7 @@ class Courses:
                 self._from_m[name] = at_m
                 if name in headings:
                     self._bound[name] = headings[name]
+            # Shorter moves are evasive: a vehicle pushed back a little, or letting another one pass, keeps its course.
             elif (leg_m := distance(from_m, at_m)) >= LEG_M:
                 self._from_m[name] = at_m
                 self._bound[name] = (at_m[0] - from_m[0]) / leg_m, (at_m[1] - from_m[1]) / leg_m
@@ -205,8 +201,10 @@ def yields(pulls: Pulls, name: str, other: str, is_against: bool, yielded: bool)
     >>> yields(Pulls(0.5, {}, {}, {"AUV03": 0.6}), "AUV02", "AUV03", False, False)
     0.6
     """
+    # The call weakens while its emitter passes: compared anew, the vehicle would turn back too early.
     own = 0.0 if yielded else pulls.own
     passed, call = pulls.passed.get(other, 0.0), pulls.equals.get(other, 0.0) if is_against else 0.0
+    # Relays weaken a call, so the own one never returns stronger and no vehicle yields to it.
     if passed > own:
         return passed
     return call if call > own or (call == own > 0.0 and other < name) else 0.0
@@ -228,4 +226,5 @@ def passed_signal(strength: float) -> int:
     [-77, -75, 1]
     """
     value = -round(128.0 * strength)
+    # Odd, since own signals are even (``own_signal``): receivers distinguish both without another bit.
     return value + 1 if value % 2 == 0 else value + 2

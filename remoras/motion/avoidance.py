@@ -145,10 +145,7 @@ def allowed_by(neighbour: Neighbour, own: Velocity, radius_m: float, horizon_s: 
 def _nearest_on_line(
     planes: Sequence[HalfPlane], number: int, most_mps: float, wanted: Velocity, is_direction: bool
 ) -> Velocity | None:
-    """Optimal velocity on the border of half-plane ``number``, within earlier ones and the disc.
-
-    ``wanted`` is the target velocity or, with ``is_direction``, the direction to maximise.
-    """
+    """``wanted`` is the target velocity or, with ``is_direction``, the direction to maximise."""
     x, y, dx, dy = planes[number]
     middle = x * dx + y * dy
     inside = middle * middle + most_mps * most_mps - x * x - y * y
@@ -186,6 +183,7 @@ def _nearest(
     if is_direction or speed > most_mps:
         vx, vy = (vx / speed * most_mps, vy / speed * most_mps) if speed > 0.0 else (0.0, 0.0)
     for number, plane in enumerate(planes):
+        # Section 5.1: if the optimum so far violates a half-plane, the new one lies on the border of that.
         if plane.dx * (plane.y - vy) - plane.dy * (plane.x - vx) > 0.0:
             nearest = _nearest_on_line(planes, number, most_mps, wanted, is_direction)
             if nearest is None:
@@ -197,12 +195,7 @@ def _nearest(
 def _least_excess(
     planes: Sequence[HalfPlane], first: int, most_mps: float, best: Velocity, n_walls: int = 0
 ) -> Velocity:
-    """Velocity with the least maximum violation: a linear program in three dimensions.
-
-    Args:
-        first: first half-plane violated by ``best``.
-        n_walls: number of leading half-planes that are hard constraints.
-    """
+    """Velocity with the least maximum violation (section 5.2); the first ``n_walls`` are hard constraints."""
     excess = 0.0
     for number in range(max(first, n_walls), len(planes)):
         x, y, dx, dy = plane = planes[number]
@@ -212,6 +205,7 @@ def _least_excess(
         for ox, oy, odx, ody in planes[n_walls:number]:
             sine = dx * ody - dy * odx
             if -PARALLEL <= sine <= PARALLEL:
+                # With equal directions the two excesses differ by a constant: no velocity changes their order.
                 if dx * odx + dy * ody > 0.0:
                     continue
                 px, py = 0.5 * (x + ox), 0.5 * (y + oy)

@@ -72,11 +72,8 @@ def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
 class Separation:
     """Monitor of the distances in a fleet.
 
-    Args:
-        vehicles: in node order.
-
     Attributes:
-        vehicles: replaced by the caller when a vehicle restarts.
+        vehicles: in node order; replaced by the caller when a vehicle restarts.
         layers: indices of vehicles that may interact.
     """
 
@@ -88,10 +85,7 @@ class Separation:
         self._conflicts: frozenset[tuple[int, int]] = frozenset()
 
     def look(self) -> dict[int, list[Neighbour]]:
-        """Return the sonar contacts of each vehicle, by index; vehicles without contacts are missing.
-
-        A vehicle without power floats to the surface, out of the way.
-        """
+        """Return the sonar contacts of each vehicle, by index; vehicles without contacts are missing."""
         self._pairs = []
         vehicles = self.vehicles
         seen: dict[int, list[Neighbour]] = {}
@@ -102,31 +96,30 @@ class Separation:
                 dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
                 if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
                     continue
+                # A vehicle without power floats to the surface, out of the way.
                 if vehicles[first].is_alive and vehicles[second].is_alive and self.may_meet(first, second):
                     self._pairs.append((first, second))
                     seen.setdefault(first, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
                     seen.setdefault(second, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
         return seen
 
-    def may_meet(self, one: int, other: int) -> bool:
+    def may_meet(self, first: int, second: int) -> bool:
         """True if two vehicles of a layer interact: a layer may be thicker than ``SAME_DEPTH_M``."""
-        return abs(self.vehicles[one].data.depth_m - self.vehicles[other].data.depth_m) <= SAME_DEPTH_M
+        return abs(self.vehicles[first].data.depth_m - self.vehicles[second].data.depth_m) <= SAME_DEPTH_M
 
     def conflicts(self, now_s: float) -> list[Row]:
-        """Return rows for ``faults`` of new violations since the last call.
-
-        Only pairs with contact are checked: sonar range exceeds the motion of a tick.
-        """
+        """Return rows for ``faults`` of new violations since the last call."""
         if not self._pairs:
             self._conflicts = frozenset()
             return []
+        # Pairs with sonar contact suffice: no vehicle crosses the sonar range in one tick.
         before, self._conflicts = self._conflicts, frozenset(pair for pair in self._pairs if self.are_too_near(*pair))
         return [
             (now_s, self.vehicles[first].data.name, CONFLICT, self.vehicles[second].data.name)
             for first, second in sorted(self._conflicts - before)
         ]
 
-    def are_too_near(self, one: int, other: int) -> bool:
+    def are_too_near(self, first: int, second: int) -> bool:
         """True if two vehicles violate the separation."""
-        a, b = self.vehicles[one].functional.motion, self.vehicles[other].functional.motion
+        a, b = self.vehicles[first].functional.motion, self.vehicles[second].functional.motion
         return length(b.x_m - a.x_m, b.y_m - a.y_m) < self.separation_m - TOLERANCE_M
