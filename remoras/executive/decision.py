@@ -28,9 +28,6 @@ Simultaneous activities form an ``ActivitySet``. Vital sets with a stimulus are 
 combination holds at most one activity of each type and whole sets, each with the activity it needs, and is *maximal*:
 no motivated set could be added. (Otherwise the single most motivated activity would have the best mean and always be
 alone.) The decision is the combination with the best mean motivation over its activities.
-
-The search is exact and short. A combination has one activity per type it holds, so its mean is its sum divided by the
-number of types: of all combinations of the same types (at most 256 subsets) only the one with the best sum can win.
 """
 
 from __future__ import annotations
@@ -208,17 +205,14 @@ class Choice:
         return self._best
 
     def searched(self, motivations: Sequence[float]) -> tuple[int, ...]:
-        """Return the result of ``best`` by a search, without its cache."""
+        """Compute ``best`` without the cache."""
         self._apart.clear()
         vital, held = self._needed_to_live(motivations)
         _, winner = self._most(motivations, held, held, (0.0, ()))
         return tuple(sorted(vital + winner)) if vital else winner
 
     def _holds(self, motivations: Sequence[float]) -> bool:
-        """Return whether the last result is still valid.
-
-        Sums per type that differ by ``d`` keep their order until a motivation moves by ``d / 2``, or from or to 0.
-        """
+        # Means that differ by d keep their order until a motivation moves by d / 2, or from or to 0.
         within = self._holds_within
         for now, before in zip(motivations, self._found_at, strict=True):
             if now != before and (abs(now - before) >= within or (now > 0.0) is not (before > 0.0)):
@@ -293,6 +287,9 @@ class Choice:
                     if not state & bits & _TYPES:
                         reached.append((state | bits, total + value, (*summed, index)))
                 for after, most, chosen in reached:  # best sum per state, first of equals
+                    # A combination has one activity per type, so its mean is its sum over the number of types: of all
+                    # with the same types (at most 256 subsets) only the one with the best sum can win. The search is
+                    # exact.
                     known = states.get(after)
                     if known is not None:
                         self._apart.append(abs(most - known[0]) / (after & _TYPES).bit_count())

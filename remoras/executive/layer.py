@@ -124,6 +124,7 @@ class ExecutiveLayer:
         for role, activities in zip(self._role_of, sets, strict=True):
             if role is not None:
                 roles_with.setdefault((role[0], activities.activities), []).append(role)
+        # A vehicle that waits at a rally point in two roles must not alternate between them with the latest call.
         self._called_as = [
             [] if role is None else roles_with[role[0], activities.activities]
             for role, activities in zip(self._role_of, sets, strict=True)
@@ -167,8 +168,7 @@ class ExecutiveLayer:
     def _told(self, role: RoleKey, value: int, guides: bool) -> int:
         """Return the influence signal of a role.
 
-        Among roles of equal rank, only an obstructed vehicle calls; a yielding one relays the call. A caller keeps
-        calling while obstructed, however satisfied: otherwise the other vehicle would return before it has passed.
+        Among roles of equal rank, only an obstructed vehicle calls; a yielding one relays the call.
         """
         if role not in self._equals:
             return value
@@ -178,6 +178,7 @@ class ExecutiveLayer:
             return own_signal(max(0, value))
         since_s, signal = self._now_s - self._constants.signal_memory_s, own_signal(value)
         self._claims = [claim for claim in self._claims if claim[0] >= since_s]
+        # It calls while obstructed, however satisfied: else the other vehicle would return before it has passed.
         if self._claims:
             signal = min(signal, STILL_PASSING)
         if signal < 0:
@@ -257,7 +258,6 @@ class ExecutiveLayer:
         return candidates
 
     def _stimuli_of(self, perceptions: Sequence[Perception]) -> list[float]:
-        """Return all stimuli; a set that needs another activity is limited by its stimulus."""
         stimuli = [perception.stimulus for perception in perceptions]
         for _ in self._providers:  # length of the longest chain of needs
             for needy, providers in self._providers.items():
@@ -265,7 +265,6 @@ class ExecutiveLayer:
         return stimuli
 
     def _contentment(self, stimuli: Sequence[float]) -> float:
-        """Return satisfaction with own work, 0..1; 0 without work."""
         return max(
             (
                 contentment(stimuli[index], self.satisfaction[role])
@@ -301,12 +300,15 @@ class ExecutiveLayer:
                 has_callers = True
             elif signal.value < 0 and now_s - signal.heard_s <= self._constants.signal_memory_s:
                 callers = passed if role in self._equals and signal.value % 2 else equals
+                # At full weight whatever its age: if remembered calls faded, both vehicles would consider their own
+                # call stronger.
                 callers[emitter] = max(callers.get(emitter, 0.0), call(signal.value, 0.0, self._constants))
         answered: dict[str, float] = {}
         if has_callers and self._external[guiding] > 0.0 and (key := self._caller(guiding, now_s)) is not None:
             answered[key[1]] = self._external[guiding] / self._constants.weight_external
         own = call(signal_of(self.satisfaction[role]), 0.0, self._constants)
         since_s = now_s - self._constants.signal_memory_s
+        # Including calls sent lately, since the received ones may answer them.
         own = max([own, *(strength for sent_s, strength in self._claims if sent_s >= since_s)])
         return Pulls(own, answered, equals, passed, role in self._equals)
 
@@ -326,7 +328,6 @@ class ExecutiveLayer:
         return max(calls, key=lambda key: self._strength(key, now_s), default=None)
 
     def _strength(self, key: Call, now_s: float) -> float:
-        """Return the strength 0..1 of a received signal now."""
         signal = self._heard[key[0]][key[1:]]
         return call(signal.value, now_s - signal.heard_s, self._constants)
 
@@ -334,7 +335,6 @@ class ExecutiveLayer:
         """Return calls of job holders that exceed the own call in such a role, with strength 0..1.
 
         As with Simonin and Ferber, a vehicle responds to no signal weaker than its own; on a tie the first name wins.
-        Signals are compared without fading. The call being answered keeps a bonus of `ANSWERING`.
         """
         constants, own = self._constants, 0.0
         answered = {self._ending.get(index) for index in self.decision.chosen}
@@ -344,6 +344,7 @@ class ExecutiveLayer:
         louder = []
         for key in sorted(self._waiting):
             signal = self._heard[key[0]][key[1:]]
+            # Without fading, since the own call has age 0. The bonus keeps a vehicle from changing sides midway.
             age_s, loud = now_s - signal.heard_s, call(signal.value, 0.0, constants)
             loud += ANSWERING if key in answered else 0.0
             if age_s <= constants.signal_memory_s and (loud > own or (loud == own and key[1] < self._name)):
@@ -364,14 +365,12 @@ class ExecutiveLayer:
         return heeded
 
     def _strongest_calls(self, now_s: float) -> dict[RoleKey, float]:
-        """Return the strongest call 0..1 on each role; roles without calls are missing."""
         strongest: dict[RoleKey, float] = {}
         for key in self._calling:
             strongest[key[0]] = max(self._strength(key, now_s), strongest.get(key[0], 0.0))
         return strongest
 
     def _evolve(self, dt_s: float, advances: Mapping[RoleKey, float]) -> bool:
-        """Update satisfactions by progress, whatever was chosen; return whether any changed."""
         has_evolved, satisfaction, constants = False, self.satisfaction, self._constants
         for role, value in satisfaction.items():
             after = evolved(value, advances.get(role), dt_s, constants)
@@ -380,7 +379,6 @@ class ExecutiveLayer:
         return has_evolved
 
     def _advances_of(self, advances: Mapping[int, float | None]) -> dict[RoleKey, float]:
-        """Return the greatest advance of each role, from those of sets."""
         greatest: dict[RoleKey, float] = {}
         for index, advance in advances.items():
             if advance is not None and (role := self._role_of[index]) is not None:
