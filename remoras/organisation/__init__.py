@@ -150,9 +150,9 @@ class Organisation:
     groups: Mapping[str, Group] = field(default_factory=dict)
     assignments: frozenset[RoleAssignment] = frozenset()
 
+    # Sorted, since the order of a set depends on hashes, and decisions follow the order of members.
     @cached_property  # 1 to 15 % of a mission
     def _players(self) -> dict[tuple[str, str | None], tuple[str, ...]]:
-        """Sorted holders by (group, role), members by (group, None)."""
         players: dict[tuple[str, str | None], set[str]] = {}
         for a in self.assignments:
             players.setdefault((a.group, a.role), set()).add(a.vehicle)
@@ -161,7 +161,6 @@ class Organisation:
 
     @cached_property  # 3 to 16 % of a mission
     def _roles(self) -> dict[str, dict[str, tuple[RoleAssignment, ...]]]:
-        """Sorted roles by vehicle and group."""
         roles: dict[str, dict[str, tuple[RoleAssignment, ...]]] = {}
         for a in sorted(self.assignments):
             by_group = roles.setdefault(a.vehicle, {})
@@ -192,9 +191,9 @@ class Organisation:
         """Return whether ``vehicle`` plays some role in ``group``."""
         return group in self._roles.get(vehicle, {})
 
-    def shared_groups(self, one: str, other: str) -> frozenset[str]:
+    def shared_groups(self, vehicle: str, other: str) -> frozenset[str]:
         """Return the groups of which both vehicles are members."""
-        return frozenset(self._roles.get(one, {}).keys() & self._roles.get(other, {}).keys())
+        return frozenset(self._roles.get(vehicle, {}).keys() & self._roles.get(other, {}).keys())
 
     def heads(self, group: str) -> tuple[str, ...]:
         """Return the leaders of ``group``."""

@@ -15,9 +15,7 @@ A present leader blocks claims. A claim is valid only if all leaders of that tim
 the receiver of the claim has not received them for a lease since. Of two claims for one vacancy, the one that did not
 know of the other is blocked by none. A leader that never left may claim again; this voids claims made meanwhile and
 orders based on them. So a leader itself decides whether its silence was an absence: it claims again, or it
-acknowledges, which ends its term. A vehicle that has lost its memory may acknowledge a claim although the claimant has
-acknowledged it or it has claimed again: this has no effect. A claimant that is a member only because it leads another
-group needs that leadership for its claim.
+acknowledges, which ends its term.
 
 (Compare the pre-vote in section 9.6 of D. Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, which keeps
 an isolated server from disturbing others. Here each receiver has that vote for itself.)
@@ -291,6 +289,7 @@ class Leadership:
                 continue
             began = self._has_led_since(group, claimed)
             if began is not None:
+                # Its silence was no absence: claims made meanwhile by others rest on an error.
                 void = [other for other in counting if began <= other.since < claimed.since]
                 counting[:] = [other for other in counting if other.vehicle == claimed.vehicle or other not in void]
             elif not self._heads_against(group, claimed) <= excused:
@@ -308,13 +307,11 @@ class Leadership:
         return other_group is None or self.led(claimed.vehicle, other_group, claimed.since)
 
     def _has_led_since(self, group: str, claimed: Claimed) -> Age | None:
-        """Return since when the claimant led before its claim, without leaving; None if it did not."""
         left = [age for age in self._ends(group, claimed.vehicle) if age <= claimed.since]
         began = (age for age in self._begins(group, claimed.vehicle) if age < claimed.since)
         return min((age for age in began if not any(age < end for end in left)), default=None)
 
     def _heads_against(self, group: str, claimed: Claimed) -> set[str]:
-        """Return others that led when the claim was made and still lead, by lesser claims."""
         names = {name for name, _ in self.groups[group].began} | {other.vehicle for other in self.counting(group)}
         return {
             name
@@ -323,9 +320,10 @@ class Leadership:
         }
 
     def _reigns(self, group: str) -> list[Claimed]:
-        """Return the claims that led in turn: each is greater, or its predecessor had left."""
+        """Return the claims that led in turn."""
         reigns: list[Claimed] = []
         for claimed in sorted(self.counting(group), key=lambda claimed: claimed.since):
+            # A lesser claim leads only once its predecessor has left.
             if not reigns or claimed.claim > reigns[-1].claim or self._has_left(group, reigns[-1], claimed.since):
                 reigns.append(claimed)
         return reigns
@@ -335,17 +333,14 @@ class Leadership:
         return began + [claimed.since for claimed in self.counting(group) if claimed.vehicle == vehicle]
 
     def _ends(self, group: str, vehicle: str) -> list[Age]:
-        """Return the times at which a vehicle left the lead or made a valid acknowledgement."""
         ended = self.groups[group].ended
         return [age for (name, age), to in ended.items() if name == vehicle and not self._is_void(group, name, age, to)]
 
     def _is_void(self, group: str, vehicle: str, age: Age, to: str | None) -> bool:
-        """Return whether a vehicle's acknowledgement of ``to`` at ``age`` is void.
-
-        It is if, since the claim of ``to``, the vehicle had claimed itself or ``to`` had acknowledged the vehicle.
-        """
         if to is None:
             return False
+        # A vehicle that has lost its memory may acknowledge a claim although, since then, it has claimed itself or the
+        # claimant has acknowledged it: this has no effect.
         lead = self.groups[group]
         claims = [claimed for claimed in lead.claims if claimed.since < age]
         since = max([claimed.since for claimed in claims if claimed.vehicle == to], default=AGREED_BEFORE)

@@ -1,10 +1,8 @@
 """Membership as a lease: present members as one vehicle sees them.
 
 A peer is absent if no evidence of it, direct or second-hand, arrived for a lease. Absence is a view of one vehicle, not
-a fact: the organisation stays unchanged, and new evidence makes the peer present again. The start counts as evidence,
-and so does the return of a vehicle that was itself away. A vehicle that has received no peer for a lease is isolated:
-it has left, whatever it believes of others. Before that, after part of a lease without reception, it presumes no
-further peer absent; otherwise a deaf leader would reassign jobs while leases end one by one.
+a fact: the organisation stays unchanged, and new evidence makes the peer present again. The start counts as evidence.
+A vehicle that has received no peer for a lease is isolated: it has left, whatever it believes of others.
 
 A failure detector suspects a peer earlier if losses do not explain its silence. It counts TDMA frames with evidence of
 any peer, since in others the vehicle itself may have been deaf. From the share of these frames without evidence of the
@@ -51,14 +49,14 @@ class Lease(NamedTuple):
     frame_s: float
     false_absence: float = 0.0
 
-    def frames_of(self, word: Link) -> int:
+    def frames_of(self, link: Link) -> int:
         """Return the TDMA frames (with evidence of any peer) whose silence losses do not explain.
 
         >>> [Lease(880.0, 22.0, 1e-6).frames_of(Link(p, 64, p)) for p in (0.02, 0.4, 0.6, 0.8)]
         [10, 16, 28, 62]
         """
         shortest = max(SHORTEST_FRAMES, math.ceil(FADING_S / self.frame_s))
-        return max(shortest, word.longest_silence(self.false_absence))
+        return max(shortest, link.longest_silence(self.false_absence))
 
 
 class Changes(NamedTuple):
@@ -89,6 +87,8 @@ def absent_peers(
     if not last_s:
         return frozenset()
     newest_s = max(last_s.values())
+    # After part of a lease without reception it presumes no further peer absent: a deaf leader would reassign jobs
+    # while leases end one by one.
     if now_s - newest_s < lease_s:
         now_s = min(now_s, newest_s + DOUBT * lease_s)
     return frozenset(name for name, evidence_s in last_s.items() if now_s - evidence_s >= lease_s)
@@ -145,6 +145,7 @@ class Membership:
         peer.
         """
         if now_s - self.looked_s > self._away_s:
+            # It was away itself, so the silence of others proves nothing.
             self._since_s = now_s
             self._spoke.clear()
         if now_s - self.looked_s > max(self._away_s, self.lease_s):
@@ -168,12 +169,12 @@ class Membership:
         return Changes(tuple(sorted(self.absent - before)), tuple(sorted(before - self.absent)))
 
     def _silent_beyond_loss(self, heard_s: Mapping[str, float]) -> set[str]:
-        """Return peers suspected by the failure detector."""
         spoke, n_frames, silent = self._spoke, self._n_frames, set[str]()
         for name in self._peers:
             known, spoke_s = spoke.get(name), heard_s.get(name, 0.0)
             if known is None or spoke_s > known[0]:
                 if known is not None:
+                    # A silence that led to absence does not count as loss: the next suspicion would come later.
                     n_lost = 0 if name in self.absent else n_frames - known[1] - 1
                     self._word[name].note_heard(n_lost)
                 spoke[name] = spoke_s, n_frames
@@ -209,7 +210,7 @@ def with_work(present: Organisation, organisation: Organisation, absent: Collect
 
 
 def owners(whole: Work) -> dict[str, str]:
-    """Return owners of roles without holder at the start: longest job first, earliest finisher."""
+    """Return an owner of each role without holder at the start: the longest job first, to its earliest finisher."""
     owner_of: dict[str, str] = {}
     outlooks = {data.name: Outlook(0.0, data.start_m) for data in whole.workers}
 
@@ -235,8 +236,7 @@ def patience_with(
 ) -> Patience:
     """Return the grace period from the last known positions and remaining jobs of the others.
 
-    Vehicles isolated at once notice it within one lease; the period therefore adds a lease, and the way between rally
-    points. ``all_work`` has the work before the mission and now, with absent vehicles, and the owners known to the
+    ``all_work`` has the work before the mission and now, with absent vehicles, and the owners known to the
     strategy.
     """
     until_s, way_s, barred = now_s, 0.0, set[tuple[str, str]]()
@@ -255,6 +255,7 @@ def patience_with(
         if rally_m is not None and me in work.members:
             way_m = max(distance(rally_m, other_m) for other_m in rallies_m.values())
             way_s = max(way_s, way_m / work.database[me].transit_speed_mps)
+    # Vehicles isolated at the same time notice it within a lease of each other, hence ``lease_s``.
     return Patience(until_s, until_s + LATE * way_s + lease_s, frozenset(barred))
 
 
