@@ -45,7 +45,6 @@ def shipped(name: str) -> Strategy | None:
 
 
 def _names() -> list[str]:
-    """Return the possible names of strategies: those of modules, with hyphens."""
     return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(__path__))
 
 

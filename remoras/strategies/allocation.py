@@ -19,12 +19,8 @@ vehicle and another one while the makespan falls, or the total time at equal mak
 turn is moved and the descent repeated (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS``
 paths are evaluated. On 13 patches and three vehicles the makespan is within 1 % of the best of 300 random restarts.
 
-Jobs are the bits of an integer, for lookup of evaluated paths. Durations are cached by start position: they must not
-depend on the time of day.
-
 Source of the assignment: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by threshold;
-linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016. SciPy has the same and is
-used for large problems only: loading it takes a third as long as a whole mission.
+linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016.
 """
 
 from __future__ import annotations
@@ -59,14 +55,11 @@ class AllocationPlan:
 
 @dataclass(frozen=True)
 class Engagement:
-    """Roles held by a vehicle: jobs begun, jobs queued.
-
-    Attributes:
-        ending: computes time and place at the end of the begun jobs; evaluated lazily, since rarely needed.
-    """
+    """Roles held by a vehicle: jobs begun, jobs queued."""
 
     begun: Roles
     queued: Roles
+    # Evaluated on demand, since rarely needed.
     ending: Callable[[], Outlook]
 
     @property
@@ -100,8 +93,6 @@ class Expectations:
         are known to be done, the estimate uses the remainder, from the last known position.
 
         Args:
-            held: its roles.
-            now_s: earliest time at which the vehicle is free.
             seen_s: time of its last received position; now if None.
             unheard: names of roles that it has not acknowledged: it may turn to them later than now.
         """
@@ -127,10 +118,7 @@ class Expectations:
 def expected_end(
     role: RoleSpecification, data: VehicleData, work: Work, now_s: float, seen_s: float, due_s: float
 ) -> Outlook:
-    """Time and place at the end of a job due by ``due_s``.
-
-    Once parts of the job are known to be done, it is estimated from the remainder and the last sighting.
-    """
+    """Time and place at the end of a job due by ``due_s``."""
     seen = work.after(Outlook(seen_s, work.position_m(data.name)), data, role)
     place_m = work.position_m(data.name) if seen is None else seen.position_m
     if seen is not None and share_left(work.job(role)) < 1.0:
@@ -144,13 +132,10 @@ def expected_end(
 def planned(
     work: Work, roles: Sequence[RoleSpecification], free: Sequence[VehicleData], outlooks: Mapping[str, Outlook]
 ) -> AllocationPlan:
-    """Allocate ``roles`` to the vehicles ``free`` so that the makespan is minimal (heuristic).
-
-    Args:
-        outlooks: time and place at which each vehicle is free.
-    """
+    """Allocate ``roles`` to the vehicles ``free`` so that the makespan is minimal (heuristic)."""
     free = sorted(free, key=lambda data: data.node)
     if work.energy_j:
+        # Barred at once, since the search itself ignores energy.
         alone = {(d.name, role.name) for d in free for role in roles if not work.affords(outlooks[d.name], d, role)}
         work = replace(work, barred=work.barred | alone)
     held = Search(work, roles, free, outlooks).found()
@@ -194,18 +179,16 @@ def revised(
     now_s: float,
     margin: float,
 ) -> AllocationPlan:
-    """Return a plan for vacant and queued roles; keep the queues unless replanning saves a margin.
+    """Return a plan for vacant and queued roles; begun jobs stay.
 
-    Args:
-        engaged: held roles per vehicle; begun jobs stay.
-        now_s: time of the plan.
-        margin: share of the remaining time by which a new plan must end earlier.
+    Queues stay too, unless a new plan ends earlier by ``margin``, a share of the remaining time.
     """
     outlooks = {data.name: engaged[data.name].outlook for data in free}
     queued = {data.name: affordable(work, data, engaged[data.name]) for data in free}
     vacant = [*vacant, *(role for data in free for role in engaged[data.name].queued if role not in queued[data.name])]
     anew = planned(work, [*vacant, *(role for roles in queued.values() for role in roles)], free, outlooks)
     after = {data.name: work.after_all(outlooks[data.name], data, queued[data.name]) for data in free}
+    # The alternative: queues stay, vacant roles follow them.
     on_top = planned(work, vacant, free, after)
     if on_top.end_s - anew.end_s > margin * max(0.0, on_top.end_s - now_s):
         return anew
@@ -349,6 +332,7 @@ def least(costs: Costs) -> dict[int, int]:
     """
     n_rows, n_columns = len(costs), len(costs[0])
     if n_rows * n_columns * min(n_rows, n_columns) > MANY:
+        # For large problems only: loading SciPy takes a third as long as a whole mission.
         from scipy.optimize import linear_sum_assignment
 
         return dict(zip(*(indices.tolist() for indices in linear_sum_assignment(costs)), strict=True))
@@ -423,10 +407,7 @@ class _Legs(dict[int, Outlook | None]):
 class Search:
     """Search for a job allocation of minimum makespan, with caches of job durations.
 
-    Args:
-        roles: roles to assign.
-        free: eligible vehicles.
-        outlooks: time and place at which each of them is free.
+    ``outlooks`` has time and place at which each of the vehicles ``free`` is free.
     """
 
     def __init__(
@@ -487,12 +468,14 @@ class Search:
         while left:
             role = self._next(left, at_m) if left & (left - 1) else left.bit_length() - 1
             left ^= 1 << role
+            # Durations are cached by start position: they must not depend on the time of day.
             legs = self._legs.get((vehicle, at_m))
             if legs is None:
                 legs = self._legs[vehicle, at_m] = self._legs_at(vehicle, Outlook(0.0, at_m))
             leg = legs[role]
             if leg is not None:
                 end_s, at_m = end_s + leg[0], leg[1]
+        # Rounding errors of another order of summation must decide no tie.
         known[jobs] = end_s = round(end_s, 3)
         return end_s
 
@@ -581,8 +564,9 @@ class Search:
         return Draft(held, ends_s, least)
 
     def _improved(self, held: Held, ends_s: list[float], before: Effort) -> Effort | None:
-        """Apply the first improving exchange in place and return the objective; None without one."""
+        """Apply the first improving exchange in place; None without one."""
         end_s = before[0]
+        # Only a change of the last vehicle's jobs can lower the makespan.
         last = ends_s.index(end_s)
         for kept, other, taken in self._exchanges(last, held):
             then_s = self._end_s(last, kept)
@@ -599,15 +583,15 @@ class Search:
     def _exchanges(self, last: int, held: Held) -> Iterator[tuple[int, int, int]]:
         """Yield the jobs of ``last`` after an exchange, the other vehicle, and its jobs."""
         mine, able, sums = held[last], self._able, self._sums
-        for n_given, n_back in SHAPES:
+        for n_away, n_back in SHAPES:
             for other, theirs in enumerate(held):
                 ours, back_of = mine & able[other], theirs & able[last]
                 if other == last or not ours or (n_back and not back_of):
                     continue
                 backs = sums.get((back_of, n_back)) or self._some(back_of, n_back)
-                for given in sums.get((ours, n_given)) or self._some(ours, n_given):
+                for away in sums.get((ours, n_away)) or self._some(ours, n_away):
                     for back in backs:
-                        yield mine & ~given | back, other, theirs & ~back | given
+                        yield mine & ~away | back, other, theirs & ~back | away
 
     def _some(self, jobs: int, count: int) -> list[int]:
         key = jobs, count

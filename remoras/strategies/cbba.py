@@ -2,18 +2,17 @@
 
 Each vehicle plans a bundle of jobs and a path through them. It adds the job with the largest gain in path score among
 those for which it outbids all known claims. The score is the sum of exp(-t / discount_s) over completion times t,
-counted from the round of the bid; counted from mission start, late bids would round to zero. On a stronger claim the
-vehicle drops that job and all added later, whose bids depended on it. After ``settle_rounds`` it begins the job with
-the maximum strength; of two vehicles that have begun it, the higher node leaves. Claims of absent vehicles are ignored.
+counted from the round of the bid. On a stronger claim the vehicle drops that job and all added later. After
+``settle_rounds`` it begins the job with the maximum strength; of two vehicles that have begun it, the higher node
+leaves. Claims of absent vehicles are ignored.
 
 Bids ignore the effect on remaining jobs, so plain CBBA (``plans_for_all`` off) divides work like sequential greedy
 assignment. By default a vehicle bids for its part of a plan for all members, made from its own knowledge by the shared
 allocator; consensus resolves differences. If a job stays unclaimed for long, since each vehicle expects another one to
 do it, every able vehicle bids for it.
 
-One unacknowledged message holds all claims of a vehicle, own or relayed: its name and round, then jobs with strengths;
-missing jobs are withdrawn. It is sent on change and every ``repeat_rounds``. Of two messages about a vehicle the later
-round wins.
+One unacknowledged message holds all claims of a vehicle, own or relayed: its name and round, then jobs with strengths.
+It is sent on change and every ``repeat_rounds``. Of two messages about a vehicle the later round wins.
 
 Source: Choi, Brunet, How 2009 (bundles, scores, bid vectors); Johnson, Ponda, Choi, How 2010 (asynchronous); Johnson,
 Choi, How 2012 (hybrid of information and plan consensus). ``negotiator.Claims`` replaces their decision tables.
@@ -116,6 +115,7 @@ class Bidder(Member["Cbba"]):
         }
         if len(strengths) + 1 < len(message.facts):
             return  # of another group
+        # A message holds all claims of its vehicle, so a missing one is withdrawn.
         withdrawn = {role for role in self._roles if issuer in self._claims.standing(role)}.difference(strengths)
         news = [
             role
@@ -130,7 +130,6 @@ class Bidder(Member["Cbba"]):
                 self._bid_anew = True
 
     def _released(self, situation: Situation) -> tuple[list[Statement], list[RoleSpecification]]:
-        """Release roles that another vehicle has also begun; return statements and kept roles."""
         statements: list[Statement] = []
         held = situation.work.held_by(self._me)
         begun = self._claims.made_before(situation.round, self._me, BEGUN)  # some while isolated, unknown to others
@@ -145,6 +144,7 @@ class Bidder(Member["Cbba"]):
     def _give_way(self, now: int) -> None:
         lost = next((n for n, name in enumerate(self._bundle) if self._claims.winner(name) != self._me), None)
         if lost is not None:
+            # Bids of jobs added later assumed the lost one in the path.
             self._release(self._bundle[lost:], now)
 
     def _release(self, names: Sequence[str], now: int) -> None:
@@ -172,6 +172,7 @@ class Bidder(Member["Cbba"]):
             if after is None or not work.affords(outlook, data, self._roles[name]):
                 return 0.0
             outlook = after
+            # Counted from mission start, late bids would round to zero.
             total += exp(-(outlook.free_s - now_s) / self._with.discount_s)
         return total
 
@@ -206,13 +207,12 @@ class Bidder(Member["Cbba"]):
         return [role.name for role in work.open if not self._claims.has(role.name, BEGUN)]
 
     def _found_orphans(self, open_roles: Sequence[str], now: int) -> list[str]:
-        """Open roles unclaimed for so long that the vehicle planned for them cannot know of them."""
+        # Unclaimed for long: the vehicle planned for the role cannot know of it.
         unclaimed = [name for name in open_roles if self._claims.winner(name) is None]
         self._unclaimed = {name: self._unclaimed.get(name, now) for name in unclaimed}
         return [name for name, since in self._unclaimed.items() if now - since >= 2 * self._with.repeat_rounds]
 
     def _build_by_plan(self, held: Sequence[RoleSpecification], outlook: Outlook, situation: Situation) -> None:
-        """Bid for the own part of a plan for all; concede jobs with stronger claims."""
         work = situation.work
         open_roles = self._open(work)
         adopted = self._adopted.intersection(self._bundle).union(self._orphans)

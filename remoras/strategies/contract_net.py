@@ -92,6 +92,7 @@ class Contractor(Member["ContractNet"]):
         decisions = self._accept(situation)
         decisions += self._cancel(situation)
         decisions += self._award(self._engaged(roles, situation), situation)
+        # Computed again: own awards change what this vehicle announces and bids.
         engaged = self._engaged(roles, situation)
         self._announce(engaged, situation)
         facts = [(self._group.path(name), "auctionEnds", auction.ends_s) for name, auction in self._auctions.items()]
@@ -127,6 +128,7 @@ class Contractor(Member["ContractNet"]):
         match attribute:
             case "auctionEnds":
                 nodes = situation.work.database[message.issuer].node, situation.work.database[self._me].node
+                # Of two auctions of one job, that of the lower node goes on.
                 if role in self._auctions and nodes[0] < nodes[1]:
                     del self._auctions[role]
                 self._offered[role] = float(value), message.issuer
@@ -140,7 +142,6 @@ class Contractor(Member["ContractNet"]):
                 self._note(role, subject, message.time_s, False)
 
     def _note(self, role: str, vehicle: str, time_s: float, holds: bool) -> None:
-        """Record that a vehicle states to hold or release a role."""
         sayings = self._sayings.setdefault((role, vehicle), Sayings())
         (sayings.held_s if holds else sayings.left_s).add(time_s)
         self._claims.take(role, vehicle, sayings.claim())
@@ -227,12 +228,14 @@ class Contractor(Member["ContractNet"]):
         ]
         since = self._unclaimed_since
         self._unclaimed_since = {name: since.get(name, situation.round) for name in vacant}
+        # Bids depend on the awards of the running auction.
         if self._auctions:
             return
         with_room = [
             v for v, engagement in engaged.items() if len(engagement.begun) + len(engagement.queued) < self._with.queue
         ]
         if me not in work.heads:
+            # Staggered by node: the first announcement keeps the others from theirs.
             patience = self._with.initiative_rounds * (1 + work.database[me].node)
             vacant = [n for n in vacant if situation.round - self._unclaimed_since[n] >= patience]
         held = {v: (engagement.begun, engagement.queued) for v, engagement in engaged.items()}
@@ -263,7 +266,6 @@ class Contractor(Member["ContractNet"]):
     def _is_better(
         self, role: str, vehicle: str, bid_s: float, engaged: Mapping[str, Engagement], situation: Situation
     ) -> bool:
-        """True if a bid for a queued job beats, by the margin, the end of all own jobs."""
         work, data = situation.work, situation.work.database[self._me]
         if vehicle == self._me or self._me not in engaged or role not in (r.name for r in engaged[self._me].queued):
             return False
@@ -294,7 +296,7 @@ class Contractor(Member["ContractNet"]):
 
 
 def _by_bids(vehicle: str, over: Mapping[str, Auction], engaged: Engagement, situation: Situation) -> Outlook:
-    """Expected end of a bidder's jobs, shifted by the median difference to its bids."""
+    # Bids follow from the bidder's own knowledge: their median difference corrects the announcer's estimate.
     work, data = situation.work, situation.work.database[vehicle]
     end = engaged.end(data, work)
     shifts_s = []

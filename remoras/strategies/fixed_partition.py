@@ -81,8 +81,8 @@ def chains(work: Work) -> list[tuple[RoleSpecification, ...]]:
     return [_in_order(chain, work) for chain in linked]
 
 
-def _are_linked(one: RoleSpecification, other: RoleSpecification, work: Work) -> bool:
-    return one.job in work.job(other).needs or other.job in work.job(one).needs
+def _are_linked(role: RoleSpecification, other: RoleSpecification, work: Work) -> bool:
+    return role.job in work.job(other).needs or other.job in work.job(role).needs
 
 
 def _in_order(roles: list[RoleSpecification], work: Work) -> tuple[RoleSpecification, ...]:
@@ -157,6 +157,7 @@ class Timetable(Member["FixedPartition"]):
         return work.in_order(Outlook(situation.now_s, work.position_m(self._me)), data, new) if new else ()
 
     def _expected_s(self, situation: Situation) -> float:
+        # As known before the dive, so that all members compute the same time.
         plan = chained(replace(situation.work, done=frozenset(), positions_m={}))
         arrivals_s = (
             plan.arrival_s(Outlook(0.0, data.start_m), data, plan.held_by(data.name), situation.rally_m)

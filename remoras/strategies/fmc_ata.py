@@ -63,6 +63,7 @@ def in_whole_parts(bids: Mapping[str, float], money: int, most: int) -> dict[str
     total = math.fsum(left.values())
     exact = {good: money * bid / total for good, bid in left.items()}
     parts = {good: int(bid) for good, bid in exact.items()}
+    # Largest remainders first, so that the parts sum to the budget.
     behind = sorted(exact, key=lambda good: (parts[good] - exact[good], good))
     for good in behind[: money - sum(parts.values())]:
         parts[good] += 1
@@ -169,7 +170,6 @@ class Buyer(Member["FmcAta"]):
     def _worth(
         self, current: RoleSpecification | None, crowded: list[RoleSpecification], situation: Situation
     ) -> dict[str, float]:
-        """Worth of each feasible job (s of work), discounted by arrival time."""
         work, now_s = situation.work, situation.now_s
         data, here = work.database[self._me], Outlook(now_s, work.position_m(self._me))
         held = () if current is None else (current,)
@@ -184,9 +184,8 @@ class Buyer(Member["FmcAta"]):
             way_s = distance(outlook.position_m, work.job(role).place_m) / data.transit_speed_mps
             arrival_s = 0.0 if role == current else outlook.free_s + way_s - now_s
             work_s = max(1.0, after.free_s - outlook.free_s - way_s)
-            worth[role.name] = work_s * max(
-                1e-6, exp(-arrival_s / self._with.discount_s)
-            )  # keeps distant jobs in the market
+            # The minimum keeps distant jobs in the market.
+            worth[role.name] = work_s * max(1e-6, exp(-arrival_s / self._with.discount_s))
         return worth
 
     def _bought(self) -> dict[str, float]:

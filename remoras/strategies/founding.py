@@ -32,7 +32,6 @@ class Seats:
     """Initial assignment of vehicles to roles, as one optimisation problem.
 
     Args:
-        roles: in order of assignment.
         needed: minimum number of holders per role.
         able: names of eligible vehicles per role, preferred first.
         apart: by group name, other groups that its members should not join.
@@ -58,6 +57,7 @@ class Seats:
         if solution is None:
             return None
         least, values = solution
+        # Of equal optima the first in order of roles and vehicles: fix one variable after the other.
         for r, names in enumerate(self._able):
             left = self._needed[r]
             for name in names:
@@ -99,13 +99,13 @@ class Seats:
         for (r, name), variable in self._variables.items():
             held.setdefault(name, []).append((self._roles[r][0].name, variable))
         for roles in held.values():
-            for (group, one), (other_group, other) in combinations(roles, 2):
+            for (group, variable), (other_group, other) in combinations(roles, 2):
                 if group == other_group or other_group in self._apart[group]:
-                    yield {one: 1.0, other: 1.0, self._n_variables: -1.0}, -1.0, 1.0
+                    # A further variable, 1 if both roles are held: the objective counts these.
+                    yield {variable: 1.0, other: 1.0, self._n_variables: -1.0}, -1.0, 1.0
                     self._n_variables += 1
 
     def _solved(self, fixed: Mapping[int, int]) -> tuple[int, list[int]] | None:
-        """Minimum and values of the variables with some ``fixed``; None if infeasible."""
         import numpy as np  # loading takes 0.3 s and is rarely needed
         from scipy.optimize import Bounds, LinearConstraint, milp
         from scipy.sparse import csr_array
@@ -178,7 +178,6 @@ class _Founders:
             organisation, _ = organisation.assign(data.name, group.name, role.name)
 
     def _left(self, organisation: Organisation, group: Group, role: RoleSpecification) -> list[VehicleData]:
-        """Vehicles that may fill a vacancy without another role in the group or one apart from it."""
         if role.maximum is not None and len(organisation.members(group.name, role.name)) >= role.maximum:
             return []
         able = self._able(organisation, group, role)
@@ -190,7 +189,6 @@ class _Founders:
         return sorted(able, key=lambda data: (self._rank(data, group, role), -data.energy_j, data.node))
 
     def _able(self, organisation: Organisation, group: Group, role: RoleSpecification) -> list[VehicleData]:
-        """Vehicles that may take the role beside their own ones, those without a role there first."""
         able = [
             data
             for data in self._eligible[group.name, role.name]
@@ -212,7 +210,7 @@ class _Founders:
 
     def _n_doubled(self, organisation: Organisation) -> int:
         pairs = (pair for name in self._database for pair in combinations(organisation.roles_of(name), 2))
-        return sum(one.group == other.group or other.group in self._apart[one.group] for one, other in pairs)
+        return sum(a.group == b.group or b.group in self._apart[a.group] for a, b in pairs)
 
 
 def _n_needed(role: RoleSpecification) -> int:
@@ -224,7 +222,7 @@ def _ranks(data: VehicleData, founding: Collection[str]) -> dict[str, int]:
 
 
 def _in_order(founding: list[Founding]) -> Iterator[Founding]:
-    """Order of assignment: leader roles, then the roles of groups with a leader."""
+    """Yield leader roles, then the roles of groups with a leader."""
     done: set[tuple[str, str]] = set()
     while ready := [
         (group, role)

@@ -88,7 +88,6 @@ class Player(Member["Grape"]):
         self._age, self._is_satisfied = (int(evolved), int(stamp)), False
 
     def _keep_what_is_left(self, work: Work) -> None:
-        """Remove absent vehicles and finished jobs; a change makes the vehicle unsatisfied."""
         present = {data.name for data in work.workers}
         left = {role.name: role.job for role in work.unfinished}
         self._partition = {v: role for v, role in self._partition.items() if v in present and role in left}
@@ -114,7 +113,7 @@ class Player(Member["Grape"]):
     # Utility
 
     def _best(self, situation: Situation, left: Sequence[RoleSpecification]) -> str | None:
-        """Best coalition, the own one on ties; None for the void. ``left``: roles to leave."""
+        """``left``: roles to leave."""
         own = self._partition.get(self._me)
         best, most = None, 0.0
         for role in situation.work.open:

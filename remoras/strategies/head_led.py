@@ -77,10 +77,7 @@ class Dispatcher(Member["HeadLed"]):
         return Move(tuple(statements), holding=self._holds(engaged, situation))
 
     def _given_before(self, work: Work) -> list[Statement]:
-        """Restate the assignments of the former leader after a succession.
-
-        A member may have missed its own, and may refuse it since it believes this vehicle to hold that job.
-        """
+        """Restate the assignments of the former leader after a succession."""
         if not self._was_led:
             return []
         self._was_led = False
@@ -89,22 +86,20 @@ class Dispatcher(Member["HeadLed"]):
             is_job = role.job is not None
             for name in work.holders(role) if not is_job or role in work.unfinished else ():
                 if name != self._me:
+                    # The member may refuse the job in the belief that this vehicle holds it.
                     left = [self._left(self._me, role.name)] if is_job and self._me not in work.holders(role) else []
                     statements.append(Statement((*left, self._given(name, role.name))))
         return statements
 
     def _together(self, facts: Sequence[Statable], work: Work) -> list[tuple[Statable, ...]]:
-        """Group simultaneous facts: release and reassignment of a role share one block.
-
-        A member that received only the reassignment would find no vacancy. Roles without a job that the member needs
-        together with the assigned one come too.
-        """
+        """Group simultaneous facts; add roles without a job that a member needs beside the assigned one."""
         left = {role: (name, attribute, role) for name, attribute, role in facts if attribute == "leftRole"}
         taken = {role for _, attribute, role in facts if attribute == "playsRole"}
         blocks = []
         for fact in facts:
             name, attribute, role = fact
             if attribute == "playsRole":
+                # In one block, since a member that received only the reassignment would find no vacancy.
                 release = [left.pop(role)] if role in left else []
                 common = [assignment for assignment in common_roles(work, {name}) if assignment.vehicle == name]
                 blocks.append((*release, fact, *(self._given(name, assignment.role) for assignment in common)))
@@ -113,11 +108,7 @@ class Dispatcher(Member["HeadLed"]):
         return blocks
 
     def _holds(self, engaged: Mapping[str, Engagement], situation: Situation) -> bool:
-        """True if the group must not gather yet.
-
-        With ``calls``, it waits while a job is vacant, or assigned but neither progressed nor overdue; else while work
-        is left.
-        """
+        # With ``calls``, the group waits while a job is vacant, or assigned but neither progressed nor overdue.
         work = situation.work
         if self._with.repairs != "calls":
             return bool(work.unfinished)
@@ -142,7 +133,6 @@ class Dispatcher(Member["HeadLed"]):
         return self._engagement(vehicle, held, situation, unheard)
 
     def _is_due(self, engaged: Mapping[str, Engagement], late: Collection[object], situation: Situation) -> bool:
-        """True if the basis of the last plan has changed; ``calls`` also demands a call or vacancy."""
         work = situation.work
         idle = {name for name, engagement in engaged.items() if not engagement.begun}
         short = frozenset(
@@ -174,6 +164,7 @@ class Dispatcher(Member["HeadLed"]):
             for role in (*engagement.begun, *engagement.queued)
         }
         taken = [(name, role) for name, role in sorted(late) if (name, role) in held]
+        # A vehicle that does not acknowledge one role would not acknowledge another.
         deaf = {name for name, _ in late}
         free = [data for data in work.workers if data.name not in deaf]
         lost = {role for _, role in taken}
@@ -189,7 +180,6 @@ class Dispatcher(Member["HeadLed"]):
         return [*released, *assigned, *self._help(engaged, plan, deaf, situation)]
 
     def _first_given(self, engaged: Mapping[str, Engagement], situation: Situation) -> list[Statable]:
-        """Assign jobs without any former assignment, on top of the jobs held."""
         work = situation.work
         new = [role for role in work.open if not work.holders(role) and role.name not in self._ever_given]
         after = {data.name: engaged[data.name].end(data, work) for data in work.workers}

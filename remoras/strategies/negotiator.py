@@ -113,13 +113,12 @@ class Member(Negotiator, Generic[S]):
     def _engagement(
         self, vehicle: str, held: Sequence[RoleSpecification], situation: Situation, unheard: Collection[str] = ()
     ) -> Engagement:
-        """Expected engagement of a vehicle with the roles ``held``; of ``unheard`` ones it may not know."""
         work, now_s = situation.work, situation.now_s
         seen_s = now_s if vehicle == self._me else situation.heard_s.get(vehicle, 0.0)
         return self._expectations.of(work.database[vehicle], held, work, now_s, seen_s, unheard)
 
     def _kept(self, work: Work, places: Mapping[str, str]) -> tuple[RoleSpecification | None, list[RoleSpecification]]:
-        """Role that this vehicle keeps, and roles that it leaves since lower nodes fill them."""
+        # Lower nodes stay: all at a crowded job decide alike without a message.
         node, held = work.database[self._me].node, work.held_by(self._me)
         crowded = []
         for role in held:
@@ -131,10 +130,7 @@ class Member(Negotiator, Generic[S]):
 
 @dataclass(frozen=True, slots=True, order=True)
 class RoleClaim:
-    """Claim of a vehicle to a role; strength 0 withdraws it.
-
-    ``at`` orders the claims of one vehicle to one role, such as by round: the greater is the newer.
-    """
+    """Claim of a vehicle to a role; the greater ``at`` is the newer, strength 0 withdraws it."""
 
     at: int
     strength: int

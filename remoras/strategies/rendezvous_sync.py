@@ -64,6 +64,7 @@ class Convener(Member["RendezvousSync"]):
             return Move(expected=expected)
         facts: list[Statable] = []
         if self._to_take:
+            # Once it leaves, it cannot repeat the others' jobs.
             if here.isdisjoint(situation.unheard):
                 facts = [self._given(self._me, role.name) for role in self._to_take]
                 self._to_take = ()
@@ -106,7 +107,6 @@ class Convener(Member["RendezvousSync"]):
         return work.arrival_s(here, data, work.held_by(data.name), situation.rally_m)
 
     def _given_out(self, situation: Situation) -> list[Statable]:
-        """Assign the first jobs of a new plan to others; own jobs start once these acknowledge."""
         work = situation.work
         outlooks = {data.name: Outlook(situation.now_s, work.position_m(data.name)) for data in work.workers}
         plan = planned(work, work.vacant, work.workers, outlooks)

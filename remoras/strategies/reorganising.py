@@ -108,6 +108,7 @@ class Reorganiser(Member["Reorganising"]):
             if given_up:  # else others find no vacancy
                 statements.append(Statement(tuple(self._left(self._me, role.name) for role in given_up)))
             move = self._stated.negotiate(_without(given_up, situation, self._me))
+        # Deviations and repetitions of the proposal come without news.
         return replace(move, statements=(*statements, *move.statements), until_news=False)
 
     def division(self) -> Mapping[str, str]:

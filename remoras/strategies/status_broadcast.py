@@ -73,6 +73,7 @@ class Broadcaster(Member["StatusBroadcast"]):
             self._at.pop(self._me, None)
             name = self._choice(work, outlooks, doubted, situation)
             if name is not None:
+                # Whole seconds, as sent: all vehicles compare the same times.
                 self._at[self._me] = self._station(name, self._me, round(situation.now_s), work)
         left = [role for role in left if role.name != name]  # it stays, to help
         statements = [self._leaves(role.name) for role in left]
@@ -121,10 +122,6 @@ class Broadcaster(Member["StatusBroadcast"]):
         return JobWatch(role, since_s, from_m, since_s if end is None else end.free_s)
 
     def _is_later(self, role: str, doubted: Collection[str], work: Work) -> bool:
-        """True if earlier members, not doubted, already fill the job.
-
-        Without intention to help, one earlier member fills it: so of two equal choices only one continues.
-        """
         mine, database = self._at.get(self._me), work.database
         if mine is None:
             return False
@@ -135,13 +132,13 @@ class Broadcaster(Member["StatusBroadcast"]):
             if name not in doubted and name != self._me and name in work.members
         ]
         specification = work.group.role(role)
+        # Without intention to help, one earlier member fills the job: of two equal choices only one continues.
         room = 1 if not self._helps else None if specification is None else specification.maximum
         return room is not None and len(before) >= room
 
     # Prediction
 
     def _outlook(self, data: VehicleData, work: Work, situation: Situation) -> Outlook:
-        """Predicted end of a vehicle's job; without a job, its last known position and time."""
         now_s, place_m = situation.now_s, work.position_m(data.name)
         heard_s = now_s if data.name == self._me else situation.heard_s.get(data.name, 0.0)
         watch = self._at.get(data.name)
@@ -158,7 +155,6 @@ class Broadcaster(Member["StatusBroadcast"]):
     def _choice(
         self, work: Work, outlooks: Mapping[str, Outlook], doubted: Collection[str], situation: Situation
     ) -> str | None:
-        """Role of this vehicle in the common plan, or one to repeat or help; else None."""
         if self._me not in outlooks:
             return None
         at = [(at.role, name) for name, at in self._at.items() if name in outlooks]
@@ -177,7 +173,6 @@ class Broadcaster(Member["StatusBroadcast"]):
         doubted: Collection[str],
         situation: Situation,
     ) -> str | None:
-        """Nearest job for which peers, at it or planned for it, are late."""
         trusted = {watch.role for name, watch in self._at.items() if name in outlooks and name not in doubted}
         awaited: dict[str, float] = {}
         unfinished = {role.name for role in work.unfinished}
