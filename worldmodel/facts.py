@@ -22,7 +22,7 @@ _PRIVATE_ORDER = -(1 << 40)
 
 
 class PropertyValue(NamedTuple):
-    """Value of one attribute of one instance; its block has time and origin.
+    """Value of one attribute of one instance.
 
     ``uncertainty`` is the standard deviation of a number or point, the probability of any other value, or None.
     """

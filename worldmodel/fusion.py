@@ -27,10 +27,9 @@ property. If all are correct, the weighted squared deviations from the mean are 
 
     Q = sum over slots, axes and origins of (estimate - mean)^2 / variance        n = sum of axes * (origins - 1)
 
-If Q exceeds its 99 % quantile, the origin whose removal minimises Q is doubted; of only two origins, both. The quantile
-is that of Wilson and Hilferty (1931), n (1 - 2 / (9 n) + 2.3263 (2 / (9 n))^1/2)^3, for 10 degrees 23.24 (tables:
-23.21). Errors of one origin in two properties count as independent; a common part, such as a navigation error, raises
-the false-alarm rate above 1 %.
+If Q exceeds its 99 % quantile (Wilson and Hilferty 1931), the origin whose removal minimises Q is doubted; of only two
+origins, both. Errors of one origin in two properties count as independent; a common part, such as a navigation error,
+raises the false-alarm rate above 1 %.
 """
 
 import math
@@ -74,15 +73,13 @@ def fused(
     ``drift``, ``shared`` and ``at_s`` apply to numbers and points only.
 
     Args:
-        observations: as from ``WorldModel.history``, without excluded origins.
         prior: weight (0 or more) of each truth value or symbol, 0 if not listed; uniform if None.
         independent: False if origins may have adopted values of each other; only the most certain then counts.
         drift: random walk per square root of a second, in the unit of the attribute; if None, that of the ontology.
         shared: standard deviation of the error common to one origin, in the unit of the attribute.
         at_s: time of the estimate (s); the last observation if None or earlier.
 
-    Raises FactError for a prior of another kind or without a positive finite sum, and for a drift or shared error that
-    is negative or not finite.
+    Raises FactError for an invalid prior, drift or shared error.
     """
     drift = attribute.drift if drift is None else drift
     for name, amount in (("drift", drift), ("shared", shared)):
@@ -251,6 +248,6 @@ def _is_beyond(deviation: float, degrees: int) -> bool:
     if not degrees:
         return False
     part = 2.0 / (9.0 * degrees)
-    # Wilson and Hilferty: the cube root of chi-square over its degrees is almost normal.
+    # Wilson and Hilferty: the cube root of chi-square over its degrees is almost normal; 23.24 for 10, exactly 23.21.
     root = 1.0 - part + BEYOND_99 * math.sqrt(part)
     return deviation > degrees * root * root * root

@@ -36,10 +36,7 @@ class FactSource(Protocol):
 
 
 class Inference:
-    """Conclusions of one world model; ``heeded`` are the attributes used.
-
-    ``version`` grows whenever a class or link may have changed.
-    """
+    """Conclusions of one world model; ``version`` grows whenever a class or link may have changed."""
 
     def __init__(
         self,

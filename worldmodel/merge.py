@@ -20,8 +20,7 @@ Statuses are outside A and S: per property and origin the newest stays, and one 
 from the future beyond the clock tolerance, as after a bit error in its time, is dropped too and does not count as
 arrived.
 
-The checks of a block are closed-world; they return faults and raise nothing. Two of them make the merge independent of
-the arrival order:
+The checks of a block are closed-world; they return faults and raise nothing:
 
 *Form* (intrinsic validity): known origin, attributes and classes, subjects in a known uid range, values of the right
 kind, in range and on their grid. The result depends on constants only, so an invalid block is dropped.
@@ -30,8 +29,8 @@ kind, in range and on their grid. The result depends on constants only, so an in
 dependency that may still arrive is *missing*, and the block is pending: an unannounced instance, or an ObjectOfInterest
 with an attribute of wrecks, which may become a Wreck. A dependency that cannot arrive is a fault.
 
-Further types of an instance must be above or below its class of creation; any other type is a clash, declared disjoint
-or not. Type facts of the checked block count as known.
+Further types of an instance must be above or below its class of creation. Type facts of the checked block count as
+known.
 """
 
 import math
@@ -49,12 +48,9 @@ from worldmodel.store import Store
 def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, checked: bool = False) -> Merged:
     """Merge local or received blocks in any order; skip known ones.
 
-    Args:
-        blocks: of any content; invalid ones become faults.
-        now_s: arrival time (s); if None, accept any time and count pending time from the observation.
-        checked: the decoder guarantees their form.
-
-    Returns the accepted blocks, with those that an earlier ``record`` or ``expire`` released, and the faults.
+    ``now_s`` is the arrival time (s); None accepts any time and counts pending time from the observation. ``checked``
+    blocks have a form that the decoder guarantees. The result includes blocks that an earlier ``record`` or ``expire``
+    released.
     """
     arrivals = store.arrivals
     unreported, arrivals.unreported = arrivals.unreported, NOTHING

@@ -1,9 +1,7 @@
 """Information needs: values of an attribute of a class or of one instance, with a priority.
 
 "Each need specifies a named attribute of either an ontological class or specific class instance, referenced by UID"
-(Maurelli et al., Multi-robot cooperation, section IV). Delivery requirements are merged so that they serve all peers:
-highest priority, longest time to live, shortest blackout, longest queue, newest first and acknowledged if any peer
-demands it.
+(Maurelli et al., Multi-robot cooperation, section IV). Delivery requirements are merged so that they serve all peers.
 """
 
 import math

@@ -1,17 +1,12 @@
 """Store of one vehicle: blocks of time-stamped facts, their index and their instances.
 
-No fact is overwritten: blocks have a GUID and "merely add to the total knowledge store" (Maurelli et al., Multi-robot
-cooperation, section IV). Current values are a view. Of the facts of one property (instance and attribute), the *latest*
-has the greatest (time_s, origin, sequence, position in its block). This total order does not depend on arrival, so
-vehicles with equal blocks have equal views.
+No fact is overwritten: blocks "merely add to the total knowledge store" (Maurelli et al., Multi-robot cooperation,
+section IV). Current values are a view: of the facts of one property (instance and attribute), the *latest* has the
+greatest (time_s, origin, sequence, position in its block). This total order does not depend on arrival.
 
 The common instances of a scenario have the uids 0, 1, ... An origin creates further instances with uids from its own
-range and announces them by a value of the attribute ``type``.
-
-``digest`` covers the items that have arrived: accepted, pending, refused or pruned. ``state_hash`` covers their
-content. Pruning changes neither, so vehicles that prune differently still agree.
-
-In the index, a property is a slot. Facts of excluded origins are stored separately, so that queries cost the same.
+range and announces them by a value of the attribute ``type``. Facts of excluded origins are stored separately, so that
+queries cost the same.
 """
 
 import hashlib
@@ -202,17 +197,10 @@ class Store:
         epoch: int = 0,
         keeping: Keeping = USUAL,
     ) -> None:
-        """Create a store without facts.
+        """Create a store without facts; raises FactError for invalid arguments.
 
-        All vehicles of a fleet pass equal arguments except ``owner`` and ``epoch``.
-
-        Args:
-            owner: origin of the facts recorded here, 0 to ``n_origins - 1``.
-            instances: in uid order, with unique names; the first ``n_origins`` are the vehicles.
-            time_resolution_s: step of all times (s).
-            epoch: number of restarts of the owner, 0 to 255.
-
-        Raises FactError for invalid arguments; the message lists all bad instances.
+        All vehicles of a fleet pass equal arguments except ``owner``, the origin of the facts recorded here, and
+        ``epoch``, its number of restarts. The first ``n_origins`` of the ``instances``, in uid order, are the vehicles.
         """
         _refuse_bad_instances(tbox, instances)
         if run_time_instances_per_origin < 0:

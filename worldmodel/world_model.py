@@ -1,11 +1,9 @@
 """World model of one vehicle: recording of observations, pruning, restore after a restart.
 
-Pruning drops a value that is older than a limit and not the newest of its origin. It drops an item only as a whole: if
-each of its facts matches some rule. Types, exclusions (``bannedFrom``), statuses, private blocks and facts of excluded
-origins stay. Latest values, classes, ``digest`` and ``state_hash`` do not change: a pruned item still counts as
-arrived. Lost are history, values as of an earlier time, and values before an exclusion issued later. Do not prune an
-attribute whose values all matter, such as detections. ``state_hash`` counts a pruned item even if the content that it
-depends on is replaced.
+Pruning drops an item if each of its facts matches some rule: it is older than a limit and not the newest of its origin.
+Types, exclusions (``bannedFrom``), statuses, private blocks and facts of excluded origins stay. Latest values, classes,
+``digest`` and ``state_hash`` do not change: a pruned item still counts as arrived. Lost are history, values as of an
+earlier time, and values before an exclusion issued later.
 """
 
 import math
@@ -33,9 +31,7 @@ class WorldModel(Store):
     def record(self, facts: Iterable[Stated], now_s: float, private: bool = False) -> Change:
         """Record facts observed together; accept blocks that were pending for them.
 
-        If all attributes have rm:latestOnly, the block is a status, else an item. The next ``merge`` reports released
-        blocks.
-
+        If all attributes have rm:latestOnly, the block is a status, else an item.
         Values, uncertainties and ``now_s`` (s since mission start) are rounded to their grids. A ``private`` block is
         never sent and not part of ``digest``.
 

@@ -33,16 +33,10 @@ def core_ontology_paths() -> tuple[Path, ...]:
 
 
 def read_tbox(*files: Path | Source) -> TBox:
-    """Compile Turtle files, usually the core ontology and a mission's vocabulary.
+    """Compile Turtle files, usually the core ontology and a mission's vocabulary; raises OntologyError with all faults.
 
-    A vocabulary may add classes, attributes and individuals, but not redefine a class or attribute of another file.
-
-    Class uids follow the string order of the IRIs over all files; so do attribute uids, after ``type`` with uid 0. The
-    order of files and triples has no effect. An added file can shift the uids of another, so all vehicles of a fleet
-    must read the same files.
-
-    Files are paths or texts in UTF-8; duplicates count once. Equal texts return the same object. Raises OntologyError
-    with all faults, each with file, term, fault and allowed values.
+    Uids follow the string order of the IRIs over all files, after ``type`` with uid 0. An added file can shift them, so
+    all vehicles of a fleet must read the same files. Duplicates count once; equal texts return the same object.
 
     >>> tbox = read_tbox(*core_ontology_paths())
     >>> tbox.attribute_named("type").uid, tbox.class_named("ASV").uid < tbox.class_named("AUV").uid
@@ -70,11 +64,7 @@ def graph_of(tbox: TBox) -> "Graph":
 
 
 class Term(NamedTuple):
-    """Description of a class or attribute.
-
-    ``kind`` is ``class below Vehicle``, or ``attribute of Vehicle: 0 to 20 m/s, steps of 0.05``; ``meaning`` the
-    rdfs:comment, or empty.
-    """
+    """Class or attribute; ``kind`` is such as ``class below Vehicle``, ``meaning`` the rdfs:comment."""
 
     name: str
     kind: str

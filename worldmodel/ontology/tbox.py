@@ -1,8 +1,8 @@
 """TBox as used by a vehicle: classes and attributes with short uids, compiled to tables.
 
 The TBox is fixed for a mission and equal on all vehicles ("a unique but short UID will be created for every class in
-the TBox", Maurelli et al., TDMA exchange policies, section 4). Vehicles compare ``TBox.hash`` before they exchange
-data. Built in are the class ``Thing`` (owl:Thing), above every class, and the attribute ``type`` (rdf:type), uid 0.
+the TBox", Maurelli et al., TDMA exchange policies, section 4). Built in are the class ``Thing`` (owl:Thing) and the
+attribute ``type`` (rdf:type), uid 0.
 """
 
 import hashlib
@@ -124,10 +124,7 @@ class Attribute:
             return False
 
     def text_of(self, stored: Value) -> str:
-        """Return a stored value, but no type or link, as text that ``value_of`` restores exactly.
-
-        Numbers by ``repr``, ``true`` and ``false``, symbols as they are, points as ``POINT (east north)``.
-        """
+        """Return a stored value, but no type or link, as text that ``value_of`` restores exactly."""
         match self.kind:
             case ValueKind.SYMBOL:
                 return self.symbols[cast(int, stored)]
@@ -154,17 +151,14 @@ class Attribute:
         return float(text)
 
     def encode_uncertainty(self, uncertainty: float) -> int:
-        """Return the integer of an uncertainty; 0 and certainty are not representable.
-
-        Values below the grid, and probabilities near 1, are clipped to it. Raises TypeError for no number or an
-        attribute without uncertainty, ValueError out of range.
-        """
+        """Return the integer of an uncertainty; raises TypeError, or ValueError out of range."""
         grid = self.uncertainty
         if grid is None:
             raise TypeError("its values carry no uncertainty; allowed: none, or rm:sigma or rm:probability of it")
         if isinstance(uncertainty, bool) or not isinstance(uncertainty, (int, float)):
             raise TypeError(f"the uncertainty {uncertainty!r} is not a number")
         most = math.inf if self.kind in MEASURED else 1.0
+        # Neither 0 nor certainty has a code: they would end every later fusion. Values near them are clipped.
         if 0.0 <= uncertainty < grid.minimum:
             return 0
         if most == 1.0 and grid.maximum < uncertainty <= most:
@@ -310,10 +304,7 @@ class TBox:
 
 
 def reaching(tbox: TBox, reach_m: float) -> TBox:
-    """Return a TBox whose points reach at least ``reach_m`` from the map origin.
-
-    The bounds of points in metres are multiplied by a whole number, so existing values stay valid; their size in bits
-    grows. Returns ``tbox`` itself if its bounds suffice.
+    """Return a TBox whose points reach at least ``reach_m`` from the map origin; ``tbox`` itself if it suffices.
 
     >>> from worldmodel import core_ontology_paths, read_tbox
     >>> tbox = read_tbox(*core_ontology_paths())
@@ -326,6 +317,7 @@ def reaching(tbox: TBox, reach_m: float) -> TBox:
         if of.kind is not ValueKind.POINT or {field.unit for field in of.fields} != {"m"}:
             return of
         bound_m = min(min(-field.minimum, field.maximum) for field in of.fields)
+        # A whole multiple, so that the grid keeps all existing values.
         times = math.ceil(reach_m / bound_m) if 0.0 < bound_m < reach_m else 1
         return of if times == 1 else replace(of, fields=_times(of.fields, times))
 

@@ -42,16 +42,10 @@ def query(
     sparql: str,
     most_rows: int | None = None,
 ) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
-    """Evaluate a SPARQL query on the knowledge of one vehicle, or of each of several.
+    """Evaluate a SPARQL query on the knowledge of one vehicle, or of each of several; return column names and rows.
 
-    The prefixes of the ontology files, ``sit:``, ``rm:`` and ``run:`` are bound. Several vehicles are queried one by
-    one, so aggregates are per vehicle.
-
-    Args:
-        known: one world model, or several by vehicle name.
-        most_rows: maximum number of rows; None for all.
-
-    Returns column names and rows. Several models add the first column ``vehicle``; ASK gives the column ``answer``.
+    The prefixes of the ontology files, ``sit:``, ``rm:`` and ``run:`` are bound. Several models, by vehicle name, are
+    queried one by one and add the first column ``vehicle``; ASK gives the column ``answer``.
     Instances appear by name, other IRIs as ``rm:Vehicle``, points as ``POINT (3.5 4.0)``, unbound variables as None.
     Raises QueryError for any other text, or for a variable ``?vehicle`` with several models.
     """

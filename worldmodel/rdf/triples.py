@@ -17,16 +17,9 @@ only the most specific appear. A common instance has its name as rdfs:label. Exc
 
 The default graph is the union of asserted and inferred triples. Named graphs are run:conclusions with the inferred ones
 that no origin asserted, the facts of each origin under its IRI (``GRAPH ?by { ... }``), and run:fused with estimates,
-which neither ?by nor the default graph includes. Estimates have the form of facts, one per property with uncertain
-values::
-
-    run:instance-7 sit:hasPropertyValue run:estimate-7-15 .
-    run:estimate-7-15 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:dataValue "POINT (3.52 4.01)" ;
-        sit:standardUncertainty 0.31e0 ; sit:timestamp 12.3e0 ; sit:origin run:instance-2 , run:instance-4 .
-
-7-15 are the uids of subject and attribute. Symbols, truth values, types and links have one estimate per hypothesis with
-its sit:probability: run:estimate-7-15 for the most probable, then run:estimate-7-15-1. The time is that of the newest
-observation, the origins are those that count.
+which neither ?by nor the default graph includes. Estimates have the form of facts, with a sit:standardUncertainty and
+all origins that count: run:estimate-7-15 of subject and attribute. Symbols, truth values, types and links have one
+estimate per hypothesis with its sit:probability: run:estimate-7-15 for the most probable, then run:estimate-7-15-1.
 """
 
 from collections.abc import Generator, Iterable, Iterator

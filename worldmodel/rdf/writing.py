@@ -1,10 +1,8 @@
 """World models as RDF text: N-Triples, Turtle, TriG and JSON-LD.
 
 The ontology is not written; a header imports it. In formats with named graphs, the default graph of a single vehicle
-holds instances, types, names, current state and receptions, and ``run:conclusions`` the inferred triples. Other formats
-hold all in one graph.
-
-The canonical graph has the facts of items and their instances as sorted N-Triples: equal items give equal bytes.
+holds instances, types, names, current state and receptions, and ``run:conclusions`` the inferred triples. The canonical
+graph has the facts of items and their instances as sorted N-Triples: equal items give equal bytes.
 """
 
 import json
