@@ -28,10 +28,9 @@ class Arrival(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Blackout:
-    """Period without communication of a node, or between parts of the fleet.
+    """Period without communication of ``node`` (None for all) or ``between`` sets of nodes.
 
-    It covers packets that start at ``from_s`` or later, but before ``until_s`` (s), of ``node`` (None for all) or
-    ``between`` sets of nodes; nodes in no set are unaffected.
+    It covers packets that start at ``from_s`` or later, but before ``until_s`` (s).
     """
 
     from_s: float
@@ -53,10 +52,7 @@ class Channel(Protocol):
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        """Return the arrivals of ``data``, sent at ``now_s`` (s) in ``slot``, at all who receive it.
-
-        ``positions_m`` is (x east, y north) of every node, shape (n_nodes, 2), in metres.
-        """
+        """Return the arrivals of ``data``; ``positions_m`` is (x east, y north) of every node."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +60,8 @@ class BroadcastChannel:
     """Broadcast channel: straight rays, one sound speed, a range, a loss model.
 
     A receiver loses a packet if ``loss.uniform(seed, trial, slot, sender, receiver)`` is below the loss probability of
-    the link. It also loses packets that start in a blackout of sender or receiver, arrive too late or come from too
-    far.
-
-    Args:
-        range_m: declared range, for which the slot guard time is set.
-        depths_m: of the nodes, for ranges in three dimensions; if empty, ranges are horizontal.
-        carries_beyond_range: only the link and the end of the slot limit the range, not ``range_m``.
+    the link. Without ``depths_m`` ranges are horizontal. With ``carries_beyond_range``, only the link and the end of
+    the slot limit the range.
     """
 
     modem: Modem
@@ -167,10 +158,7 @@ class Collisions:
     def send(
         self, slot: int, sender: int, from_s: float, until_s: float, arrivals: Sequence[Arrival]
     ) -> tuple[list[Hearing], list[Hearing]]:
-        """Add a packet; return its receptions, and all receptions now known to be lost.
-
-        ``arrivals`` are those without collision; losses include those of earlier packets.
-        """
+        """Add a packet with its possible arrivals; return its receptions, and all receptions now known to be lost."""
         # Nothing sent before is still under way.
         if from_s >= self._silent_from_s:
             self._sending.clear()

@@ -10,10 +10,7 @@ from exchange.channel import loss
 
 
 class Transmission(NamedTuple):
-    """Transmission of one packet, as seen by loss models.
-
-    ``positions_m`` is (x east, y north) of every node at ``start_s`` (s of the run); empty if unknown.
-    """
+    """Transmission of one packet; ``positions_m`` of all nodes at ``start_s`` (s of the run) is empty if unknown."""
 
     slot: int
     sender: int
@@ -23,16 +20,10 @@ class Transmission(NamedTuple):
 
 
 class LinkModel(Protocol):
-    """Links of one run.
-
-    Each packet and receiver in range is queried once. The answer depends on the arguments only, not on earlier queries.
-    """
+    """Links of one run; answers depend on the arguments only, not on earlier queries."""
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Return the probability (0 to 1) that ``receiver`` loses a packet.
-
-        ``range_m`` is the distance at the start of the packet, in three dimensions if the channel model counts depth.
-        """
+        """Return the probability (0 to 1) that ``receiver`` at ``range_m`` loses a packet."""
 
 
 @dataclass(frozen=True, slots=True)

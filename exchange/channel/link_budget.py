@@ -77,9 +77,7 @@ STEPS = 64
 
 
 def noise_db_per_hz(frequency_khz: float, shipping: float, wind_mps: float) -> float:
-    """Return the spectral density of ambient noise, dB re 1 uPa^2 / Hz.
-
-    ``shipping`` is the ship activity from 0 to 1, ``wind_mps`` the wind speed at the surface.
+    """Return the spectral density of ambient noise, dB re 1 uPa^2 / Hz; ``shipping`` is from 0 to 1.
 
     >>> round(noise_db_per_hz(25.0, 0.5, 5.0), 3)
     38.548
@@ -110,9 +108,7 @@ def noise_in_band_db(low_khz: float, high_khz: float, shipping: float, wind_mps:
 
 
 def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km: float) -> float:
-    """Return the loss by spreading and absorption re 1 m; ranges below 1 m count as 1 m.
-
-    ``spreading`` is the exponent k of the intensity: 1 cylindrical, 1.5 practical, 2 spherical.
+    """Return the loss re 1 m; ``spreading`` is the exponent: 1 cylindrical, 1.5 practical, 2 spherical.
 
     >>> round(transmission_loss_db(1000.0, 1.5, 6.1048), 2)
     51.1
@@ -126,12 +122,8 @@ def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km:
 class Budget:
     """Parameters of the signal-to-noise ratio of a link, except its range.
 
-    Args:
-        source_level_db: dB re 1 uPa at 1 m.
-        noise_db: noise level in the band, dB re 1 uPa.
-        directivity_db: gain of the receiver against noise.
-        rate_bps: net bit rate.
-        margin_db: shortfall of the receiver against its modulation or curve.
+    Levels are in dB re 1 uPa, of the source at 1 m, of noise in the band. ``margin_db`` is the shortfall of the
+    receiver against its modulation or curve.
     """
 
     source_level_db: float

@@ -69,8 +69,5 @@ def link_uniform(key: int, sender: int, receiver: int) -> float:
 
 
 def uniform(seed: int, trial: int, slot: int, sender: int, receiver: int) -> float:
-    """Return the uniform number in [0, 1) of a packet: lost if below the loss probability.
-
-    `seed` is from 0 to 2^62, `trial` the number of the run or 0; node numbers are below 2^16.
-    """
+    """Return the uniform number in [0, 1) of a packet; `seed` is from 0 to 2^62, node numbers are below 2^16."""
     return link_uniform(slot_key(trial_key(seed, trial), slot), sender, receiver)

@@ -1,7 +1,6 @@
 """Interface of channel models, the simple models, and checks of link files.
 
-A model is a class with its settings, the keys of ``[channel]``. It creates the ``LinkModel`` of a run and estimates the
-mean loss. ``acoustic``, ``trace`` and ``network`` have their own files.
+A model is a class with its settings, the keys of ``[channel]``. It creates the ``LinkModel`` of a run.
 """
 
 from __future__ import annotations
@@ -58,12 +57,9 @@ VehicleName = Annotated[str, OfVehicle()]
 
 
 class SettingFault(NamedTuple):
-    """Inconsistent settings of a model.
+    """Inconsistent settings of a model: ``key`` behind ``channel.``, or in the model's own ``file``.
 
-    Attributes:
-        key: setting behind ``channel.``; list entries by number from 1, as in ``link.2.receiver``.
-        names: allowed names, from which the nearest is proposed.
-        file: the model's own file with ``key``; empty for the scenario.
+    List entries have numbers from 1, as in ``link.2.receiver``. The nearest of ``names`` is proposed.
     """
 
     key: str
@@ -76,10 +72,7 @@ class SettingFault(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Deployment:
-    """Transmitting fleet, as visible to channel models.
-
-    ``nodes`` maps vehicles to numbers from 0 on; ``range_m`` is the declared range, for which the guard time is set.
-    """
+    """Transmitting fleet: ``nodes`` maps vehicles to numbers from 0 on, ``range_m`` is the declared range."""
 
     nodes: Mapping[str, int]
     depths_m: tuple[float, ...]
@@ -91,11 +84,8 @@ class Deployment:
 class ChannelModel(BaseModel):
     """Channel model with its settings.
 
-    Compulsory: ``title``, ``link_model`` and ``mean_per``. Settings are fields with bounds, description and default, so
-    that a model name suffices. A key shared with a shipped model, such as ``per``, keeps its type and bounds. A model
-    without settings ignores those of others.
-
-    Example of links with losses that grow with range:
+    Compulsory: ``title``, ``link_model`` and ``mean_per``. Settings are fields with bounds, description and default. A
+    key shared with a shipped model, such as ``per``, keeps its type and bounds.
 
     >>> class Fading(ChannelModel):
     ...     title = "losses grow with range"
@@ -131,10 +121,7 @@ class ChannelModel(BaseModel):
     """True if only losses limit the range; else no packet arrives beyond the declared range."""
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Return the links of one run; called once before its start.
-
-        A random model draws from ``exchange.channel.loss`` by seed, slot, sender and receiver.
-        """
+        """Return the links of one run; random ones draw from ``exchange.channel.loss``."""
         raise NotImplementedError(f"{type(self).__name__} makes no links: define link_model(deployment, seed)")
 
     def mean_per(self, deployment: Deployment) -> float:

@@ -215,10 +215,7 @@ class NetworkChannel(ChannelModel):
         return Matrix(0.0, {(a, b): network.per[node_of[a], node_of[b]] for a, b in permutations(node_of, 2)})
 
     def drawn(self, network: Network, deployment: Deployment, seed: int) -> dict[int, str]:
-        """Return the network node of each vehicle, by vehicle number.
-
-        Vehicles without an entry in ``nodes`` get the remaining nodes in the order of one seeded number per node.
-        """
+        """Return the network node of each vehicle, by vehicle number; those not in ``nodes`` are drawn by the seed."""
         fixed = {deployment.nodes[vehicle]: node for vehicle, node in self.nodes.items()}
         # One number per node, in the order of names: the order in the file has no effect.
         numbers = {
@@ -305,9 +302,8 @@ def file_in(setting: str) -> str:
 
 
 def network_of(setting: str, sha256: str = "") -> Network:
-    """Return a shipped network, or that of a file, cached while its content stays the same.
+    """Return a shipped network, or that of a file, such as ``seas.toml:harbour``, with the hash ``sha256`` if given.
 
-    ``setting`` is a name, a path, or both as ``seas.toml:harbour``; ``sha256`` is the required hash, if not empty.
     Raises LinkFileGoneError for an unknown network, missing file or other hash, NetworkFileError for invalid content.
     """
     if not (file := file_in(setting)):

@@ -161,10 +161,9 @@ def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
 
 
 def trace_of(file: str, sha256: str = "") -> Trace:
-    """Return the trace of a CSV or Parquet file, cached while its content stays the same.
+    """Return the trace of a CSV or Parquet file with the hash ``sha256``, if given.
 
-    ``sha256`` is the required hash, if not empty. Raises LinkFileGoneError for a missing file or another hash,
-    LinkFileError for invalid content.
+    Raises LinkFileGoneError for a missing file or another hash, LinkFileError for invalid content.
     """
     return _read(file, hash_of(file, KINDS, sha256))
 

@@ -27,10 +27,9 @@ class Driver(Protocol):
         """Transmit a packet without blocking; ``now_s`` is the slot start (s of the mission)."""
 
     def receive(self, until_s: float) -> Sequence[TimedPacket]:
-        """Return the packets since the last call, in order of reception.
+        """Return the packets since the last call, in order of reception; damaged ones are allowed.
 
-        It waits for the first packet until ``until_s`` (s of the mission), and not at all if that is past. Packets may
-        be damaged; the manager rejects these.
+        It waits for the first packet until ``until_s`` (s of the mission), and not at all if that is past.
         """
 
     def close(self) -> None:
@@ -68,10 +67,7 @@ AT_ONCE = AtOnce()
 
 
 class Paced:
-    """Mission time by the machine clock, in real time or faster.
-
-    ``start_s`` is the mission start by ``time.monotonic``, ``speed`` in seconds of the mission per second.
-    """
+    """Mission time by the machine clock, from ``start_s`` by ``time.monotonic``, ``speed`` times as fast."""
 
     def __init__(self, start_s: float, speed: float = 1.0) -> None:
         self.start_s = start_s
