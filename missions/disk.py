@@ -43,12 +43,9 @@ def synced(*paths: Path) -> None:
 
 @contextmanager
 def drafted(path: Path, lasts: bool = False) -> Iterator[Path]:
-    """Yield a draft file or folder that replaces ``path`` on success and vanishes on error.
+    """Yield a draft file or folder that replaces ``path`` on success and vanishes on error, or raise OSError.
 
     ``lasts`` waits until it is on disk.
-
-    Raises:
-        OSError: not writable; names ``path``.
     """
     draft = path.with_name(f".{path.name}.draft")
     try:
@@ -136,8 +133,7 @@ def new_content(
 ) -> Iterator[Path]:
     """Yield an empty folder that replaces ``folder`` at the end, or is removed after an error.
 
-    ``of_older`` selects the names of files to remove. Without the file ``last``, readers find nothing. Raises
-    OutputError if another run is writing the folder, OSError if it cannot be written.
+    ``of_older`` selects the names of files to remove. Raises OutputError if another run is writing the folder.
     """
     place = folder.resolve()
     _recover(place)

@@ -1,8 +1,7 @@
 """TOML file with the line of every key, for error messages.
 
-``tomllib`` reports no lines, so headers and keys are found line by line. A key-like line inside a multi-line value can
-only make the line of a message wrong. Keys in messages are dotted. Entries of lists use their ``name`` or number from
-1: ``vehicle.AUV01.slot``, ``channel.2.per``. A key without either means the first entry that has it.
+``tomllib`` reports no lines, so headers and keys are found line by line. Keys in messages are dotted. Entries of lists
+use their ``name`` or number from 1: ``vehicle.AUV01.slot``, ``channel.2.per``.
 """
 
 from __future__ import annotations
@@ -229,6 +228,7 @@ def lines_of(text: str) -> dict[Location, int]:
     lines: dict[Location, int] = {}
     counts: dict[Location, int] = {}
     table: Location = ()
+    # A line in a multi-line text may look like a key: that can only make the line of a message wrong.
     for number, line in enumerate(text.split("\n"), start=1):
         if header := HEADER.match(line):
             table = _table_location(header[2], header[1] == "[[", counts)

@@ -33,9 +33,6 @@ class Joining:
     """Data of a run that a feature may use.
 
     Attributes:
-        tbox: core ontology with the vocabulary of mission, scenario and features.
-        instances: common individuals of the fleet.
-        database: vehicles as known to the fleet.
         packet_s: transmission time (s) of a number of bits.
         is_alone: True for a single-vehicle process with the clock of its hull.
     """

@@ -158,12 +158,9 @@ artists appear in the legend.
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure with one panel on its own page.
+    """A figure with one panel on its own page, omitted without the tables that it ``needs``.
 
-    Args:
-        name: kind and file name.
-        title: start of the caption, without a full stop.
-        needs: required tables; the figure is omitted without them.
+    ``name`` is kind and file name; ``title`` starts the caption, without a full stop.
     """
 
     name: str
@@ -200,12 +197,9 @@ class Tiles:
 
 @dataclass(frozen=True)
 class Place:
-    """A named place of the map; the name of a job marks the job's place.
+    """A named place of the map, one point or the corners of a polygon; the name of a job marks the job's place.
 
-    Args:
-        kind: legend text, common to all places of a kind.
-        outline_m: one point for a marker, or the corners of a polygon.
-        tiles: squares of its work; None if undivided.
+    ``kind`` is the legend text, common to all places of a kind; ``tiles`` are squares of its work.
 
     >>> Place("dock", "docking station", ())
     Traceback (most recent call last):

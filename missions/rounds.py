@@ -28,12 +28,9 @@ Times = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Rounder:
-    """A vehicle that may work.
+    """A vehicle that may work, with its greatest speeds.
 
-    Attributes:
-        out_m: least path from its start to each job.
-        home_m: least path from each job to the rendezvous; 0 if it need not come.
-        transit_mps, work_mps: greatest speeds in transit and at work.
+    ``out_m``: least path from its start to each job; ``home_m``: from each job to the rendezvous, 0 if not needed.
     """
 
     out_m: tuple[float, ...]

@@ -1,7 +1,5 @@
 """Statistics of repeated runs: confidence intervals, paired tests, effect sizes.
 
-All draws are seeded, so that equal runs give equal results.
-
 **Means.** Suppose one run in ten is slow. A sample of n runs contains no slow run with probability 0.9^n: 0.43 at n =
 8, 0.12 at 20. It then looks like a sample without slow runs, so no interval covers both means in 95 % of cases (Bahadur
 and Savage 1956). Below ``MANY`` = 30 runs (0.9^30 = 0.04) a mean therefore has no interval, and tables print the range.
@@ -80,14 +78,10 @@ def sign_flips(n: int) -> Array:
 def step_down_p(differences: npt.ArrayLike) -> list[float]:
     """Two-sided p values of mean paired differences, corrected for multiple comparisons.
 
-    For equal treatments the sign of a difference is random in each repeat (Fisher 1935). All differences of a repeat
-    are flipped together, which keeps their dependence. The statistic ``|sum d| / sqrt(sum d^2)`` is a monotone function
-    of Student's t with a scale that flips do not change. Step-down (Romano and Wolf 2005, algorithm 1; p values as in
+    For equal treatments the sign of a difference is random in each repeat (Fisher 1935). The statistic ``|sum d| /
+    sqrt(sum d^2)`` is a monotone function of Student's t. Step-down (Romano and Wolf 2005, algorithm 1; p values as in
     Romano and Wolf 2016) compares each difference with the largest of those no clearer than itself, so clear
-    differences cost the others nothing. SciPy has sign flips of a single sample only.
-
-    Args:
-        differences: shape (repeats, comparisons); 0 where a repeat has no pair.
+    differences cost the others nothing. ``differences`` has shape (repeats, comparisons); 0 where a repeat has no pair.
 
     >>> step_down_p([[1.0], [2.0], [3.0], [4.0]])  # of 16 flips only + + + + and - - - - reach the sum
     [0.125]
@@ -102,6 +96,7 @@ def step_down_p(differences: npt.ArrayLike) -> list[float]:
     order = np.argsort(-observed, kind="stable")
     flips, reached = sign_flips(len(sample)), np.zeros(len(order))
     for part in np.array_split(flips, 1 + len(flips) // 256):  # in blocks: all at once take 1 GB for 10,000 comparisons
+        # All differences of a repeat are flipped together, which keeps their dependence.
         flipped = np.abs(part @ sample[:, order])
         # Each column competes with itself and all later ones, which are no clearer.
         largest = np.maximum.accumulate(flipped[:, ::-1], axis=1)[:, ::-1]
@@ -280,8 +275,7 @@ def restricted_interval(timed: Timed) -> Estimated:
 def restricted_difference_interval(ours: Timed, theirs: Timed) -> Estimated:
     """95 % interval of the mean paired difference of restricted times, or the reason for none.
 
-    It combines three parts: the difference of pairs completed on both sides, and the censored share of either side. The
-    shares are taken as independent, which is conservative if both sides meet the same losses.
+    It combines the difference of pairs completed on both sides with the censored share of either side.
     """
     n = len(ours.values)
     pairs = zip(ours.values, theirs.values, ours.reached, theirs.reached, strict=True)
@@ -293,6 +287,7 @@ def restricted_difference_interval(ours: Timed, theirs: Timed) -> Estimated:
         bounds = _student(both)
     centre = (math.fsum(ours.values) - math.fsum(theirs.values)) / n
     mean, weight = math.fsum(both) / len(both), len(both) / n
+    # As if independent: conservative, since both sides meet the same losses.
     up, down = _of_share(ours), _of_share(theirs)
     return (
         centre - math.hypot(weight * (mean - bounds[0]), up[0], down[1]),

@@ -1,7 +1,4 @@
-"""The table ``[channel]``: loss model, its settings, and blackouts.
-
-Each model declares its settings: see ``exchange.channel.models``.
-"""
+"""The table ``[channel]``: loss model, its settings (see ``exchange.channel.models``), and blackouts."""
 
 from __future__ import annotations
 
@@ -46,7 +43,6 @@ if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
 
 COMPULSORY = ("link_model", "mean_per")
-"""Methods that a channel model must have."""
 SHARE = "a number from 0 to 1"
 OF_EVERY_CHANNEL = {"name", "blackout"}
 """Keys reserved in every model."""
@@ -97,11 +93,9 @@ class NamedTable(Section):
 
 
 class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliottChannel, MatrixChannel, NamedTable):
-    """Channel of a scenario: settings of all shipped models, behaviour of the named one.
+    """Channel of a scenario: settings of all shipped models, behaviour of the named one."""
 
-    Settings of a plug-in model are kept unchanged; its class checks them.
-    """
-
+    # Settings of a plug-in model are kept unchanged; its class checks them.
     model_config = ConfigDict(extra="allow")
 
     blackout: tuple[BlackoutTable, ...] = ()

@@ -1,7 +1,6 @@
 """Tables ``[communication]`` and ``[modem.NAME]``: modems, exchange policy, needs, packets.
 
-``communication.modem`` may name a file with a modem. It is read with the scenario: its table becomes part of the
-scenario, of the manifest of runs and of the keys of sweeps.
+``communication.modem`` may name a file with a modem, whose table becomes part of the scenario.
 """
 
 from __future__ import annotations
@@ -213,9 +212,7 @@ VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby
 
 
 def value_rule_of(name: str) -> ValueRule:
-    """Return a value rule by name, or an instance of package.module:object.
-
-    Raises PluginError for an unknown rule, or one that lacks a part of the interface.
+    """Return a value rule by name, or an instance of package.module:object; raise PluginError if invalid.
 
     >>> value_rule_of("goby").name
     'goby'

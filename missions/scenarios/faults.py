@@ -79,18 +79,14 @@ def _with_kinds(schema: dict[str, Any], table: type) -> None:
 
 
 class DeclaredFault(Section):
-    """One ``[[fault]]``; kinds are subclasses with further keys.
-
-    A table is parsed as the kind that it names. Hooks that a kind does not override have no effect.
+    """One ``[[fault]]``, parsed as the kind that it names; kinds are subclasses with further keys.
 
     Attributes:
         TEXT: effect on the vehicle, a line of ``remoras explain``.
-        NUMBER: key of draws, so that no other kind shifts them; derived from the name for plug-ins.
+        NUMBER: key of draws; derived from the name for plug-ins.
         CONDITION: condition of the vehicle during the fault, unless ``leaves`` gives another.
-        NOT_USED: keys of every fault that it rejects, with a remedy.
-        REQUIRED: required keys, with a message.
+        NOT_USED, REQUIRED: keys that it rejects or requires, with a message.
         BEFALLS: property of the vehicles from which ``any`` is drawn.
-        ABSENCE: kind of absence during the fault; None if present.
         DISABLES: True if others must take over the vehicle's work.
     """
 
@@ -152,10 +148,7 @@ class DeclaredFault(Section):
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield faults between this one and other tables; none by default.
-
-        ``before`` has key and fault of earlier ones with the same kind and ``vehicle``.
-        """
+        """Yield faults between this one and other tables; ``before`` are earlier ones of its kind and ``vehicle``."""
         yield from ()
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
@@ -365,10 +358,7 @@ def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFa
 def draw_faults(
     faults: Sequence[DeclaredFault], database: AUVDatabase, groups: Mapping[str, Group]
 ) -> Iterator[ConfigurationFault]:
-    """Yield faults of ``[[fault]]`` tables: kinds that raise, or more draws than able vehicles.
-
-    The scenario must be valid otherwise.
-    """
+    """Yield faults of ``[[fault]]`` tables: kinds that raise, or more draws than able vehicles."""
     for number, fault in enumerate(faults, 1):
         try:
             for data in database.values():

@@ -286,10 +286,9 @@ def makes_sensors(kind: Any) -> bool:
 
 
 def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:
-    """Return the settings class that ``type`` of a ``[[vehicle.sensor]]`` names.
+    """Return the settings class that ``type`` of a ``[[vehicle.sensor]]`` names, the first of ``kinds`` if empty.
 
-    An empty reference means the first of ``kinds``. Raises PluginError for an unknown name, or an object that is no
-    subclass of SensorSettings with ``make``.
+    Raises PluginError for an unknown name, or another object.
     """
     if not reference and kinds:
         return next(iter(kinds.values()))
@@ -329,10 +328,7 @@ def equipment_of(
 
 
 def inferred_classes(tbox: TBox, of_class: str, attribute: str, others: tuple[str, ...]) -> frozenset[str]:
-    """Return the classes of an instance inferred from its class and that of ``others``, linked by ``attribute``.
-
-    Unknown others are ignored; without the class or the attribute the result is empty.
-    """
+    """Return the classes of an instance inferred from its class and those of ``others``, linked by ``attribute``."""
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     links = [known.uid for known in tbox.attributes if known.name == attribute]
     if of_class not in named or not links:
@@ -349,10 +345,7 @@ def inferred_classes(tbox: TBox, of_class: str, attribute: str, others: tuple[st
 
 
 def with_abilities(scenario: Scenario, mission: type[Mission]) -> Scenario:
-    """Return a scenario whose vehicles list the roles they can play, as ``Group.Role``.
-
-    Without ``playable_roles`` these are all roles whose requirements the vehicle meets; else the listed ones of them.
-    """
+    """Return a scenario whose vehicles list the roles, as ``Group.Role``, whose requirements they meet."""
     demanding = any(role.requires is not None for role in scenario.roles.values())
     if not demanding and all(vehicle.playable_roles is not None for vehicle in scenario.vehicle):
         return scenario
@@ -429,10 +422,8 @@ def common_equipment(
     tbox: TBox,
     instances: Sequence[Instance],
 ) -> tuple[tuple[Instance, ...], tuple[PropertyValue, ...]]:
-    """Return all equipment as common instances, and its part-of facts.
-
-    Empty unless a role requires a capability. ``instances``: the preceding ones; a vehicle's uid is its node index.
-    """
+    """Return all equipment as common instances, behind ``instances``, and its part-of facts."""
+    # Further instances may widen all uids in packets.
     if not any(role.requires and role.requires.capability for group in scenario.group for role in group.role):
         return (), ()
     parts: list[Instance] = []
@@ -450,13 +441,7 @@ def common_equipment(
 
 
 class ModemEnergy(NamedTuple):
-    """Energy of a modem.
-
-    Attributes:
-        transmit_j_per_bit: transmission power over bit rate.
-        transmit_j_per_packet: for the time before the payload.
-        listening_w: continuous; 0 if included in the vehicles' ``hotel_w``.
-    """
+    """Energy of a modem; ``transmit_j_per_packet`` is for the time before the payload."""
 
     transmit_j_per_bit: float = 0.0
     transmit_j_per_packet: float = 0.0

@@ -1,8 +1,4 @@
-"""Loading of a scenario: shipped name or TOML file, overrides, validation.
-
-``load`` reports all malformed tables at once; without any, all faults between tables. Each fault has file, line, key,
-given and allowed values.
-"""
+"""Loading of a scenario: shipped name or TOML file, overrides, validation."""
 
 from __future__ import annotations
 
@@ -41,10 +37,9 @@ from remoras.mission import Mission
 
 
 def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
-    """Load a scenario by shipped name or path, with overrides; its class is the mission's.
+    """Load a scenario by shipped name or path; raise ConfigurationError with every fault.
 
-    Overrides are (origin, ``KEY=VALUE``), such as ("--set", "channel.per=0.3"). Raises ConfigurationError with every
-    fault.
+    Overrides are (origin, ``KEY=VALUE``), such as ("--set", "channel.per=0.3").
     """
     return scenario_from(Document.read(name_or_path, shipped(), SCENARIO), overrides)
 

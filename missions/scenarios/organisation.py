@@ -139,10 +139,7 @@ class TableLayer:
 
 @dataclass(frozen=True)
 class Specification:
-    """Tables of a scenario with inheritance resolved.
-
-    ``layers`` has the source tables by dotted key of a group or role, in order of precedence.
-    """
+    """Tables with inheritance resolved; ``layers`` are the sources of a group or role, in order of precedence."""
 
     raw: Raw
     faults: tuple[ConfigurationFault, ...] = ()
@@ -584,8 +581,7 @@ def is_organisation(raw: Raw) -> bool:
 def checked(document: Document) -> tuple[Sequence[GroupTable], int]:
     """Return the resolved groups of an organisation file, and the number of its templates.
 
-    A template without a group is checked as if it had one. Checks that need a scenario are skipped: rally points, jobs,
-    able vehicles, and keys of a mission. Raises ConfigurationError with every fault.
+    Raises ConfigurationError with every fault, except of rally points, jobs, vehicles and keys of a mission.
     """
     raw = document.raw
     shape, faults = validated(_Organisation, raw)

@@ -89,8 +89,7 @@ def with_figures(
 ) -> tuple[list[str], list[Declared]]:
     """Return the names of figures, and the declared figures with a user's added.
 
-    ``kinds``: names, ``package.module:object``, ``file.py:object``, or figures. Raises PluginError for an invalid
-    figure or a ``taken`` name.
+    Raises PluginError for an invalid figure or a ``taken`` name.
     """
     names: list[str] = []
     figures = list(declared)
@@ -116,10 +115,7 @@ def with_figures(
 
 
 def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collection[str] = ()) -> dict[str, Any]:
-    """Replace file references in tables by module references, as workers and results use.
-
-    Paths of ``overridden`` keys start from the current folder.
-    """
+    """Replace file references in tables by module references, as workers and results use."""
 
     def resolved(value: Any, key: str) -> Any:
         if isinstance(value, dict):
@@ -128,6 +124,7 @@ def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collectio
             return [resolved(part, key) for part in value]
         if not (isinstance(value, str) and OBJECT_OF_FILE.fullmatch(value)):
             return value
+        # Paths in a file are relative to it, those of an option to the current folder.
         is_set = any(f"{key}.".startswith(f"{option}.") for option in overridden)
         # An unresolved reference stays, since the check of its key names the reason.
         try:

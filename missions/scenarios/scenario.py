@@ -1,7 +1,6 @@
 """Scenario: the frozen input of a run. ``remoras explain`` prints the field descriptions.
 
 Key names include units. A mission may extend the tables by subclasses, named in its ``Scenario``.
-``missions.scenarios.loading`` reads and validates a scenario.
 """
 
 from __future__ import annotations
