@@ -1,7 +1,4 @@
-"""Behaviours of the mapping mission.
-
-A vehicle plans one row ahead. At the end of each row it looks up the cells not known to be mapped and takes the fastest
-path over them. Received updates about cells ahead shorten a row; cells that its own sensor maps do not.
+"""Behaviours of the mapping mission: row by row, over the cells not known to be mapped.
 
 A cell still unmapped after its row was passed is tried once more at the end, then given up. The vehicle fails in three
 cases: two whole rows without yield while the sensor is on (dead sensor); two position fixes in succession with nothing
@@ -125,6 +122,7 @@ class WorkLeft:
                     break
             elif share == 0.0:
                 done.append(job)
+        # Cells never become unmapped, so a finished area needs no further look-up.
         for job in done:
             self._jobs.remove(job)
         return most
@@ -190,12 +188,13 @@ class ZigzagExploring(Behaviour):
     # Perception and action -----------------------------------------------------------------------
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending while mappable cells remain; the turn at a row's end counts as progress."""
+        """Pending while mappable cells remain."""
         facts = picture.facts
         if self._n_changes != facts.n_changes:
             self._n_changes, self._rest = facts.n_changes, self._job.left(facts).bits
         if not self._rest:
             return DONE
+        # Before the start the choice of the row depends on the positions of the others, which move.
         if not performed or (self._others and not self._begun):
             self._passage = None
         if self._rest != self._left:
@@ -220,6 +219,7 @@ class ZigzagExploring(Behaviour):
     def _progress(self, motion: Motion, picture: Picture) -> float | None:
         to_go_m = math.inf if self._passage is None else distance_m(motion, self._passage.target_m)
         advance = self._approach.advance(to_go_m, picture.body.now_s, True)
+        # During the turn between two rows the distance to the target grows, which is progress too.
         return None if advance is None else abs(advance)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
@@ -230,6 +230,7 @@ class ZigzagExploring(Behaviour):
         if passage.since_s is None and to_go_m > (brake_m := self._brake_m(passage)):
             holds_m, is_link = max(brake_m, CAPTURE_M), passage.speed_mps == self._speed_mps
             return Reference(passage.begin_m, passage.speed_mps, holds_m, is_over_ground=is_link)
+        # The sensor's speed limit holds over ground, hence with the current included.
         if self._ahead is None or self._ahead.target_m is not passage.target_m:
             self._ahead = Reference(passage.target_m, self._speed_mps, CAPTURE_M, is_over_ground=True)
         return self._ahead
@@ -246,7 +247,7 @@ class ZigzagExploring(Behaviour):
         return self._survey.slack_m - CAPTURE_M
 
     def _brake_m(self, passage: _Passage) -> float:
-        """Return the braking distance before a row; 0 if row and swath leave room to brake on it."""
+        # A vehicle that can brake on the first half swath of the row loses no cell by doing so.
         least_m = min(self._swath_m / 2.0, distance(passage.begin_m, passage.end_m))
         return self._braking_m if least_m < self._braking_m else 0.0
 
@@ -257,7 +258,8 @@ class ZigzagExploring(Behaviour):
         body = picture.body
         if self._passage is None:
             self._plan(motion, picture)
-        for _ in range(2 * len(self._job.on.cells) + 2):  # rows of one point follow each other at once
+        # A row of one point is reached as soon as it is begun, so several rows may pass in one call.
+        for _ in range(2 * len(self._job.on.cells) + 2):
             passage = self._passage
             if passage is None:
                 return math.inf
@@ -284,6 +286,7 @@ class ZigzagExploring(Behaviour):
         if way is None:
             self._passage = self._over_a_missed_cell(left & self._survey.reach, motion)
             return
+        # A link between neighbouring rows is too short to be worth accelerating to transit speed.
         is_far = not self._begun or distance_m(motion, way.first_m) > LONG_LINK * self._swath_m
         speed_mps = self._data.transit_speed_mps if is_far else self._speed_mps
         cells = part.bits & self._survey.rows[way.row].cells
@@ -310,6 +313,7 @@ class ZigzagExploring(Behaviour):
 
         def preference(way: Way) -> tuple[float, float]:
             off_m = min(abs(survey.across_m(way.first_m) - across_m) for across_m in others_m)
+            # In whole swaths, so that rows about equally far from the others compete by the distance to their start.
             return round(off_m / self._swath_m), -distance_m(motion, way.first_m)
 
         return max(survey.ways(part.bits), key=preference, default=None)
@@ -317,6 +321,7 @@ class ZigzagExploring(Behaviour):
     def _note_fixes(self, picture: Picture) -> None:
         """Count successive fixes with nothing mapped in between: the position is too uncertain."""
         body = picture.body
+        # The first fix ends no interval between two fixes.
         is_futile = self._n_fixes > 0 and body.last_yield_s < self._fixed_s
         self._n_dead = self._n_dead + 1 if is_futile else 0
         self._n_fixes, self._fixed_s = body.n_fixes, body.now_s
@@ -326,13 +331,15 @@ class ZigzagExploring(Behaviour):
         if not passage.sensed or passage.since_s is None:
             return
         missed = passage.cells & self._job.left(picture.facts).bits
-        is_sure = picture.body.uncertainty_m <= max(0.0, self._accuracy_m)  # else the sensor is not to blame
+        # With an uncertain position the missed cells say nothing about the sensor.
+        is_sure = picture.body.uncertainty_m <= max(0.0, self._accuracy_m)
         again = missed & self._tried if is_sure else 0
         self._given_up |= again
         self._tried |= missed
         if picture.body.last_yield_s >= passage.since_s:
             self._n_dead = 0
         elif missed and is_sure and not again:
+            # Only a row of which most cells were open tests the sensor; a short remainder may be missed by chance.
             self._n_dead += 2 * missed.bit_count() >= self._survey.rows[passage.row].cells.bit_count()
 
     # Updates received from others ----------------------------------------------------------------
@@ -343,6 +350,7 @@ class ZigzagExploring(Behaviour):
         moved_m, passage = self._data.transit_speed_mps * since_s, self._passage
         if passage is None or not (news & passage.cells):
             return
+        # Cells within the vehicle's own reach since the last decision are its own yield, not an update.
         mapped = self._not_near(news & passage.cells, motion, self._swath_m / 2.0 + moved_m + CAPTURE_M)
         if not mapped:
             return
@@ -360,11 +368,11 @@ class ZigzagExploring(Behaviour):
         last_m = span_m[1] if onwards > 0.0 else span_m[0]
         if (last_m - here_m) * onwards > 0.0:
             passage.end_m = passage.target_m = survey.point_m(passage.row, last_m)
+        # No remaining cell lies ahead; at the end of the row itself ``_follow`` would replan anyway.
         elif (end_m - here_m) * onwards > 0.0:
             self._passage = None
 
     def _not_near(self, cells: int, motion: Motion, reach_m: float) -> int:
-        """Return the cells too far away to have just been mapped by the vehicle itself."""
         far = 0
         while cells:
             bit = cells & -cells

@@ -2,8 +2,7 @@
 
 A mapping sensor detects a feature when it maps the feature's cell; the fact ``foundAt`` creates the job. The inspecting
 vehicle stays near the feature, slowly, until its sensor has seen enough. The dwell shows only on site; plans assume the
-mean. Places and dwells are sampled by seed and number in a separate stream, so more features leave the first ones
-unchanged.
+mean.
 """
 
 from __future__ import annotations
@@ -48,6 +47,7 @@ def seabed_with_finds(seabed: Seabed, finds: FindsTable, seed: int, objects: tup
         return seabed
     free = list(seabed.cells)
     lying: dict[Cell, SeabedFeature] = {}
+    # Draws are keyed by number, so a larger number leaves the first features unchanged.
     for number, name in enumerate(numbered("find", finds.number)):
         where, how_long = (loss.uniform(seed, loss.FINDS, number, 0, which) for which in (0, 1))
         cell = free.pop(int(where * len(free)))
@@ -96,8 +96,7 @@ def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Ob
 def with_inspectors(scenario: MappingScenario) -> MappingScenario:
     """Return the scenario with an inspector role for each find; unchanged without finds.
 
-    The roles join the first group with exploring roles, or the group that it forms at run time. Every vehicle with a
-    sensor that may explore may play them, unless some vehicle lists them explicitly.
+    The roles join the first group with exploring roles, or the group that it forms at run time.
     """
     areas = {area.name for area in scenario.area}
     exploring = [key for key, role in scenario.roles.items() if role.job in areas]
@@ -108,6 +107,7 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
     roles = {f"Inspector{n}": find for n, find in enumerate(numbered("find", scenario.n_finds), 1)}
     new = [MappingRole(name=name, maximum=1, job=find) for name, find in roles.items() if name not in chosen.role_names]
     with_roles = chosen.model_copy(update={"role": (*chosen.role, *new)})
+    # A scenario that lists an inspector role for some vehicle has chosen its inspectors itself.
     played = {role for vehicle in scenario.vehicle for role in vehicle.playable_roles or ()}
     unplayed = tuple(role for role in roles if role not in played)
     vehicles = [
@@ -157,11 +157,13 @@ class Inspecting(Behaviour):
             return DONE
         to_go_m = distance_m(motion, place_m)
         is_on_site = performed and to_go_m <= self._finds.close_radius_m
+        # Only time between two observations on site counts, so that several visits add up.
         if is_on_site and self._seen_s is not None:
             self._on_site_s += now_s - self._seen_s
         self._seen_s = now_s if is_on_site else None
         if self._on_site_s > self._finds.longest_stay_s + PATIENCE_S:
             return FAILED
+        # The sensor shows no partial result, so the wait on site counts as progress.
         if to_go_m <= self._finds.close_radius_m:
             return ADVANCING if performed else DUE
         advance = self._approach.advance(to_go_m, now_s, performed)
@@ -223,6 +225,7 @@ class FindsWatch:
             return 0
         cells = self._seabed.cells
         return sum(
+            # An undetected feature needs a vehicle able to map its area, a detected one any mapping sensor.
             able[cells[cell][0]] or feature.name in self._finders
             for cell, feature in self._seabed.features.items()
             if feature.name not in self._inspected

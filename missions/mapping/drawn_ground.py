@@ -25,6 +25,7 @@ Piece = tuple[int, int, int, int]
 
 def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:
     """Randomise areas and fleet of a scenario with ``fleet.copies_of`` and one group with areas."""
+    # The order of the draws below is part of the split: another order makes other scenarios from the same seeds.
     draws, drawn = _draws(seed), deepcopy(dict(tables))
     cell_m, (x_m, y_m) = drawn["world"]["cell_m"], (drawn["world"]["x_m"], drawn["world"]["y_m"])
     n_across, n_up = (int((high - low) / cell_m) for low, high in (x_m, y_m))
@@ -80,6 +81,7 @@ def _cut(whole: Piece, n: int, draws: Iterator[float]) -> list[Piece]:
     """Cut a rectangle into ``n`` pieces, always the largest one across its longer side."""
     pieces = [whole]
     while len(pieces) < n:
+        # The piece itself breaks ties, so that the result does not depend on the order of the list.
         piece = max(pieces, key=lambda piece: (piece[2] * piece[3], piece))
         pieces.remove(piece)
         west, south, wide, high = piece

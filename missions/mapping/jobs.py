@@ -1,15 +1,8 @@
 """Jobs of the mapping mission: surveys of the remaining cells of one area each, row by row.
 
 Rows are those of ``missions.meeting.survey`` for the vehicle's swath. They end half a swath before the border, half a
-cell if cells are smaller, so that corners are covered; beside a slanted border they extend to every cell. Each cell
-belongs to its nearest row. A row with some mapped cells is cut to the span of the others; one without remaining cells
-is skipped. Rows run upwards or downwards, each from the end that gives the shortest path. An unmapped area is run in
-zigzag rows, see ``to_and_fro``.
-
-With position errors, rows may overlap. On one of n rows a vehicle may be off by a_n and still map all cells; beyond
-that it takes a new fix. If K is the error accumulated in the time of one fix, n rows take n (1 + K / a_n) times as long
-as one. The n with the least time is chosen, from the rows of one swath to twice as many. If cells are as wide as the
-swath, a_n is half a swath without overlap.
+cell if cells are smaller, so that corners are covered. A row with some mapped cells is cut to the span of the others;
+one without remaining cells is skipped. Rows run upwards or downwards, each from the end that gives the shortest path.
 
 Remaining cells are bits of one integer by index in the area.
 """
@@ -64,6 +57,7 @@ class Ground:
         self.corners_m = tuple(corners_m)
         self.cell_m = cell_m
         self.cells = tuple(cells)
+        # A cache per object, since a decorated method would keep every object alive.
         self.survey = lru_cache(maxsize=64)(self._survey)
         self.work = (1 << len(self.cells)) - 1
         self._bit_of: dict[float, int] = {index: 1 << index for index in range(len(self.cells))}
@@ -76,6 +70,7 @@ class Ground:
     def bits(self, indices: Iterable[float]) -> int:
         """Return the bits of cells by index; the world model stores indices as floats."""
         bit_of = self._bit_of
+        # Distinct powers of two add up to their union.
         return sum([bit_of.get(index, 0) for index in set(indices)])
 
     def _survey(self, swath_m: float) -> Survey:
@@ -85,11 +80,13 @@ class Ground:
         axis = 1 if runs_along_x(self.corners_m) else 0
         across_m = [at_m[axis] for at_m in self.corners_m]
         width_m, n_least = max(across_m) - min(across_m), len(plain.rows)
+        # Closer rows lengthen the way but allow larger position errors, hence fewer fixes.
         closer = [Survey(self, width_m / n, swath_m) for n in range(n_least + 1, 2 * n_least + 1)]
         return min((plain, *closer), key=self._costs)
 
     def _costs(self, survey: Survey) -> float:
-        """Relative survey time with fixes; infinite if no position error is small enough."""
+        # Up to a constant factor, n rows with the error a allowed on each take n (1 + K / a) if a fix costs the time in
+        # which the error K accumulates. Without room for any error no row is mapped whole.
         accuracy_m = survey.slack_m - CAPTURE_M
         return len(survey.rows) * (1.0 + self._fix_m / accuracy_m) if accuracy_m > 0.0 else math.inf
 
@@ -130,12 +127,12 @@ class Survey:
             return None
         first, last = ends[number]
         along_m = min(max(centre_m[axis], first[axis]), last[axis])
+        # Beside a slanted border the end of the row may not show the cell; ``_lengthen`` extends the row to it then.
         is_seen = length(centre_m[axis] - along_m, off_m) <= reach_m
         self._along_m[index] = along_m if is_seen else centre_m[axis]
         return number
 
     def _lengthen(self, number: int) -> None:
-        """Extend a row to its cells, some of which lie beyond its ends beside a slanted border."""
         row, axis = self.rows[number], self._axis
         at_m = [self._along_m[index] for index in range(len(self.ground.cells)) if row.cells >> index & 1]
         low_m, high_m = min([row.ends_m[0][axis], *at_m]), max([row.ends_m[1][axis], *at_m])
@@ -171,6 +168,7 @@ class Survey:
         if here == row.cells:
             return row.ends_m[0][self._axis], row.ends_m[1][self._axis]
         low, high, along_m = math.inf, -math.inf, self._along_m
+        # Bits rise along a line of cells, so its lowest and highest bit are its ends.
         for line in row.lines:
             if bits := here & line:
                 low = min(low, along_m[(bits & -bits).bit_length() - 1])
@@ -197,6 +195,7 @@ class Survey:
         lines = [row.ends_m for row in self.rows]
         ways: dict[Point, Way] = {}
         for number in (0, len(lines) - 1):
+            # A single row offers each start twice; the dictionary keeps one.
             for start_m in lines[number]:
                 points = to_and_fro(lines, start_m)
                 ways[start_m] = Way(start_m, points[-1], length_m(points), number, (points[0], points[1]))
@@ -216,6 +215,7 @@ def _onwards(lines: Sequence[tuple[int, tuple[Point, Point]]]) -> list[Way]:
             rest = []
             for leaving in (ends_m[1], ends_m[0]):
                 to_low, to_high = distance(leaving, before[0]) + low_m, distance(leaving, before[1]) + high_m
+                # Ties go to the lower end, so that equal knowledge gives equal paths on all vehicles.
                 rest.append((own_m + to_low, low_last) if to_low <= to_high else (own_m + to_high, high_last))
         before = ends_m
     if before is None:
@@ -307,6 +307,8 @@ class SurveyJob:
 
     def left(self, facts: Known) -> SurveyJob:
         """Return the survey of the cells not known to be mapped."""
+        # The world model keeps one growing set per area, so only its new indices need work. The weak reference drops
+        # the entry together with the set, before another object can have the same identity.
         mapped = facts.values(("mappedCell", self.name))
         key, left = id(mapped), self._left
         known = left.get(key)

@@ -53,6 +53,7 @@ def time_to_s(share: float) -> Callable[[MeasuredRun], float | None]:
     """Return the metric for the time to a share (0..1) of the goal; None if never reached."""
 
     def reached_s(run: MeasuredRun) -> float | None:
+        # The tolerance absorbs the rounding of a sum of cell weights.
         reached = (time_s for time_s, fraction in run.recorder.rows(GOAL.name) if fraction >= share - 1e-9)
         first_s = next(reached, None)
         return None if first_s is None else round(first_s, 4)
@@ -82,6 +83,7 @@ def least_mapped_fraction(run: MeasuredRun) -> float | None:
     first: dict[tuple[int, int], str] = {}
     for _, vehicle, x, y in recorder.rows("coverage"):
         first.setdefault((x, y), vehicle)
+    # Holders without a mapped cell count with 0, former holders included.
     holders = {vehicle for _, vehicle, group, role, event in recorder.rows("roles") if (group, role) in roles}
     counts = Counter(first.values())
     return min(counts[vehicle] for vehicle in holders) / len(first) if holders and first else None
@@ -149,6 +151,7 @@ def left_when_given_up(run: MeasuredRun) -> float | Absent:
             or (area := jobs.get((group, role))) is None
         ):
             continue
+        # Roles released in the very round in which the vehicle stopped still count as held.
         if event == "assigned":
             held.add(area)
         elif event == "left":
@@ -247,7 +250,7 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
     objects = results.scenario_tables.get("object", [])
     if not objects:
         return ""
-    seen = results.rows(SIGHTINGS.name)  # no classifier on board
+    seen = results.rows(SIGHTINGS.name)
     seen_m = [row["x_m"] for row in seen], [row["y_m"] for row in seen]
     axes.scatter(*seen_m, s=5, color=style.black, marker="x", alpha=0.4, linewidths=0.5)
     axes.scatter([], [], s=12, color=style.black, marker="x", label="sighting")

@@ -136,6 +136,7 @@ def _overlaps(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
     """Number of cells of an area; an estimate if it is far too large."""
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
+    # An oversized area is refused in any case; listing its cells first could exhaust the memory.
     in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / (cell_m * cell_m)
     return int(in_box) if in_box > 4 * MAX_CELLS else len(ground_of(tuple(corners), cell_m).cells)
 
@@ -160,6 +161,7 @@ def _mappers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
             v for v in scenario.vehicle if v.sensor and any(v.can_play(group.name, name) for name in exploring)
         ]
         n_places, n_able = sum(limits), len(can_explore)
+        # A single role without a limit has room for every explorer.
         if mapping and len(limits) == len(mapping) and n_places < n_able:
             allowed = (
                 f"allowed: {n_able - n_places + limits[-1]} or more, or none; "
@@ -247,6 +249,7 @@ class MappingMission(JobMission):
         mapping = {name for of_area in self.swaths_m.values() for name in of_area}
         mappers = [data for data in database.values() if data.name in mapping]
         self.corners_m = {area.name: area.corners_m for area in scenario.area}
+        # ``super().__init__`` calls ``jobs_of``, which reads the attributes set here.
         self.formation = formation_of(scenario)
         self._room_m = room_of(database.values(), scenario.guidance.separation_m)
         fix_m = place_error_m(scenario, mappers) or 0.0
@@ -374,12 +377,14 @@ class MappingMission(JobMission):
         head_key = ("members", f"{group.name}.{group.head_role}")
         match name:
             case "ZigzagExploring":
+                # A sole explorer has no other to keep away from, so its plan depends on no holder.
                 if (role := group.role(objective.role)) is None or role.maximum == 1:
                     return (objective.argument, group.name, ()), set()
                 holders_key = ("members", group.path(objective.role))
                 others = _at_it_before(
                     self.corners_m[objective.argument], data.name, facts.get(holders_key), facts, position_m
                 )
+                # Positions are no part of the dependencies: each received one would restart the survey.
                 return (objective.argument, group.name, others), {holders_key}
             case "Mapping":
                 return (group.name,), set()
@@ -404,6 +409,7 @@ class MappingMission(JobMission):
             case "Positioning":
                 place, leaders, group = parameters
                 return positioning(place, leaders, group, data, settings.formation_spacing_m, self._room_m)
+        # A vehicle judges the remaining work by the areas that it can map itself: it may not reach the others.
         if (behaviour := self.meeting.behaviour(activity, data)) is not None:
             return AfterWork(behaviour, self._goal_known(_own(self._surveys, self.swaths_m, data.name)))
         raise _unknown(activity.name)
@@ -421,11 +427,10 @@ class MappingMission(JobMission):
     ) -> Sequence[Finding]:
         """Return the leader's finding that its group has gathered, or orders that reassign areas.
 
-        A leader at the rally point declares its group gathered after receiving all other present members. It defers
-        while a find is uninspected, a reassigned area is unfinished, or all others are absent and an area is
-        unfinished. Deadline and patience limit this. Groups formed for inspections do not meet. After a rendezvous see
-        ``given_anew``.
+        The leader defers while a find is uninspected, a reassigned area is unfinished, or all others are absent and an
+        area is unfinished; the deadline limits this.
         """
+        # A group formed for inspections is dissolved by its parent and has no rendezvous.
         if group.formed_by is not None:
             return ()
         findings = self.meeting.findings(group, organisation, beliefs, picture, motion) or given_anew(
@@ -445,7 +450,7 @@ class MappingMission(JobMission):
 def _own(
     surveys: Mapping[str, SurveyJob], swaths_m: Mapping[str, Mapping[str, float]], vehicle: str
 ) -> Iterable[SurveyJob]:
-    """Surveys that the vehicle can do, since others may not reach it; all if it can do none."""
+    """Surveys that the vehicle can do; all if it can do none."""
     return [job for name, job in surveys.items() if vehicle in swaths_m[name]] or surveys.values()
 
 

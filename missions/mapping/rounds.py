@@ -1,9 +1,8 @@
 """Lower bound on the time to map all areas, for benchmarks.
 
-A cell counts as mapped once a vehicle is within half a swath of its centre. Along survey rows, n cells of an area take
-at least n - 1 cell sides. Waypoints count as reached within the capture radius, so corners are cut. Between two areas
-the path is at least the distance of their nearest cells, each seen from half a swath away. Cells outside the goal,
-turning time, and features still to be detected count as zero.
+Along survey rows, n cells of an area take at least n - 1 cell sides. Between two areas the path is at least the
+distance of their nearest cells, each seen from half a swath away. Cells outside the goal, turning time, and features
+still to be detected count as zero.
 """
 
 from __future__ import annotations
@@ -34,6 +33,7 @@ def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = Tr
     work_m = 0.0
     for ground in grounds:
         track_m = len(ground.cells) * cell_m * cell_m / swath - max(cell_m, swath)
+        # A waypoint counts as reached within the capture radius, so each row may be cut at both ends.
         work_m += max(0.0, track_m - 2.0 * CAPTURE_M * len(ground.survey(swath).rows))
     left_out_m = (1.0 - scenario.mission.goal) * sum(map(len, centres)) * cell_m * cell_m / swath
     legs_m = tuple(tuple(_apart_m(cells_m, other, 2.0 * reach_m) for other in centres) for cells_m in centres)
@@ -55,6 +55,6 @@ def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = Tr
     )
 
 
-def _apart_m(one: Sequence[Point], other: Sequence[Point], reach_m: float) -> float:
+def _apart_m(cells_m: Sequence[Point], other: Sequence[Point], reach_m: float) -> float:
     """Least distance between two point sets less ``reach_m``, at least 0."""
-    return max(0.0, min((distance(a, b) for a in one for b in other), default=math.inf) - reach_m)
+    return max(0.0, min((distance(a, b) for a in cells_m for b in other), default=math.inf) - reach_m)

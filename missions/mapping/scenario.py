@@ -78,6 +78,7 @@ class Area(Sparse):
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield a fault unless the corners form a convex polygon."""
         at_m = self.corners_m
+        # The cross products of successive sides of a convex polygon have one sign, whichever way round it goes.
         turns = [
             (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
             for a, b, c in zip(at_m, at_m[1:] + at_m[:1], at_m[2:] + at_m[:2], strict=True)

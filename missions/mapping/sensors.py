@@ -83,8 +83,9 @@ class Classifier:
         self._most_m = 0.0  # largest own position error of this dive
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
-        """Observe scheduled objects in range; a dive ends when the position error has halved."""
+        """Observe scheduled objects in range."""
         observations = []
+        # A halved position error means a fix, after which the errors of the dive are independent of earlier ones.
         if pose.sigma_m < self._most_m / 2.0:
             self._n_of_dive.clear()
             self._most_m = 0.0
@@ -184,6 +185,7 @@ class Seabed:
 
     def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
         half_m, cells = self.cell_m / 2.0, []
+        # Positions hardly ever repeat, so candidates are cached per quarter of a cell instead.
         for cell, east_m, north_m in self._about(int(x_m // half_m), int(y_m // half_m), reach_m):
             dx_m, dy_m = east_m - x_m, north_m - y_m
             if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
@@ -251,6 +253,7 @@ class Stays:
                 continue
             since_s = now_s - self._seen_s.get(name, -math.inf)
             self._seen_s[name] = now_s
+            # A longer gap began a new visit: the time away is no dwell.
             if since_s <= VISIT_GAP_S:
                 self._stayed_s[name] = self._stayed_s.get(name, 0.0) + since_s
                 if self._stayed_s[name] >= feature.stay_s:
@@ -278,6 +281,7 @@ class SwathSensor:
         if speed_mps > self._speed_limit_mps:
             return []
         reach_m = self._reach_m - pose.uncertainty_m
+        # Cells are claimed around the believed position; the reach less the uncertainty keeps the claims true.
         x_m, y_m = (pose.x_m, pose.y_m) if pose.error_m == KNOWN else pose.believed_m
         under = world.under(x_m, y_m, reach_m) if reach_m >= 0.0 else ()
         if self.mapped.issuperset(under) and not world.features:
@@ -296,6 +300,7 @@ class SwathSensor:
 
     def _found_off(self, pose: Pose, world: Seabed) -> list[Observation]:
         observations = []
+        # The sensor sees the seabed below the true position; the report carries the error of the believed one.
         for cell in world.under(pose.x_m, pose.y_m, self._reach_m) if world.features else ():
             feature = world.features.get(cell)
             if feature is not None and feature.name not in self._found:

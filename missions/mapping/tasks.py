@@ -46,10 +46,9 @@ def given_anew(
 ) -> list[Finding]:
     """Return orders for areas assigned or reported done that are not known to be fully mapped.
 
-    A vehicle that finishes an area reports all its cells at the rendezvous. If half the patience after it the job is
-    still unfinished, the report is void; so is one that the leader has not received. After ``MOST_ANEW`` reassignments
-    the report is accepted: some cells may be impossible to map or to report.
+    The report is void if the job is still unfinished half the patience after the rendezvous.
     """
+    # A vehicle that finishes an area reports all its cells at the rendezvous, which takes a while.
     met_s = meeting.met_s(group, beliefs, picture)
     if met_s is None or picture.body.now_s - met_s < meeting.patience_s / 2.0:
         return []
@@ -57,10 +56,12 @@ def given_anew(
     for role in group.roles:
         job, path = surveys.get(role.job or ""), group.path(role.name)
         given_s = beliefs.observed_s((EXPLORING, path))
+        # An area reassigned since the rendezvous has a holder under way.
         if job is None or (given_s or 0.0) > met_s:
             continue
         if not beliefs.values(job.done) and not organisation.members(group.name, role.name):
             continue
+        # After ``MOST_ANEW`` orders the report is accepted: some cells may be impossible to map or to report.
         if job.left(beliefs).bits and beliefs.n_over(job.done) < MOST_ANEW:
             orders.append(Finding(path, EXPLORING, job.name))
     return orders
@@ -80,10 +81,8 @@ def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Belie
 def is_alone_with_work(
     group: Group, organisation: Organisation, surveys: Mapping[str, SurveyJob], beliefs: Beliefs
 ) -> bool:
-    """Return True while a leader without present members has areas not known to be done.
-
-    A silent member may still be at work, and would stop if the leader met.
-    """
+    """Return True while a leader without present members has areas not known to be done."""
+    # A silent member may still be at work, and would stop if the leader met.
     others = set(organisation.members(group.name)).difference(organisation.heads(group.name))
     return not others and bool(open_surveys(group, surveys, beliefs))
 
@@ -208,10 +207,11 @@ def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
         ]
 
     def has_work(facts: FactsLike, group: str) -> bool:
+        # Both are evaluated, since a plan depends on all facts that were read.
         to_do = (
             unfinished(facts, by_name[group]),
             waiting(facts, by_name[group], finds),
-        )  # a plan depends on all of them
+        )
         return any(to_do)
 
     def inspected(group: str) -> list[Task]:
@@ -270,7 +270,8 @@ def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
         if not is_there(facts, group):
             return False
         paths = [by_name[group].path(role.name) for role in by_name[group].roles if role.founding]
-        holders = [facts.get(("members", path)) for path in paths]  # a plan depends on all of them
+        # All are read before any is judged, since a plan depends on all of them.
+        holders = [facts.get(("members", path)) for path in paths]
         return not has_work(facts, group) or not any(holders)
 
     def mission(facts: FactsLike, group: str) -> list[Task]:

@@ -1,8 +1,8 @@
 """Ground truth of the mapping mission: true coverage, finished and abandoned surveys.
 
-Coverage is geometric. A cell is covered once its centre is within half a swath of a vehicle with a working mapping
-sensor that is on and slow enough. A find is inspected once a vehicle with a working sensor has stayed near it, slowly,
-for its dwell. The goal covers all cells and finds; a find weighs as many cells as are mapped in a mean dwell.
+A cell is covered once its centre is within half a swath of a vehicle with a working mapping sensor that is on and slow
+enough. A find is inspected once a vehicle with a working sensor has stayed near it, slowly, for its dwell. The goal
+covers all cells and finds; a find weighs as many cells as are mapped in a mean dwell.
 """
 
 from __future__ import annotations
@@ -112,6 +112,7 @@ class MappingTruth(MeetingTruth):
         for vehicle in fleet.vehicles:
             if sensing := vehicle.sensing:
                 changed |= self._look_under(vehicle, sensing, now_s)
+        # The goal's share comes first, since the end of the mission depends on it.
         if changed:
             self._judge(now_s)
         is_complete = super().observe(fleet, now_s)
@@ -129,6 +130,7 @@ class MappingTruth(MeetingTruth):
         """Return True while a leader waits, has reassigned work, or will resume work after a wait."""
         heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
         for head, group in heads:
+            # A leader without contact cannot learn whether other groups have gathered.
             awaited = [group, *(self._meeting[group] if head.communicates and head.is_in_contact else ())]
             if head.is_patient or not all(head.has_met(other) for other in awaited):
                 return True
@@ -195,6 +197,7 @@ class MappingTruth(MeetingTruth):
         return not (self._finds.has_open(self._there) and any(role.job in self._swaths_m for role in group.roles))
 
     def _share_of_goal(self, share: float) -> float:
+        # Rounding must not keep a complete goal below 1.
         return min(1.0, share / self._goal + 1e-9)
 
     def _done_and_open(self) -> tuple[float, float]:
@@ -237,11 +240,13 @@ class MappingTruth(MeetingTruth):
         """Record vehicles that finish or abandon an area."""
         for number, vehicle in enumerate(fleet.vehicles):
             performed = vehicle.performed
+            # A decision replaces the tuple, so comparing identities is enough.
             if performed is self._last_performed.get(number) or not vehicle.is_alive:
                 continue
             self._last_performed[number] = performed
             exploring = "ZigzagExploring" in performed
             if exploring:
+                # A resumed survey was not abandoned.
                 self._stopped.pop(vehicle.name, None)
             elif self._exploring.get(vehicle.name):
                 self._stopped[vehicle.name] = Milestone(now_s, "mapping_stopped", vehicle.name)
