@@ -2,11 +2,8 @@
 
 The run's ``Energies`` hold the true values. ``Passing`` changes them; drills and chargers read the values of the tick
 before, independent of beliefs and of the referee. A drill works while its vehicle is at a matching site with the drill
-on. An empty drill halts. It resumes once its battery is full, or once a tenth is charged and the supply ends. Energy
-comes from any vehicle at the berth beside the site with its charger on. A drill's battery does not propel its vehicle.
-
-With an empty battery a drilling vehicle stays, reports the work as halted and is dissatisfied. It stays until its drill
-reports the hole finished, the giving vehicle until its charger reports a full battery or an empty store.
+on. Its battery does not propel the vehicle. Energy comes from any vehicle at the berth beside the site with its charger
+on.
 """
 
 from __future__ import annotations
@@ -128,6 +125,7 @@ class DrillSettings(EquipmentSettings):
 
     def of(self, vehicle: str, energies: Energies) -> Store:
         """True state of a vehicle's drill."""
+        # A store is recorded at its first use and is full before.
         return energies.stores.get((vehicle, self.name)) or Store(self.battery_j)
 
     def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
@@ -179,6 +177,7 @@ class Gauge:
 
 
 def _step(share: float) -> int:
+    # Empty and full are steps of their own, since decisions depend on exactly these.
     return 0 if share <= 0.0 else STEPS + 1 if share >= 1.0 else 1 + math.floor(STEPS * share)
 
 
@@ -247,6 +246,7 @@ class Passing:
         dt_s, self._last_s = now_s - self._last_s, now_s
         if dt_s <= 0.0:
             return
+        # A drill or charger is at rest unless it is used in this step.
         for store in self._energies.stores.values():
             store.state, store.hole = AT_REST, ""
         for vehicle in fleet.vehicles:
@@ -268,6 +268,7 @@ class Passing:
         self._energies.bored.setdefault(hole.name, 0.0)
         comes = self._come_in(fleet, hole, settings.battery_j, drill, dt_s, now_s)
         waits = vehicle.name, hole.name
+        # Under supply the drill waits for its full battery; when the supply ends, a tenth is enough to resume.
         if waits in self._halted and not comes and drill.left_j >= LEAST_SHARE * settings.battery_j:
             self._halted.discard(waits)
         if waits in self._halted:
@@ -276,7 +277,6 @@ class Passing:
             self._bore(vehicle.name, hole, settings.power_w, drill, dt_s, now_s)
 
     def _hole(self, vehicle: VehicleView, settings: DrillSettings) -> Boring | None:
-        """Nearest site at which the vehicle is with its drill on."""
         if settings.name not in vehicle.sensing or not vehicle.is_alive:
             return None
         at_m = vehicle.position_m
@@ -316,6 +316,7 @@ class Passing:
             charger.state = GIVING if passes_j > 0.0 else FULL if lacks_j <= 0.0 else AT_REST
             if passes_j > 0.0:
                 comes = True
+                # The share lost in the transfer leaves the store too.
                 charger.left_j = max(0.0, charger.left_j - passes_j / self._transfer.efficiency)
                 drill.left_j = min(full_j, drill.left_j + passes_j)
                 energies.note_passed((other.name, hole.name), passes_j, now_s)
@@ -347,6 +348,7 @@ class Drilling(Behaviour):
         boring, facts, now_s = self._boring, picture.facts, picture.body.now_s
         if facts.get(boring.done) is not None or facts.get((BORED_SHARE, boring.name), 0.0) >= 1.0:
             return DONE
+        # A drill without an answer is broken, so another vehicle has to take the job.
         if boring.drill not in picture.body.answering:
             return FAILED
         to_go_m = distance_m(motion, boring.place_m)
@@ -357,6 +359,7 @@ class Drilling(Behaviour):
         return IDLE if self._waits_elsewhere(facts) else perception
 
     def _waits_elsewhere(self, facts: Known) -> bool:
+        # With an empty drill the vehicle stays at the halted hole, to which energy is brought.
         hole = facts.get((BORES, self._me))
         if hole not in self._others or not facts.get((IS_HALTED, hole)) or facts.get((DONE_BY, hole)) is not None:
             return False
@@ -364,6 +367,7 @@ class Drilling(Behaviour):
 
     def _work(self, facts: Known, now_s: float) -> Perception:
         """Progress as reported by the drill, with a report if the halted state has changed."""
+        # The latest reading may still describe another hole.
         is_here = facts.get((BORES, self._me)) == self._boring.name
         state = facts.get((DRILL_STATE, self._me)) if is_here else None
         is_known = bool(facts.get((IS_HALTED, self._boring.name)))
@@ -387,16 +391,14 @@ class Drilling(Behaviour):
 
 
 class HelpAtBerth(Help):
-    """Help at a berth for one vehicle: of approaching equals the first by name continues.
-
-    Received positions are seconds old. By positions alone each vehicle would take the other to be farther, and both
-    would come. A vehicle that has ceded the berth returns only if it is much nearer. A vehicle at the berth stays.
-    """
+    """Help at a berth for one vehicle: of approaching equals the first by name continues."""
 
     turn_frames = 2.0
 
     def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
         """True if the other is at the berth, much nearer, or as near and first by name or under way."""
+        # Received positions are seconds old: by distance alone each of two vehicles would take the other to be farther,
+        # and both would come. A vehicle that has ceded the berth returns only if it is much nearer.
         if self.is_on and to_go_m <= IN_PLACE_M:
             return False
         margin_m = 2.0 * MUCH_NEARER_M if not self.is_on else MUCH_NEARER_M if name < self.me else -MUCH_NEARER_M
@@ -432,6 +434,7 @@ class Bringing(Behaviour):
             and facts.get(self._boring.done) is None
             and self._charger.name in picture.body.answering
             and _has_energy(self._data, facts)
+            # Leaving another site before its battery is full would soon cause another call from there.
             and (performed or not self._is_giving(picture))
             and self._is_awaited(picture)
         )
@@ -443,7 +446,6 @@ class Bringing(Behaviour):
         return bool(self._help.holders) or any(peers.word_s.get(name, -math.inf) >= late_s for name in near)
 
     def _is_giving(self, picture: Picture) -> bool:
-        """True while it gives energy at another site: leaving early would soon cause another call."""
         return self._charger.name in picture.body.sensors_on and picture.facts.get((CHARGER_STATE, self._me)) == GIVING
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
@@ -457,8 +459,8 @@ class Bringing(Behaviour):
         return perception._replace(concludes=(*self._help.said(), *perception.concludes), ends=self._help.ends)
 
     def _give(self, facts: Known) -> Perception:
-        """Progress as reported by the charger; a full battery ends the wait on site."""
         state = facts.get((CHARGER_STATE, self._me))
+        # A full battery ends the wait at once, before the drill reports its progress.
         if state == FULL:
             return ADVANCING._replace(concludes=(Observation(((self._boring.name, IS_HALTED, False),)),))
         return ADVANCING if state == GIVING else STANDING

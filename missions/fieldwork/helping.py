@@ -2,8 +2,7 @@
 
 The holder of such a job waits. Its satisfaction falls, and its role calls the initially assigned roles of the group.
 These hold the objective ``Helping``: one activity for each job of another vehicle that needs help. Only this activity
-ends the wait, so only it answers the call. Its effect depends on travel time and on the time at which another vehicle
-would come anyway, see ``Help.ends``. Idle vehicles help uncalled.
+ends the wait, so only it answers the call. Idle vehicles help uncalled.
 """
 
 from __future__ import annotations
@@ -103,8 +102,9 @@ class Help:
         return (Observation(((self.me, self.attribute, self.job),)),) if self._began else ()
 
     def _n_nearer(self, place_m: Point, to_go_m: float, picture: Picture) -> int:
-        """Number of recently received vehicles that go first: reported helpers, free ones in turn."""
+        """Number of recently received vehicles that go first."""
         peers, now_s, frame_s = picture.peers, picture.body.now_s, picture.frame_s
+        # Under way, only reported helpers count: free vehicles have had their turn.
         busy = peers.positions_m if self.is_on else self._busy(picture)
         n_nearer = n_free = 0
         for name, at_m in peers.positions_m.items():
@@ -118,12 +118,13 @@ class Help:
             to = picture.facts.get((self.attribute, name))
             if to == self.job:
                 n_nearer += self.goes_before(name, its_m, to_go_m)
+            # A helper whose job is done is free again.
             elif name not in busy and (to is None or picture.facts.get((DONE_BY, to)) is not None):
                 n_free += (its_m, name) < (to_go_m, self.me)
+        # Each nearer free vehicle has some frames in which to report that it goes.
         return n_nearer + n_free if now_s < self._since_s + n_free * self.turn_frames * frame_s else n_nearer
 
     def _busy(self, picture: Picture) -> Collection[str]:
-        """Members with own work, or known not to come."""
         work = picture.groups.works.get(self.group)
         if work is None:
             return ()
@@ -171,7 +172,7 @@ class HelpMission(JobMission):
 
     @cached_property  # 0.5 % of a mission
     def helped(self) -> Mapping[str, Any]:
-        """Jobs that need help, by name: those with an attribute ``n_helpers``."""
+        """Jobs that need help, by name."""
         return {name: job for name, job in self.jobs.items() if n_helpers(job)}
 
     def founding_objectives(self) -> Sequence[Objective]:

@@ -1,14 +1,11 @@
 """Jobs of field work and their behaviours: site surveys, deliveries, line surveys and lifts.
 
-A site survey is a dwell at a site. A delivery picks up a load at one place and hands it over at another.
+**Lines.** On some lines the holder carries a source and advances only while its obstacle sonar shows a vehicle within
+``within_m``. The escort carries the receiver. It goes to the last received position of the holder and, with sonar
+contact, keeps abreast of it, out of its way.
 
-**Lines.** A vehicle surveys a line from its first end to its second. On some lines the holder carries a source and
-advances only while its obstacle sonar shows a vehicle within ``within_m``. The escort carries the receiver. It goes to
-the last received position of the holder and, with sonar contact, keeps abreast of it, out of its way.
-
-**Lifts.** An object has one end per required vehicle, on a circle around its middle. A vehicle takes the nearest end
-where its obstacle sonar shows no vehicle. The lift starts once all ends are taken and ends after ``lift_s``; a
-departure restarts it.
+**Lifts.** An object has one end per required vehicle, on a circle around its middle. The lift starts once all ends are
+taken and ends after ``lift_s``; a departure restarts it.
 """
 
 from __future__ import annotations
@@ -230,8 +227,8 @@ class SurveyingLine(Behaviour):
         return not self._line.escorted or is_seen(motion.position_m, self._within_m, picture)
 
     def _is_on_line(self, motion: Motion) -> bool:
-        """True on the line within one second of the surveyed end, so that no stretch is skipped."""
         line, along_m = self._line, self._line.along_m(motion.position_m)
+        # Within one second of the surveyed end, so that no stretch is skipped.
         is_next = abs(along_m - self._surveyed_m) <= max(ON_LINE_M, self._survey_mps)
         return is_next and distance_m(motion, line.at(along_m)) <= ON_LINE_M
 
@@ -280,8 +277,10 @@ class FollowingSource(Behaviour):
         line, within_m = self._line, self._within_m
         for name in self._help.holders:
             heard_m = picture.peers.positions_m.get(name)
+            # A holder far from the line has yet to reach it.
             if heard_m is not None and distance(line.at(line.along_m(heard_m)), heard_m) <= within_m:
                 seen_m = [at_m for at_m in picture.body.contacts_m if distance(at_m, heard_m) <= within_m]
+                # The sonar contact nearest to the received position is the holder, and is fresher.
                 return min(seen_m, key=lambda at_m: distance(at_m, heard_m), default=heard_m)
         return line.place_m
 
@@ -343,6 +342,7 @@ class Lift(ReportedJob):
         """
         if self.n_vehicles == 1:
             return (middle_m,)
+        # Neighbouring ends are the corners of a regular polygon: length = 2 radius sin(pi / n).
         radius_m = self.length_m / (2.0 * sincos(math.pi / self.n_vehicles)[0])
         ends = []
         for number in range(self.n_vehicles):
@@ -413,7 +413,7 @@ class Lifting(Behaviour):
         self._lift, self._wait = lift, HelpAwaited(f"others at {lift.name}", wait_s)
         self._stay = Stay(data)
         self._end_m: Point | None = None
-        self._full_s = -math.inf  # last time all ends were seen taken: beyond range the sonar does not show them
+        self._full_s = -math.inf  # last time all ends were seen taken
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending once the place is known; progresses on the way and while all ends are taken."""
@@ -431,6 +431,7 @@ class Lifting(Behaviour):
             self._end_m = min(free_m, key=lambda end_m: distance_m(motion, end_m), default=None)
         if self._end_m is None:
             self._full_s = picture.body.now_s
+        # A vehicle without an end is soon out of sonar range, where all ends seem free: it stays away for a while.
         if self._end_m is None or picture.body.now_s - self._full_s < NEWS_FRAMES * picture.frame_s:
             return IDLE
         to_go_m = distance_m(motion, self._end_m)
@@ -439,6 +440,7 @@ class Lifting(Behaviour):
             to_go_m > SURELY_M
             or any(end_m != self._end_m and not is_seen(end_m, SURELY_M, picture) for end_m in ends_m)
         ):
+            # The lift lasts its whole duration with all ends taken, so each gap restarts it.
             self._stay.begin_anew()
             return self._wait.perceived(picture.body.now_s)
         self._wait.is_over()
@@ -466,6 +468,7 @@ class Helping(Lifting):
         seen = self._perceived(middle_m, motion, picture, performed)
         if self._wait.is_given_up:
             return IDLE
+        # Done is reported by the holder's objective; a helper states the fact, which then ends its activity.
         if seen is DONE:
             return Perception(1.0, 1.0, concludes=(Observation(((self._lift.name, DONE_BY, self._me),)),))
         return seen._replace(concludes=self._help.said(), ends=self._help.ends) if seen.stimulus else seen

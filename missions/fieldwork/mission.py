@@ -258,6 +258,7 @@ class RecoveryMission(FieldworkMission, HelpMission):
         if lifts.number and n_vehicles < lifts.vehicles:
             allowed = f"an object takes more vehicles than there are; allowed: 1 to {n_vehicles}"
             yield ConfigurationFault("lifts.vehicles", str(lifts.vehicles), allowed)
+        # A single vehicle lifts at the middle and needs no distance from others.
         if lifts.vehicles != 1:
             yield from _too_near(scenario, "lifts.length_m", lifts.length_m, math.inf, " there")
         if lifts.number and not any(sensor.get("type") == "sonar" for v in scenario.vehicle for sensor in v.sensor):
@@ -272,6 +273,7 @@ class RecoveryMission(FieldworkMission, HelpMission):
             for sensor in sensors_of(vehicle, self.sensors)
             if isinstance(sensor, SonarSettings)
         ]
+        # The shortest range, so that a survey of the site by any sonar detects the object.
         return laid_out(self.all_of(Lift), [*self.all_of(SiteSurvey).values()], min(ranges_m, default=0.0), seed)
 
     def truth(self, recorder: Recorder, world: SeaField) -> LiftTruth:

@@ -93,6 +93,7 @@ class LiftTruth(FieldTruth):
             ]
             if present:
                 self.note_wait(present[0], name, now_s)
+            # A vehicle within reach of two ends takes only one of them.
             if len(set(present)) < len(self._ends[name]):
                 self._since_s.pop(name, None)
             elif now_s - self._since_s.setdefault(name, now_s) >= self._lifts[name].stay_s:
@@ -153,6 +154,7 @@ class EnergyTruth(FieldTruth):
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
         """Jobs by name; drill sites without energy are impossible for all."""
+        # No vehicle has a drill without a name, so the job is impossible for all.
         return {**self._jobs, **{name: self._borings[name].model_copy(update={"drill": ""}) for name in self._starved}}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
@@ -242,6 +244,7 @@ def mean_surveyed_s(run: MeasuredRun) -> float:
     surveyed_s = done_s(run)
     for line, time_s in event_s(run, ESCORTING.name, SURVEYED).items():
         if line in surveyed_s:
+            # A report before the escorted survey was complete is false, so the later time counts.
             surveyed_s[line] = max(surveyed_s[line], time_s)
     return mean_of_all_s(surveyed_s.values(), len(scenario.line), run)
 
