@@ -2,9 +2,6 @@
 
 A subclass defines its jobs and the behaviour of a vehicle at a job; the rest has defaults. ``remoras new mission NAME``
 writes an example.
-
-``AnyonesJob`` is the base of jobs that any vehicle can do. ``StayJob``, and ``ReportedJob`` at a place to be found, are
-done by a dwell: ``Staying`` is their behaviour, ``Stay`` the dwell itself.
 """
 
 from __future__ import annotations
@@ -193,11 +190,12 @@ def with_job_roles(
 ) -> Tables:
     """Return the scenario with additional roles in the first group and defaults for needs.
 
-    Vehicles that are ``able`` (default: they list playable roles) may play the new roles. A listed role for a job
-    replaces the new one. Signals of initially assigned roles also address ``addressed``.
+    Vehicles that are ``able`` (default: they list playable roles) may play the new roles. Signals of initially assigned
+    roles also address ``addressed``.
     """
     first = scenario.group[0]
     listed = {role.job for role in first.role}
+    # A role that the scenario lists for a job replaces the generated one.
     new = [role for role in roles if role.job not in listed]
     if not new:
         return scenario
@@ -428,6 +426,7 @@ class JobMission(Mission):
             return self.meeting.activity_sets(objective, data.name, facts)
         job = self._jobs[objective.argument]
         ends = self.ends_of(job.name) | {("gatheredAt", objective.group)}
+        # A leader may withdraw that a job is impossible, which leaves the fact False.
         if any(facts.get(key) not in (None, False) for key in ends):
             return (), ends
         doing = Activity(self.objective, ActivityType.GUIDANCE, (job.name,), self.switched_on(job, data))
@@ -452,10 +451,7 @@ class JobMission(Mission):
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """Return the leader's finding that its group has gathered.
-
-        The leader also waits until all jobs of the group are done or impossible, or until the deadline.
-        """
+        """Return the leader's finding that its group has gathered: its jobs are over, or the deadline is."""
         if self._open(beliefs, group) and not self.meeting.is_overdue(group, beliefs, picture):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)

@@ -252,14 +252,14 @@ class Meeting:
     ) -> Sequence[Finding]:
         """Return the finding that a leader's group has gathered, on evidence or overdue.
 
-        Evidence is a recent position, or a sonar contact at the rally point that no other vehicle explains: no other
-        member, nor a vehicle that has fallen silent. A group that met without a member meets again after its return.
+        Evidence is a recent position, or a sonar contact at the rally point that no other vehicle explains.
         """
         if group.rally_point is None or not self._is_there(group, motion.position_m, 0.0):
             return ()
         if picture.body.now_s < self.opens_s:
             return ()
         has_met = group.name in picture.groups.gathered
+        # A group that met without a member meets again after its return.
         if has_met and self._is_complete(group, organisation, beliefs, picture):
             return ()
         is_overdue = not has_met and self.is_overdue(group, beliefs, picture)
@@ -268,7 +268,6 @@ class Meeting:
         return (Finding(group.name, "gatheredAt", group.rally_point),)
 
     def _is_complete(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
-        """True if no member has returned since the rendezvous."""
         met_s = beliefs.observed_s(("gatheredAt", group.name))
         returned_s = (picture.groups.returned_s.get(name, -math.inf) for name in organisation.members(group.name))
         return met_s is not None and max(returned_s, default=-math.inf) <= met_s
@@ -293,7 +292,6 @@ class Meeting:
         return picture.body.now_s - since_s >= self.deadline_s
 
     def _before(self, group: Group) -> tuple[str, ...]:
-        """Groups that meet before this one, which supervises them; see ``remoras.nesting``."""
         return self.meets_after.get(group.name, ())
 
     @cached_property  # 1 to 2 % of a mission
@@ -304,8 +302,9 @@ class Meeting:
     def _all_are_there(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
         n_heard, n_not_heard = 0, 0
         others = set(organisation.members(group.name)).difference(organisation.heads(group.name))
+        # A leader alone waits for earlier groups, from which a member may still arrive.
         if not others and any(beliefs.observed_s(("gatheredAt", name)) is None for name in self._before(group)):
-            return False  # a member may still arrive from them
+            return False
         late_s = picture.body.now_s - NEWS_FRAMES * picture.frame_s
         for name in others:
             observed_s, position_m = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
@@ -319,6 +318,7 @@ class Meeting:
         n_silent = 0  # an isolated vehicle meets with those present
         if not picture.groups.meets_unheard:
             n_silent = sum(heard_s < late_s for name, heard_s in picture.peers.heard_s.items() if name not in others)
+        # Each contact stands for one vehicle: first for those received there, then for silent ones of other groups.
         return n_not_heard <= max(0, n_seen - n_heard - n_silent)
 
     def _is_there(self, group: Group, position_m: Point, tolerance_m: float) -> bool:

@@ -43,6 +43,7 @@ def sequential_verdict(p_true: float, p_mistaken: float, p_missed: float) -> boo
     [None, True, False]
     """
     p_true = min(1.0 - LEAST, max(LEAST, p_true))
+    # With the prior 1/2, the posterior odds are the likelihood ratio.
     log_ratio = log(p_true / (1.0 - p_true))
     if log_ratio >= log((1.0 - p_missed) / p_mistaken):
         return True
@@ -72,6 +73,7 @@ def threshold(readings: float) -> float:
     1000.0
     """
     low, high = 0.0, 60.0
+    # The number of readings grows with the threshold; 80 halvings exhaust the precision of a float.
     for _ in range(80):
         middle = (low + high) / 2.0
         if readings_between_alarms(middle) < readings:

@@ -23,8 +23,10 @@ def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]
     crossings = []
     for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
         a, b = ((ax, ay), (bx, by)) if axis == 1 else ((ay, ax), (by, bx))
+        # Half open, so that a level through a corner crosses the border once.
         if (a[1] <= level) != (b[1] <= level):
-            a, b = min(a, b, key=itemgetter(1)), max(a, b, key=itemgetter(1))  # alike for both polygons beside a border
+            # Rising order, so that rounding is alike for both polygons beside a border.
+            a, b = min(a, b, key=itemgetter(1)), max(a, b, key=itemgetter(1))
             crossings.append(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
     return sorted(crossings)
 
@@ -46,6 +48,7 @@ def rows(corners: Sequence[Point], apart_m: float, inset_m: float) -> list[tuple
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
     along_x = runs_along_x(corners)
     low, high = (min(ys), max(ys)) if along_x else (min(xs), max(xs))
+    # The tolerance keeps rounding from adding a row.
     n_rows = max(1, math.ceil((high - low) / apart_m - 1e-9))
     spacing = (high - low) / n_rows
     lines = []
@@ -86,7 +89,7 @@ def contains(corners: Sequence[Point], point: Point) -> bool:
     return sum(x > point[0] for x in _crossings(corners, 1, point[1])) % 2 == 1
 
 
-def overlap(one: Sequence[Point], other: Sequence[Point]) -> bool:
+def overlap(polygon: Sequence[Point], other: Sequence[Point]) -> bool:
     """Return True if convex polygons overlap by over ``ROUNDING_M`` (separating axis theorem).
 
     >>> overlap([(0, 0), (10, 0), (10, 10), (0, 10)], [(10, 0), (20, 0), (20, 10), (10, 10)])
@@ -94,13 +97,13 @@ def overlap(one: Sequence[Point], other: Sequence[Point]) -> bool:
     >>> overlap([(0, 0), (10, 0), (10, 10), (0, 10)], [(9, 9), (20, 9), (20, 20), (9, 20)])
     True
     """
-    for corners in (one, other):
+    for corners in (polygon, other):
         for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
             side_m = length(bx - ax, by - ay)
             if side_m == 0.0:
                 continue
             across = (by - ay) / side_m, (ax - bx) / side_m
-            here, there = ([x * across[0] + y * across[1] for x, y in polygon] for polygon in (one, other))
-            if min(max(here), max(there)) - max(min(here), min(there)) < ROUNDING_M:
+            own, others = ([x * across[0] + y * across[1] for x, y in points] for points in (polygon, other))
+            if min(max(own), max(others)) - max(min(own), min(others)) < ROUNDING_M:
                 return False
     return True

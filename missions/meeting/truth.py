@@ -1,8 +1,8 @@
 """Ground truth of missions with a rendezvous: progress, gathering, verdict.
 
-A supervising group gathers after the groups that it supervises. Only survivors need to meet. No group waits for a
-vehicle that is dead, resigned or out of contact, nor for a role that no free survivor can play. All work counts. After
-the deadline the rendezvous of the present members counts; ``missed_meeting`` names the others.
+A supervising group gathers after the groups that it supervises. No group waits for a vehicle that is dead, resigned or
+out of contact, nor for a role that no free survivor can play. After the deadline the rendezvous of the present members
+counts; ``missed_meeting`` names the others.
 
 A failed mission ends once three conditions hold. No vehicle out of contact will return. No remaining vehicle can make
 progress, or the vehicles report all remaining work as impossible. All live vehicles are at home or at a rally point.
@@ -115,11 +115,9 @@ class MeetingTruth:
         return self.is_given_up and not any(map(self._has_work, alive))
 
     def _has_work(self, vehicle: VehicleView) -> bool:
-        """True for a vehicle at work that others report as impossible; always False here."""
         return False
 
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
-        """True for a vehicle at home, at a rally point, or without headway."""
         if not vehicle.makes_headway:
             return True
         (x_m, y_m), radius_m = vehicle.position_m, self._radius_m
@@ -163,6 +161,7 @@ class MeetingTruth:
         self._apart.remove(group)
         for names in self._to_meet_before.values():
             names.discard(group.name)
+        # A rendezvous at which no member is present ends the wait, but does not count.
         self._n_met += any(self._has_come(vehicle, group) for vehicle in self._members(survivors, group))
         self.milestones.append(Milestone(now_s, "gathered", group=group.name))
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
@@ -213,13 +212,13 @@ class MeetingTruth:
 
     @staticmethod
     def _have_planned(survivors: Sequence[VehicleView]) -> bool:
-        """True once all group leaders have planned; no rendezvous is possible before."""
         return all(v.has_planned(group) for v in survivors for group in v.organisation.groups if v.leads(group))
 
     @staticmethod
     def _is_consulted(survivors: Sequence[VehicleView]) -> bool:
         by_name = {vehicle.name: vehicle for vehicle in survivors}
         for vehicle in survivors:
+            # An order to a vehicle out of contact cannot take effect, so the consultation ends without it.
             for a in vehicle.issued:
                 if a.vehicle in by_name and not by_name[a.vehicle].organisation.plays(a.vehicle, a.group, a.role):
                     return False
@@ -279,6 +278,7 @@ class MeetingTruth:
     def _lacking(cls, survivors: Sequence[VehicleView], group: Group) -> list[str]:
         """Initial roles with too few holders although others, not resigned, are free to play them."""
         members = cls._members(survivors, group)
+        # A vehicle without any role has resigned, unless no roles are assigned yet.
         at_work = [v for v in survivors if not members or v.organisation.roles_of(v.name)]
         founding = [role for role in group.roles if role.founding]
         names = {role.name for role in founding}
@@ -418,6 +418,7 @@ class JobTruth(MeetingTruth):
 
 def done_s(run: MeasuredRun) -> dict[str, float]:
     """Time (s) of the first completion of each job."""
+    # Reversed, so that the first of several completions is kept.
     return {job: time_s for time_s, _, job in reversed(run.recorder.rows(JOBS.name))}
 
 
