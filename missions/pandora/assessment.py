@@ -2,18 +2,17 @@
 
 Sequential tests (``missions.meeting.sequential_tests``) check the residuals of readings, in standard deviations:
 
-=====================  ==================================================  ===========================  ==============
-reading                expected                                            updated estimate             diagnosis
-=====================  ==================================================  ===========================  ==============
-speed by the log       ``thrustShare`` of the requested speed              ``thrustShare``              thruster current
-by the log     forecast, plus ``flow``                             ``flow``                     current power
-consumption      hotel load and drag, plus ``extraPower``            ``extraPower``               energy panel by the
-camera    its place, plus ``cameraOffset``                    ``cameraOffset``             camera drifts
-=====================  ==================================================  ===========================  ==============
+     ====================  ========================================  ================  ==============
+reading               expected                                  estimate          diagnosis
+====================  ========================================  ================  ==============
+speed, by the log     ``thrustShare`` of the requested speed    ``thrustShare``   thruster
+current, by the log   forecast, plus ``flow``                   ``flow``          current
+power consumption     hotel load and drag, plus ``extraPower``  ``extraPower``    energy
+panel, by the camera  its place, plus ``cameraOffset``          ``cameraOffset``  camera drifts
+====================  ========================================  ================  ==============
 
 An alarm sets the estimate to the mean since the change, which is then the expectation. Estimates are facts and outlast
-the action. The camera is dead after more missing images in succession than turbid water explains at the stated
-false-alarm rate.
+the action.
 """
 
 from __future__ import annotations
@@ -67,6 +66,7 @@ class ActionMonitor:
             self._off = Cusum(settings.alarm_at(self._camera.every_s)), Cusum(settings.alarm_at(self._camera.every_s))
             per_image = settings.false_alarms_per_h * self._camera.every_s / 3600.0
             blank = max(self._camera.p_blank, 1e-9)
+            # n images in succession are blank with probability p_blank^n; the allowed rate of false alarms gives n.
             self._blind_after = max(3, math.ceil(log(per_image) / log(blank)))
 
     # Estimates -----------------------------------------------------------------------------------
@@ -108,6 +108,7 @@ class ActionMonitor:
     def assess(self, motion: Motion, picture: Picture, asked_mps: float) -> list[Fact]:
         """Return new facts at a decision; ``asked_mps`` is the requested speed, 0 on station."""
         now_s, facts = picture.body.now_s, picture.facts
+        # Avoidance changes the speed as well, so a contact restarts the wait for a steady speed.
         if asked_mps != self._asked_mps or picture.body.contacts_m:
             self._asked_mps, self._asked_s = asked_mps, now_s
         since_s = 0.0 if self._seen_s is None else now_s - self._seen_s
@@ -119,6 +120,7 @@ class ActionMonitor:
         logged = facts.get(("logged", self._me))
         if self._log is not None and logged is not None and logged != self._logged:
             is_first, self._logged = self._logged is None, logged
+            # The first reading may be older than the action.
             if not is_first:
                 news += self._assess_log(motion, facts, now_s)
             self._energy = motion.energy_j, 0.0, now_s
@@ -154,6 +156,7 @@ class ActionMonitor:
         if self._energy is None or self._log is None:
             return []
         before_j, due_j, from_s = self._energy
+        # The mean of a short interval is dominated by single packets and manoeuvres.
         if now_s - from_s < self._log.every_s / 2.0:
             return []
         extra_w = facts.get(("extraPower", self._me), 0.0)
@@ -177,7 +180,6 @@ class ActionMonitor:
         return [(me, "cameraDead", True), (me, "diagnosis", "camera dead")]
 
     def _assess_offset(self, motion: Motion, facts: Known) -> list[Fact]:
-        """Compare a visible panel with its place."""
         part, camera = self._part, self._camera
         assert camera is not None
         if part.panel_m is None or distance(part.panel_m, motion.position_m) > camera.range_m - 1.0:
@@ -200,6 +202,7 @@ class ActionMonitor:
     def must_return(self, motion: Motion, facts: Known, battery: float) -> bool:
         """Return True if the way home needs the remaining battery, by estimated consumption."""
         extra_w = max(0.0, facts.get(("extraPower", self._me), 0.0))
+        # At the planned consumption, the energy rule of all vehicles is right.
         if extra_w == 0.0:
             return False
         data = self._data
@@ -210,6 +213,5 @@ class ActionMonitor:
 
 
 def _told(me: str, attribute: str, value: float | tuple[float, ...], diagnosis: str, is_wrong: bool) -> list[Fact]:
-    """Estimate with its diagnosis."""
     estimate: Fact = (me, attribute, value if isinstance(value, float | int) else (value[0], value[1]))
     return [estimate, (me, "diagnosis", diagnosis if is_wrong else "sound")]

@@ -138,6 +138,7 @@ class PandoraMission(JobMission):
     scenario: PandoraScenario
 
     def __init__(self, scenario: PandoraScenario) -> None:
+        # ``super().__init__`` calls ``jobs_of``, which reads the parts.
         self._parts = planned_parts(scenario)
         super().__init__(scenario)
 
@@ -277,7 +278,7 @@ class PandoraMission(JobMission):
         )
 
     def _is_found_first(self, job: str) -> bool:
-        """True for parts that may be displaced, unless the plan is executed blindly."""
+        # Only valves may be displaced; a plan without assessment trusts their planned places.
         return self.scenario.mission.assesses and self._parts[job].kind == "Valve"
 
     def activities(

@@ -74,6 +74,7 @@ class Acting(Behaviour):
             self._monitor.pause()
             return attracted(to_go_m)
         dt_s, self._seen_s = (0.0 if self._seen_s is None else now_s - self._seen_s), now_s
+        # A wait for a weaker current is no delay of the action.
         self._taken_s += 0.0 if self._waits else dt_s
         if self._expected_s is None:
             time_s = to_go_m / self._data.transit_speed_mps + self.work_s()
@@ -106,7 +107,6 @@ class Acting(Behaviour):
     # Progress without and with assessment --------------------------------------------------------
 
     def _by_the_clock(self) -> list[Fact]:
-        """End the action after its planned duration, without assessment."""
         self._is_done = self._expected_s is not None and self._taken_s >= self._expected_s
         return []
 
@@ -135,7 +135,6 @@ class Acting(Behaviour):
         return self._data.transit_speed_mps if to_go_m > STEADY_M else 0.0
 
     def _wait(self, facts: Known, now_s: float) -> list[Fact]:
-        """Report a current too strong for the vehicle; the wait does not count as delay."""
         waits = self._settings.repairs and self._monitor.is_overpowered(facts, now_s)
         if waits == self._waits:
             return []
@@ -154,6 +153,7 @@ class Acting(Behaviour):
 
     def _failed(self) -> list[Fact]:
         """Fail: the plan takes another alternative, or ends if plans are not repaired."""
+        # Without plan repair no alternative exists, so the action ends as if done.
         self._has_failed = self._is_beyond_it = self._settings.repairs
         self._is_done = not self._settings.repairs
         self._status = "failed"
@@ -216,6 +216,7 @@ class Looking(Acting):
         displaced: list[Fact] = []
         if distance(at_m, part.place_m) > DISPLACED_M:
             displaced = [(part.of, "anomaly", "displaced")]
+        # A valve that is closed already needs no work, and a second turn would open it.
         if facts.get(("isOpen", part.of)) is False:
             self._is_done = True
             return [*displaced, (part.of, "anomaly", "turned"), (part.of, "outcome", "done")]
@@ -235,6 +236,7 @@ class Seeking(Looking):
         camera = data.sensor(CameraSettings)
         range_m, every_s = (NEAR_M, 1.0) if camera is None else (camera.range_m, camera.every_s)
         self._spacing_m = SPACING_SHARE * range_m
+        # At least one image per camera range of the path.
         self._speed_mps = min(data.survey_speed_mps, range_m / every_s)
         self._corners: list[Point] | None = None
 
@@ -314,6 +316,8 @@ class WorkingOnPart(Acting):
             self._is_done = True
             return [(part.of, "outcome", "done")]
         least_s = NO_ADVANCE_SHARE * self.work_s()
+        # A wrench turns any valve, so only the arm can meet resistance. The tool touches the part only while the place
+        # is held, hence the factor.
         if self.tool == "wrench" or share != 0.0 or self._there_s * self._monitor.quality < least_s:
             return self._placed_anew(facts)
         resists: Fact = part.of, "anomaly", "resists"
@@ -330,7 +334,6 @@ class WorkingOnPart(Acting):
         return [*super()._failed(), *([dead] if is_dead else [])]
 
     def _placed_anew(self, facts: Known) -> list[Fact]:
-        """Report a new place if the camera offset has changed it."""
         was_m, seen_m = (facts.get((attribute, self._part.of)) for attribute in ("placedAt", "seenAt"))
         if was_m is None or seen_m is None or facts.get(("workedShare", self._part.of)):
             return []

@@ -1,8 +1,4 @@
-"""Structure: planned parts, their true state in a run, their service jobs, and the sensors that perceive them.
-
-True states are sampled by seed and number of the upset in a separate stream, readings by seed, vehicle and number.
-Tools keep the state of parts, since each part is serviced once and not inspected afterwards.
-"""
+"""Structure: planned parts, their true state in a run, their service jobs, and the sensors that perceive them."""
 
 from __future__ import annotations
 
@@ -128,6 +124,7 @@ class Camera:
         if loss.uniform(world.seed, loss.MISSES, number, self._node, 0) < settings.p_blank:
             return []
         self._n_good += 1
+        # The count may wrap, since only its changes matter.
         observations = [Observation(((self._vehicle, "looks", self._n_good % 65_536),))]
         for which, thing, nth in world.near((pose.x_m, pose.y_m), settings.range_m):
             if nth == 0:
@@ -224,6 +221,7 @@ class Tool:
         self._part, self._touched_s, self._last_s, self._felt = "", 0.0, -math.inf, 0.0
         self._felt_s = -math.inf
         self._is_over = False
+        # Each part is serviced once and not inspected afterwards, so no other sensor has to know its new state.
         self._states: dict[str, str] = {}
 
     def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
@@ -378,6 +376,7 @@ def structure_of(parts: Mapping[str, PlannedPart], upsets: Iterable[UpsetTable],
     """Return the true structure of a run."""
     things = {part.of: TruePart(part.of, part.kind, part.points_m, part.work_s) for part in parts.values()}
     free = [part.of for part in parts.values() if part.kind == "Valve"]
+    # Named valves go first, so that no random upset hits one of them.
     for upset in upsets:
         if upset.part in free:
             free.remove(upset.part)

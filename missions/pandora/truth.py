@@ -88,16 +88,16 @@ def findings_of(run: MeasuredRun) -> Iterator[Found]:
             yield Found(recorded_s, origin, subject, value)
 
 
-def is_of(found: Found, event: SiteEvent) -> bool:
+def is_of(finding: Found, event: SiteEvent) -> bool:
     """Return True if a finding matches an event in kind, subject and time."""
-    if found.finding not in event.findings or (event.subject and found.subject != event.subject):
+    if finding.finding not in event.findings or (event.subject and finding.subject != event.subject):
         return False
-    return event.from_s <= found.time_s <= event.until_s + AFTER_S
+    return event.from_s <= finding.time_s <= event.until_s + AFTER_S
 
 
-def detected_s(event: SiteEvent, found: list[Found]) -> float | None:
+def detected_s(event: SiteEvent, findings: list[Found]) -> float | None:
     """Time (s) from the start of an event to its first finding; None if undetected."""
-    first = next((row for row in found if is_of(row, event)), None)
+    first = next((row for row in findings if is_of(row, event)), None)
     return None if first is None else first.time_s - event.from_s
 
 
@@ -166,6 +166,7 @@ class PandoraTruth(JobTruth):
         for time_s, vehicle, name, state in self._turns:
             if name in self._states:
                 self._states[name] = state
+                # A released valve that is turned again opens, which undoes the service.
                 if state == "open" and name in self._serviced:
                     self._serviced.remove(name)
             if state != "open":
@@ -279,6 +280,7 @@ def n_lost(run: MeasuredRun) -> int:
     scenario = cast(PandoraScenario, run.scenario)
     at_m: dict[str, tuple[float, float]] = {}
     for t_s, name, x_m, y_m, *_ in run.recorder.rows("trajectories") if empty_s else ():
+        # A vehicle without energy drifts; its place at the failure counts.
         if t_s <= empty_s.get(name, -1.0):
             at_m[name] = x_m, y_m
     homes_m = [point.position_m for point in scenario.rally_point]
