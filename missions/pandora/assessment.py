@@ -2,7 +2,7 @@
 
 Sequential tests (``missions.meeting.sequential_tests``) check the residuals of readings, in standard deviations:
 
-     ====================  ========================================  ================  ==============
+====================  ========================================  ================  ==============
 reading               expected                                  estimate          diagnosis
 ====================  ========================================  ================  ==============
 speed, by the log     ``thrustShare`` of the requested speed    ``thrustShare``   thruster

@@ -114,8 +114,7 @@ class Lane(NamedTuple):
 class Surveying(Behaviour):
     """Survey along the uncharted lanes of a block, nearest first.
 
-    It fails after ``patience_s`` over blank tiles. ``asked`` are service and recovery of a survey on request. The end
-    of a first survey then follows from the map; that of a repeated one is reported, since the map does not change.
+    It fails after ``patience_s`` over blank tiles. ``asked`` are service and recovery of a survey on request.
     """
 
     def __init__(
@@ -144,6 +143,7 @@ class Surveying(Behaviour):
         now_s, charted = picture.body.now_s, self._charted(picture.facts)
         self._follow(motion, charted, performed)
         if self._lane is None:
+            # The end of a first survey follows from the map, which a repeated one does not change.
             if self._n_again:
                 return DUE._replace(concludes=(Observation(((self._block.name, "surveyedAgain", self._n_again),)),))
             return DONE if self._asked is None else IDLE
@@ -220,6 +220,7 @@ def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
     lanes = rows(block.outline_m, 2.0 * SHARE_USED * reach_m, 0.0)
     across = 1 if runs_along_x(block.outline_m) else 0
     sides_m = block.east_m - block.west_m, block.north_m - block.south_m
+    # The margin gives a tile midway between two lanes to both.
     half_m = sides_m[across] / len(lanes) / 2.0 + 1e-6
     for begin_m, end_m in lanes:
         tiles = frozenset(
@@ -307,6 +308,7 @@ class Reacquiring(Behaviour):
     def _note_look(self, facts: Known, now_s: float) -> None:
         """Hold at the sighting; resume the search after the patience."""
         places = len(facts.values(("location", self._candidate)))
+        # Each sighting adds a value of the location.
         if self._places is not None and places > self._places:
             self._first_s, self._last_s = min(now_s, self._first_s), now_s
             self._at_m = self._at_m or facts.get(("location", self._candidate))
@@ -356,6 +358,7 @@ class Intervening(Behaviour):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending until the effector succeeds; fails after the time of ``ATTEMPTS``."""
         by = picture.facts.get((self._done, self._candidate))
+        # A hold by another vehicle does not keep this one in place.
         if by is not None and (self._ends or by == self._data.name):
             return DONE if self._ends else IDLE
         place_m = picture.facts.get(("location", self._candidate))

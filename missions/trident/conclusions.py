@@ -84,7 +84,6 @@ class Concluding:
         return []
 
     def _own(self, me: str, organisation: Organisation) -> Iterator[tuple[Group, str]]:
-        """Blocks that this vehicle is responsible for, with the group."""
         for group in self.groups.values():
             for role in group.roles:
                 if role.job is not None and role.job in self.blocks and organisation.plays(me, group.name, role.name):
@@ -122,6 +121,7 @@ class Concluding:
         chooser = self.matching.services[ways[0]]
         if chooser.vehicle != me or now_s - since_s < chooser.settings.delay_s:
             return []
+        # A plan may use an own service without a status, but a choice waits for the self-test.
         if beliefs.get(("serviceStatus", chooser.name)) != AVAILABLE:
             return []
         n_again = int(beliefs.get(("surveysAgain", self.recovery), 0))
@@ -131,7 +131,8 @@ class Concluding:
         candidates = beliefs.instances(CANDIDATE)
         likely = [(_likeness(beliefs, name), name) for name in candidates if _is_open(beliefs, name)]
         again = [] if likely else [name for name in candidates if self._may_look_again(beliefs, name)]
-        anew = [name for name in again if beliefs.get(("verdict", name)) == "absent"]  # class still unknown
+        # Absent candidates first: they were never observed closely, whereas the others look like decoys.
+        anew = [name for name in again if beliefs.get(("verdict", name)) == "absent"]
         if not (likely or anew) and n_again < self.settings.surveys_again:
             asked, is_possible = self._survey_again(me, beliefs, facts, present, n_again + 1)
             if is_possible:
@@ -141,11 +142,13 @@ class Concluding:
         is_exhausted = bool(beliefs.get(("isExhausted", self.recovery)))
         if not likely:
             return [] if is_exhausted else [Finding(self.recovery, "isExhausted", True)]
+        # Ties go by name, which is the same on all vehicles.
         name = min(likely, key=lambda weighed: (-weighed[0], weighed[1]))[1]
         place = beliefs.fused(("location", name))
         at_m: Point | None = None if place is None else place.value
         if at_m is None:
             return []
+        # Reopening dates the verdict, so that only later observations count.
         opened = [Finding(name, "verdict", "open")] if anew else []
         opened += [Finding(self.recovery, "isExhausted", False)] if is_exhausted else []
         return [*opened, Finding(self.recovery, "chosen", name), Finding(self.recovery, "chosenAt", at_m)]
@@ -194,6 +197,7 @@ class Concluding:
             verdicts = {name: beliefs.get(("verdict", name)) for name in beliefs.instances(CANDIDATE)}
             if not _is_open(beliefs, chosen):
                 return max(at_last_s, beliefs.observed_s(("verdict", chosen)) or 0.0)
+            # A target identified by chance replaces a chosen candidate of unknown class.
             known = [name for name, verdict in verdicts.items() if verdict == "target" and name != chosen]
             is_unknown = verdicts[chosen] in (None, "open")
             return beliefs.observed_s(("verdict", known[0])) if known and is_unknown else None
@@ -209,17 +213,14 @@ class Concluding:
         )
 
     def _judged(self, me: str, organisation: Organisation, beliefs: Beliefs) -> list[Finding]:
-        """Recovering vehicle: decide the class of a candidate from all close observations.
-
-        Observations of all vehicles count, for a reopened candidate only those after that. The target's place uses only
-        own observations since the choice, once they decide alone: position errors differ between vehicles and drift.
-        """
+        """Recovering vehicle: decide the class of a candidate from close observations of all vehicles."""
         if beliefs.get(("chosen", self.recovery)) is None or not self._recovers(me, organisation):
             return []  # no close observation before a choice
         for candidate in beliefs.instances(CANDIDATE):
             known, findings = ("verdict", candidate), list[Finding]()
             verdict = beliefs.get(known)
             if verdict in (None, "open"):
+                # After a reopening, earlier observations would only repeat the old verdict.
                 is_target = self._shown(beliefs, candidate, beliefs.observed_s(known))
                 if is_target is None:
                     continue
@@ -240,10 +241,10 @@ class Concluding:
         return sequential_verdict(p_target, self.settings.p_mistaken, self.settings.p_missed)
 
     def _reacquired(self, me: str, beliefs: Beliefs, candidate: str) -> list[Finding]:
-        """Report own reacquisition and place, once own observations since the choice decide."""
         chosen_s = beliefs.observed_s(("chosen", self.recovery))
         if self._shown(beliefs, candidate, chosen_s, me) is None:
             return []
+        # Position errors differ between vehicles and drift, so the place rests on own recent observations.
         place = beliefs.fused(("location", candidate), since_s=chosen_s, by=me)
         located = [] if place is None else [Finding(candidate, "location", place.value)]
         return [Finding(candidate, "reacquiredBy", me), *located]
@@ -263,6 +264,7 @@ class Concluding:
         chosen = beliefs.get(("chosen", self.recovery))
         if chosen is None or _is_open(beliefs, chosen) or not beliefs.get(("fixedOn", me)):
             return []
+        # On the way to the next candidate the position error grows again.
         return [Finding(me, "fixedOn", False)]
 
 

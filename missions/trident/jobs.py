@@ -119,6 +119,7 @@ class BlockSurvey(OnServices):
 
     def is_able(self, data: VehicleData) -> bool:
         """Return True for a vehicle with a service for it, or one that may request it."""
+        # Without reporting services none can fail, and the empty set would contain all of them.
         if self.failed and self.failed.issuperset(self.services):
             return False
         return data.name in self.vehicles and data.sensor(SurveyorSettings) is not None
@@ -267,10 +268,9 @@ def _bound(matching: Matching, present: Callable[..., frozenset[str]], activity:
 
 
 def _missing(matching: Matching, present: Callable[..., frozenset[str]]) -> Method:
-    """Return the last method of reacquisition: report absence, if a finder passed its self-test."""
-
     def is_searched_for(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> bool:
         for name in matching.ways(FIND, data.name, facts, present(facts, objective)):
+            # A finder without a self-test may have failed silently, so its silence does not prove absence.
             if matching.services[name].settings.tells_state and facts.get(("serviceStatus", name)) == AVAILABLE:
                 return True
         return False
@@ -294,7 +294,7 @@ def _operators(matching: Matching) -> list[Operator]:
     def is_localised(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
         return not after or bool(facts.get(("fixedOn", after)))  # ``after``: vehicle that must take a fix first
 
-    def found(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> Mapping[Hashable, Any]:
+    def identified(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> Mapping[Hashable, Any]:
         return {("verdict", candidate): "target", ("reacquiredBy", candidate): provider(service)}
 
     def is_found(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
@@ -317,7 +317,7 @@ def _operators(matching: Matching) -> list[Operator]:
         Operator(STANDING_BY, lasts=True, expected=_unknown),
         Operator(SURVEYING, effects=surveyed, expected=_unknown),
         Operator(RANGING, effects=fixed, expected=_unknown),
-        Operator(REACQUIRING, is_localised, found, expected=_unknown),
+        Operator(REACQUIRING, is_localised, identified, expected=_unknown),
         Operator(MISSING, effects=absent, expected=_unknown),
         Operator(HOLDING, is_found, held, expected=_unknown),
         Operator(HANDLING, is_held, handled, expected=_unknown),

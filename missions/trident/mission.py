@@ -201,6 +201,7 @@ class TridentMission(JobMission):
     scenario: TridentScenario
 
     def __init__(self, scenario: TridentScenario) -> None:
+        # ``super().__init__`` calls ``jobs_of``, which reads the database, the matching and the blocks.
         self._database = database_of(scenario, type(self))
         self.matching = Matching.of(scenario, self._database.values())
         self.blocks = {
@@ -220,6 +221,7 @@ class TridentMission(JobMission):
         places_m = {"recovery.target_m": scenario.recovery.target_m}
         places_m["transponder.position_m"] = scenario.transponder.position_m if scenario.transponder else None
         yield from scenario.world.outside((key, at_m) for key, at_m in places_m.items() if at_m is not None)
+        # Faults of the vocabulary itself are reported by the scenario.
         tbox = words_in(scenario, cls)
         if tbox is not None:
             yield from _services(scenario, cls, tbox)
@@ -348,6 +350,7 @@ class TridentMission(JobMission):
             home_m = self.meeting.rally_points_m.get(self.groups[objective.group].rally_point or "", data.start_m)
             doing = Activity(ESCORTING, ActivityType.GUIDANCE, (names, home_m))
             sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), ESCORT_IMPORTANCE))
+        # The behaviours perceive requests and positions themselves, so the sets depend on no fact.
         return tuple(sets), frozenset()
 
     def _escorted(self, data: VehicleData) -> tuple[str, ...]:

@@ -1,8 +1,7 @@
 """Modules of vehicles and the services that they offer.
 
 A service is advertised with its class, cost and precondition. It works while an activity has it switched on. It senses
-at the true position and reports relative to the believed one. Draws are keyed by seed, vehicle, object and observation
-number.
+at the true position and reports relative to the believed one.
 
 =========  ========================================================================================================
 response   services for an activity, in the order of trial
@@ -12,11 +11,6 @@ repair     that one, then the spares of the plan, each after a failure
 matching   all services of the requested class, by the world model, that are available on present vehicles, by cost;
            ``HANDING_OVER_S`` is added for another vehicle. Own services without a reported status count too
 =========  ========================================================================================================
-
-Without inference, matching compares the requested with the advertised class.
-
-The site of a run has seabed blocks in tiles, and objects. One object is the target, the others are decoys. Positions
-are sampled by seed and number in a separate stream, so more decoys leave the others unchanged.
 """
 
 from __future__ import annotations
@@ -139,6 +133,7 @@ def lying(blocks: Sequence[SeabedBlock], target_m: Point | None, n_decoys: int, 
     placed: list[Lying] = []
     for number in range(1 + n_decoys):
         name = f"decoy {number}" if number else TARGET
+        # Draws are keyed by number, so more decoys leave the other objects unchanged.
         at_m = target_m if target_m is not None and not number else _drawn_m(blocks, number, seed, placed)
         placed.append(Lying(name, at_m, not number))
     return tuple(placed)
@@ -246,6 +241,7 @@ class Surveyor:
             return []
         settings, at_m = self._settings, (pose.x_m, pose.y_m)
         observations = []
+        # Claims lie around the believed position, ground truth around the true one.
         for tile in world.below(pose.believed_m, settings.reach_m):
             if tile not in self._claimed:
                 self._claimed.add(tile)
@@ -331,7 +327,8 @@ class Effector:
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
         """Return the outcome of an attempt that ends now."""
         at_m, nearest = (pose.x_m, pose.y_m), world.nearest((pose.x_m, pose.y_m))
-        if now_s - self._last_s > 1.5:  # it was switched off
+        # A gap in the calls means that the module was switched off.
+        if now_s - self._last_s > 1.5:
             self._since_s = None
         self._last_s = now_s
         if pose.ground_mps > REST_MPS or nearest is None or nearest[0] > REACH_M:
@@ -383,6 +380,7 @@ class Fixer:
         self._since_s = now_s if self._since_s is None else self._since_s
         if now_s - self._since_s < self._stay_s:
             return []
+        # An infinite start reports no second fix before the vehicle has left the range.
         self._since_s = math.inf
         return [Observation(((self._vehicle, "fixedOn", True),))]
 
@@ -503,13 +501,14 @@ class Matching:
             return self.planned(activity)
         fitting = self._fitting(activity.requires, me, facts)
         able = [service for name, service in self.services.items() if name in fitting and service.vehicle in present]
+        # Ties go by name, so that all vehicles match alike.
         able.sort(
             key=lambda service: (service.settings.cost_s + HANDING_OVER_S * (service.vehicle != me), service.name)
         )
         return tuple(service.name for service in able)
 
     def _fitting(self, requires: str, me: str, facts: FactsLike) -> Collection[str]:
-        """Working services of the class; every status is looked up, since plans depend on them."""
+        # Every status is looked up, since plans depend on the facts read.
         statuses = {name: facts.get(("serviceStatus", name)) for name in self.services}
         unsaid = {name for name, service in self.services.items() if service.vehicle == me and statuses[name] is None}
         if not self.inference:

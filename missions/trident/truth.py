@@ -1,9 +1,8 @@
 """Ground truth, metrics and figures: charted tiles, recovered object, choreography.
 
-A choreography is a state machine whose transitions are messages, checked at load time and against sent messages. It is
-sound if every state is reachable from the first and leads to a final one. During a run, facts in packets trigger
-transitions. A message that the state does not allow is a violation, and so is an overdue one. A fact counts at its
-first transmission, received or not.
+A choreography is a state machine whose transitions are messages. It is sound if every state is reachable from the first
+and leads to a final one. During a run, facts in packets trigger transitions. A message that the state does not allow is
+a violation, and so is an overdue one.
 """
 
 from __future__ import annotations
@@ -105,6 +104,7 @@ class Monitor:
         for packet in self._packets:
             if self._unsaid:
                 for stated in self._said(packet):
+                    # The limit of the old state is checked before the message leaves it.
                     self._check_time(stated.time_s)
                     self._move(stated)
         self._check_time(now_s)
@@ -112,6 +112,7 @@ class Monitor:
     def _said(self, packet: Row) -> Iterator[StatedFact]:
         for uid in packet[ITEM_UIDS]:
             block = self._unsaid.get(uid)
+            # A relayed copy is no statement of its sender. A fact counts at its first transmission, received or not.
             if block is not None and block[0].vehicle == packet[SENDER]:
                 yield from (fact._replace(time_s=packet[PACKET_TIME]) for fact in self._unsaid.pop(uid))
 
@@ -126,6 +127,7 @@ class Monitor:
             return True
         plays = False
         for time_s, begins in self._plays.get((fact.vehicle, message.by), ()):
+            # A role released at the instant of the record still counts.
             if time_s > fact.recorded_s or (time_s == fact.recorded_s and not begins):
                 break
             plays = begins
@@ -222,6 +224,7 @@ class TridentTruth(JobTruth):
     def reachable_fraction(self, fleet: FleetView) -> float:
         """Share of the goal that the remaining vehicles can still reach."""
         jobs = self._jobs
+        # Charting counts even if the survey was reported as done, recovery only while it is open.
         within = within_reach(jobs, self._groups, fleet, self.jobs_done)
         able = within_reach({name: jobs[name] for name in jobs if name != self._recovery}, self._groups, fleet, ())
         n_within = sum(block in able for tile, (block, _) in self._site.numbers.items() if tile not in self._charted)
