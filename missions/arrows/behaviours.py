@@ -111,7 +111,6 @@ class Searching(Behaviour):
         return self._target_m is not None and distance_m(motion, self._target_m) <= ARRIVED_M
 
     def _has_to_tell(self, hearers: Hearers, picture: Picture, at_m: Point, now_s: float) -> bool:
-        """True while reports are outstanding and it has not waited too long in contact."""
         if not self._reach.holds(at_m):
             self._back_s = None
         elif self._back_s is None:
@@ -130,11 +129,12 @@ class Searching(Behaviour):
         return self._reach.point_m if self._is_returning else leg.target_m
 
     def _comes_back(self, leg: Leg, picture: Picture, at_m: Point, now_s: float) -> bool:
-        """True if reporting finds is worth more than a leg and is not expected sooner anyway."""
         if (hearers := self._hearers) is None:
             return False
         facts, reach, speed_mps = picture.facts, self._reach, self._choosing.speed_mps
         back_s = reach.heard_in_s(at_m, speed_mps, picture.frame_s)
+        # A silence is expected to last as long again as so far, the median without further knowledge (Gott, Nature 363,
+        # 1993). If that ends sooner, a return gains nothing.
         if now_s - hearers.heard_s <= back_s:
             return False
         finds = []
@@ -226,6 +226,7 @@ class Directing(Standing):
 
     def _needs_order(self, name: str, at_m: Point, now_s: float) -> bool:
         target_m, ordered_s = self._ordered.get(name, (None, 0.0))
+        # Positions arrive late, so the next order is due before the vehicle is seen to arrive.
         near_m = ARRIVED_M + 2.0 * ORDERS_S * self._choosing[name].speed_mps
         return target_m is None or distance(at_m, target_m) <= near_m or now_s - ordered_s > STALE_S
 
@@ -296,7 +297,6 @@ class Identifying(Behaviour):
         return Perception(1.0, 1.0, concludes=tuple(self._concluded(self._at, facts, now_s)))
 
     def _listen(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Return into contact if reports are expected sooner there."""
         heard_s, at_m, speed_mps = picture.peers.heard_s, motion.position_m, self._data.transit_speed_mps
         silent_s = picture.body.now_s - min(heard_s.get(name, 0.0) for name in self._searchers)
         self._place_m = None
@@ -334,6 +334,7 @@ class Identifying(Behaviour):
             p_site = float(self._chart.sites(self._shares(name, facts)))
             way_s = distance_m(motion, place_m) / self._data.transit_speed_mps
             gains.append((p_site / (way_s + self._stay_s), name))
+        # Ties go by name, not by the order in which anomalies became known.
         return max(gains, key=lambda weighed: (weighed[0], weighed[1]))[1] if gains else None
 
     def _shown(self, anomaly: str, facts: Known) -> list[int]:
@@ -349,6 +350,7 @@ class Identifying(Behaviour):
         n_kinds, p_wrong = len(self._names), self._optical.p_false
         shares = np.full(n_kinds, 1.0 / n_kinds) if cell is None else self._chart.shares[:, cell].copy()
         for kind in self._shown(anomaly, facts):
+            # A wrong image shows each other kind with the same probability.
             likelihood = np.full(n_kinds, p_wrong / max(1, n_kinds - 1))
             likelihood[kind] = 1.0 - p_wrong
             shares *= likelihood

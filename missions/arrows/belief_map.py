@@ -13,12 +13,8 @@ Information is in bits. That of a future observation is the mutual information o
 That of past observations is the Kullback-Leibler divergence of the map from the prior; its expectation is the former
 (Cover and Thomas, Elements of Information Theory, chapter 2).
 
-**Grid and prior.** Cells are numbered row by row from the south-west; a tile has 4 x 4 cells. The wire carries a pass
-without detections as one number per tile with a bit per cell, and a detection as one number per cell.
-
-Each historic find contributes a density (1 - d^2 / s^2)^2 within the distance s, zero beyond (quartic kernel, up to
-scale). The densities of a kind and a uniform share sum to 1 over the cells. Times the expected number this is the
-probability that a cell holds such a thing. Cells are sampled from this prior by seed and number in a separate stream.
+**Grid.** Cells are numbered row by row from the south-west; a tile has 4 x 4 cells. The wire carries a pass without
+detections as one number per tile with a bit per cell, and a detection as one number per cell.
 """
 
 from __future__ import annotations
@@ -171,6 +167,7 @@ def contact_of(code: int) -> tuple[int, int]:
 def grid_of(scenario: ArrowsScenario) -> CellGrid:
     """Grid of a scenario from the south-west corner of its area; the last cells may extend beyond it."""
     (west_m, east_m), (south_m, north_m), cell_m = scenario.search.x_m, scenario.search.y_m, scenario.search.cell_m
+    # The tolerance keeps rounding from adding a column or row.
     n_columns, n_rows = (max(1, math.ceil(m / cell_m - 1e-9)) for m in (east_m - west_m, north_m - south_m))
     return CellGrid(west_m, south_m, cell_m, n_columns, n_rows)
 
@@ -178,7 +175,8 @@ def grid_of(scenario: ArrowsScenario) -> CellGrid:
 def share_map(grid: CellGrid, finds_m: list[Point], spread_m: float, uniform_share: float) -> Array:
     """Distribution over cells, shape (n_cells,): uniform share, and ``spread_m`` around finds."""
     hills = np.zeros(grid.n_cells)
-    for x_m, y_m in sorted(finds_m):  # sorted: bitwise equal sums in any listed order
+    # Quartic kernel (1 - d^2 / s^2)^2 within the spread s; sorted, so that sums are equal in any listed order.
+    for x_m, y_m in sorted(finds_m):
         dx_m, dy_m = grid.x_m - x_m, grid.y_m - y_m
         height = np.maximum(0.0, 1.0 - (dx_m * dx_m + dy_m * dy_m) / (spread_m * spread_m))
         hills += height * height
@@ -240,6 +238,7 @@ def draw_seafloor(scenario: ArrowsScenario, seed: int) -> Seafloor:
     occupied = (prior[0] < 1.0).nonzero()[0]
     for cell in map(int, occupied):
         share = loss.uniform(seed, loss.FINDS, cell, 0, 0)
+        # One number decides: the cumulated probabilities of the kinds divide [0, 1), nothing gets the rest.
         for number, name in enumerate(names, 1):
             share -= float(prior[number, cell])
             if share < 0.0:
@@ -266,6 +265,7 @@ def log2_of(x: Array) -> Array:
     [0.0, -2.0, 0.0, 3.0]
     """
     mantissa, exponent = np.frexp(np.where(x > 0.0, x, 1.0))
+    # Mantissas between 1/sqrt(2) and sqrt(2) keep |z| below 0.172, so that few terms suffice.
     is_low = mantissa < 0.7071067811865476
     mantissa, exponent = np.where(is_low, 2.0 * mantissa, mantissa), exponent - is_low
     z = (mantissa - 1.0) / (mantissa + 1.0)
@@ -290,7 +290,8 @@ def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
             powers = np.ones((most + 1, len(chances)))
             for n in range(1, most + 1):
                 powers[n] = powers[n - 1] * chances
-                powers[n] /= powers[n].max()  # only ratios matter: avoids underflow
+                # Only ratios matter; the scaling avoids underflow.
+                powers[n] /= powers[n].max()
             weights = np.maximum(weights * powers[counts].T, SMALLEST)
             weights /= total_of(weights)
     return np.asarray(weights / total_of(weights), dtype=np.float64)
@@ -399,7 +400,8 @@ class Chart:
         for attribute in (SWEPT, CONTACT):
             for vehicle in vehicles:
                 known, seen = facts.values((attribute, vehicle)), self._seen.get((attribute, vehicle), set())
-                if len(known) < len(seen):  # an origin is excluded now
+                # An exclusion removes facts, and counts cannot be subtracted without knowing which.
+                if len(known) < len(seen):
                     self._clear()
                     self.update(facts, vehicles)
                     return

@@ -11,9 +11,7 @@ with no return it gains
     sum over i of  p_i * (T - max(l + h, b) - a_i)  -  2 * r * c * (T - l - c / 2),
 
 with negative times as 0: reported finds are identified, and later finds are both found and identified later. It takes a
-leg if a return afterwards gains more than a return now, or if neither gains (``goes_on``). It does not return if
-reception is expected sooner anyway: a silence is expected to last as long again as so far, the median without further
-knowledge (Gott, Nature 363, 1993).
+leg if a return afterwards gains more than a return now, or if neither gains (``goes_on``).
 """
 
 from __future__ import annotations
@@ -98,6 +96,7 @@ class Hearers:
     def note(self, facts: Known, peers: Peers) -> None:
         """Mark finds known two of their packets ago as received (``N_HEARD``)."""
         heard_s = max((peers.heard_s.get(name, 0.0) for name in self._speeds_mps), default=0.0)
+        # Of two packets received after a find became known, the second shows that its report had time to arrive.
         if heard_s > self.heard_s:
             self.heard_s, self._told, self._known = heard_s, self._known, frozenset(facts.instances(ANOMALY))
 
@@ -201,20 +200,21 @@ def goes_on(
         finds: unreported to the identifying vehicles.
         takes_s: time to identify finds of the leg.
         left_s: until the search ends.
-        busy_s: until the identifying vehicles are free; see ``contact`` for the formula.
+        busy_s: until the identifying vehicles are free.
 
     >>> leg, finds, back = Leg((500.0, 0.0), 0.04, 100.0), [Find(0.9, 200.0)], Return(400.0, 400.0)
     >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 0.0)
     False
-    >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 1000.0)  # who identifies them has its hands full
+    >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 1000.0)  # the identifying vehicle is busy
     True
     """
 
-    def gain(told: Sequence[Find], after_s: float, back: Return) -> float:
+    def gain(reported: Sequence[Find], after_s: float, back: Return) -> float:
         until_s = left_s - max(after_s + back.heard_in_s, busy_s)
-        identified = sum(find.p_site * max(0.0, until_s - find.takes_s) for find in told)
+        identified = sum(find.p_site * max(0.0, until_s - find.takes_s) for find in reported)
         missed = leg.sites / leg.takes_s * back.pause_s * max(0.0, left_s - after_s - back.pause_s / 2.0)
-        return identified - 2.0 * missed  # both found and identified later
+        # Missed sites are both found and identified later, hence the factor.
+        return identified - 2.0 * missed
 
     return max(0.0, gain([*finds, Find(leg.sites, takes_s)], leg.takes_s, later)) >= gain(finds, 0.0, now)
 
@@ -281,8 +281,7 @@ class Choosing:
         """Return the first leg of the best route; None if the leash permits no point.
 
         Each of the best single targets starts a route that is continued greedily by information per time. The route
-        with the most information per time wins (rollout of the greedy choice; Bertsekas, Tsitsiklis and Wu, Journal of
-        Heuristics 3, 1997). ``leash`` None permits any point.
+        with the most information per time wins. ``leash`` None permits any point.
         """
         grid = chart.grid
         cells = np.arange(grid.n_cells)
@@ -295,6 +294,8 @@ class Choosing:
             return None
         bits = self.information(chart, held, track, now_s)
         legs = self._legs(grid, bits, at_m, x_m, y_m)
+        # Rollout of the greedy choice (Bertsekas, Tsitsiklis and Wu, Journal of Heuristics 3, 1997). The stable sort
+        # keeps ties in the order of cells on every machine.
         firsts = np.argsort(-legs[0] / legs[1], kind="stable")[:N_FIRST]
         rates = [self._rate(grid, bits, legs, int(first), x_m, y_m) for first in firsts]
         best = int(firsts[int(np.argmax(rates))])
@@ -337,6 +338,7 @@ class Choosing:
 def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:
     """Squared distance of each cell from each straight path (m2), shape (points, n_cells)."""
     east_m, north_m = (x_m - at_m[0])[:, None], (y_m - at_m[1])[:, None]
+    # A path of length 0 has no direction; the floor avoids 0 / 0.
     length2 = np.maximum(east_m * east_m + north_m * north_m, 1e-9)
     dx_m, dy_m = (grid.x_m - at_m[0])[None, :], (grid.y_m - at_m[1])[None, :]
     along = np.clip((dx_m * east_m + dy_m * north_m) / length2, 0.0, 1.0)

@@ -137,6 +137,7 @@ class Detector:
         thing, n_look = world.things.get(cell), self._n_looks[cell]
         first = (cell * N_DETECTORS + self._number) * DRAWS
         chance, east, north = (loss.uniform(world.seed, loss.LOOKS, n_look, self._node, first + n) for n in range(3))
+        # Outside of the area by its own belief, the vehicle has no cell to report.
         if claimed is None:
             return []
         if chance >= world.rates[self._number, 0 if thing is None else thing.kind]:
@@ -149,6 +150,7 @@ class Detector:
 
     def _note_empty(self, world: Seafloor, cell: int, now_s: float) -> list[Observation]:
         tile, bit = world.grid.tile_of(cell)
+        # A second empty observation of a cell begins another pass over its tile.
         reported = self._tell(tile) if self._empty.get(tile, (0, 0.0))[0] >> bit & 1 else []
         mask = self._empty.get(tile, (0, 0.0))[0] | 1 << bit
         self._empty[tile] = mask, now_s
@@ -201,6 +203,7 @@ class ClassifyingCamera:
         at_m = pose.x_m, pose.y_m
         around = (
             world.things[cell]
+            # Things lie off the centre of their cell, hence the margin.
             for cell in world.grid.near(at_m, settings.range_m + world.grid.cell_m)
             if cell in world.things
         )

@@ -74,6 +74,7 @@ def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
         if times > 1:
             yield ConfigurationFault(f"kind.{name}.name", "", f"given {times} times; each kind has one table")
     grid = grid_of(scenario)
+    # The fault of the grid is reported already; its arrays could exhaust the memory.
     if grid.n_cells > MOST_CELLS:
         return
     faults = [fault for kind in scenario.kind if kind.map for fault in _map(kind, grid)]
@@ -214,17 +215,15 @@ class ArrowsMission(JobMission):
 
     @cached_property  # 70 ms, asked for each vehicle
     def reach(self) -> Reach:
-        """Area of contact: around the leader's rally point in a central search.
-
-        Else around the cell with the least mean distance to the expected sites, known to all from the prior (median of
-        a network; Hakimi, Operations Research 12, 1964).
-        """
+        """Area of contact: the leader's rally point in a central search, else amid the expected sites."""
         settings, point = self.scenario.mission, next(iter(self.groups.values())).rally_point
         at_m = self.meeting.rally_points_m[point or ""]
         if settings.search != "central":
             grid, chart = self.grid, self.chart()
             sites = chart.sites(chart.prior)
             dx_m, dy_m = grid.x_m[:, None] - grid.x_m, grid.y_m[:, None] - grid.y_m
+            # All vehicles know the prior, hence the cell with the least mean distance to the expected sites (median of
+            # a network; Hakimi, Operations Research 12, 1964).
             at_m = grid.centre_m(int(np.argmin(halved(sites * np.sqrt(dx_m * dx_m + dy_m * dy_m)))))
         alone_s, greeting_s = (settings.alone_s, settings.greeting_s) if settings.contact else (math.inf, 0.0)
         return Reach(at_m, contact_range_m(self.scenario), alone_s, greeting_s, settings.contact_loss)

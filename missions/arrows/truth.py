@@ -57,7 +57,8 @@ def looks_known(recorder: Recorder, vehicles: Sequence[str]) -> dict[str, list[L
             look = attribute, int(float(value))
             looks.setdefault(uid, []).append(look)
             known[""].append((recorded_s, *look))
-            if kind == "kept":  # private observations are known to their origin
+            # Private observations have no row in ``knowledge``; their origin knows them at once.
+            if kind == "kept":
                 known[origin].append((recorded_s, *look))
     for time_s, vehicle, uid, _, event in recorder.rows("knowledge"):
         if event in ("observed", "received") and uid in looks:
@@ -185,6 +186,7 @@ def sites_of(run: MeasuredRun) -> set[int]:
 
 def found_at_s(run: MeasuredRun) -> dict[int, float]:
     """Time of the first detection of each site, by cell."""
+    # Reversed, so that the first detection of a cell is kept.
     contacts = reversed(run.recorder.rows(CONTACTS.name))
     return {cell: time_s for time_s, _, _, cell, kind, _, _ in contacts if kind in SITES}
 
