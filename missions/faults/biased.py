@@ -25,7 +25,7 @@ AN_OFFSET = "a number, or [east, north] for a point"
 
 
 def _off(value: Any) -> Any:
-    """Refuse an invalid offset with one message for every error."""
+    # Checked here, since pydantic would report one error for each alternative of the union.
     numbers = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
     if value is not None and not all(map(is_number, numbers)):
         raise PydanticCustomError("offset", "allowed: " + AN_OFFSET)
@@ -95,6 +95,7 @@ class Biased(FaultOfSensors):
         axes = {a.name: len(a.fields) for a in tbox.attributes if a.fields} if tbox is not None else {}
         if axes:
             yield from one_of(f"{key}.attribute", self.attribute, sorted(axes))
+        # An unknown attribute has its own fault, hence no second one about the dimension.
         if self.offset is not None and len(self.by) != axes.get(self.attribute or "", len(self.by)):
             kind = "point: [east, north]" if axes[self.attribute or ""] == 2 else "number: one number"
             yield ConfigurationFault(f"{key}.offset", "", f"{self.attribute} is a {kind}")

@@ -55,6 +55,7 @@ class Restarts(DeclaredFault):
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
         """Yield faults: a vehicle that restarts too often, or while off."""
+        # The epoch in a packet has two bits: a further incarnation would be taken for the first.
         if len(before) >= MOST:
             allowed = f"restarts for the {len(before) + 1}th time: {MOST} times are allowed in a run"
             yield ConfigurationFault(f"{key}.vehicle", "", allowed)

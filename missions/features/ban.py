@@ -63,6 +63,7 @@ def stated(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]
 
     def facts(beliefs: Beliefs) -> list[Fact]:
         latest_s = beliefs.model.tbox.attribute_named(BANNED_FROM).fields[0].maximum
+        # Facts cannot be deleted: a ban from the latest possible time on excludes nothing.
         return [beliefs.fact(vehicle, BANNED_FROM, latest_s if from_s is None else from_s)]
 
     return facts

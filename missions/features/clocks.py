@@ -1,9 +1,8 @@
 """Vehicle clocks, ``[communication.clocks]`` and ``[vehicle.clock]``: offset and drift.
 
 At true time ``t`` a clock shows ``t + offset + drift * t + correction``, at least 0, the start of the mission. A
-vehicle uses its clock for slots, observation times, arrivals and leases. Its table rows carry the true time, so that
-vehicles can be compared. Each vehicle estimates clock differences from packet arrivals and, with ``discipline``,
-corrects its clock. In a single-vehicle process the feature is inactive: the hull provides the clock.
+vehicle uses its clock for slots, observation times, arrivals and leases. Each vehicle estimates clock differences from
+packet arrivals and, with ``discipline``, corrects its clock.
 """
 
 from __future__ import annotations
@@ -110,6 +109,7 @@ class OwnClock:
 
     def recording(self, recorder: Recorder) -> Recorder:
         """Return a recorder that replaces the clock's time by the true time in each row."""
+        # Rows of all vehicles carry the true time, so that they can be compared.
         return recorder if self.is_exact and not self.disciplined else RecorderByClock(recorder, self)
 
     @property
@@ -194,11 +194,9 @@ class Offsets:
         return median(leads_s) if len(leads_s) >= LEAST_ARRIVALS else None
 
     def correction_s(self) -> float:
-        """Return the clock correction: half the way to the median of all clocks, own included.
-
-        A single wrong clock thus converges to a fleet whose clocks agree.
-        """
+        """Return the clock correction: half the way to the median of all clocks, own included."""
         known = [offset_s for peer in range(len(self._leads_s)) if (offset_s := self.estimate_s(peer)) is not None]
+        # By the median a single wrong clock converges to the others; half the way, since peers correct as well.
         return -median([0.0, *known]) / 2.0
 
     def shift(self, by_s: float) -> None:
@@ -312,6 +310,7 @@ class Clocks(Observer):
 
 def observer_of(joining: Joining) -> Clocks | None:
     """Return the run hooks; None for a single-vehicle process."""
+    # A single-vehicle process runs by the clock of its machine.
     return None if joining.is_alone else Clocks(joining)
 
 

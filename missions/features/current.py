@@ -9,8 +9,6 @@ speed s through the water, its velocity through the water is g d - c, with the s
 
     g = c . d + sqrt(s^2 - (c x d)^2)
 
-Vehicles in one depth layer drift alike, so avoidance works in the frame of the water.
-
 Where sensors limit the speed, a vehicle holds that speed over ground. A current as fast as the slowest vehicle is
 rejected. A vehicle that is lost, off or without energy drifts with the surface current unless ``lost_stay``.
 """
@@ -231,6 +229,7 @@ class GuidanceInCurrent(Guidance):
     def _aim(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
         motion, flow = self.motion, self.flow_mps
         if speed_mps <= 0.0:
+            # To keep its position, the vehicle makes up for the drift of the tick.
             return (motion.x_m - flow[0] * dt_s, motion.y_m - flow[1] * dt_s), min(length(*flow), self.most_mps)
         dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
         range_m = length(dx_m, dy_m)
@@ -252,6 +251,7 @@ class GuidanceInCurrent(Guidance):
         wanted = water[0] / speed_mps, water[1] / speed_mps
         ahead = turned(self.motion.ahead, wanted, self.data.turn_rate_radps * dt_s)
         along = ahead[0] * flow[0] + ahead[1] * flow[1]
+        # |s a + c| = limit, solved for the speed s along the heading a that the turn reaches within the tick.
         left = most_mps * most_mps - flow[0] * flow[0] - flow[1] * flow[1] + along * along
         return max(0.0, math.sqrt(left) - along) if left > 0.0 else 0.0
 
@@ -277,6 +277,7 @@ class GuidanceInCurrent(Guidance):
     def walls(self, position_m: Point) -> Sequence[HalfPlane]:
         """Velocity constraints as in still water, shifted by the water velocity."""
         east_mps, north_mps = self.flow_mps
+        # Avoidance works in the frame of the water, in which vehicles of one depth layer drift alike.
         return [wall._replace(x=wall.x - east_mps, y=wall.y - north_mps) for wall in super().walls(position_m)]
 
 

@@ -64,11 +64,11 @@ class DamagingChannel:
         ]
 
     def _damaged(self, arrival: Arrival, slot: int, sender: int) -> Arrival:
-        """Flip bits of an arrival; a place drawn twice moves on to the next, to keep both flips."""
         content, n_bits = int.from_bytes(arrival.data, "big"), 8 * len(arrival.data)
         key, mask = loss.slot_key(loss.trial_key(self.seed, loss.PLACES), slot), 0
         for number in range(min(self.bits, n_bits)):
             place = int(loss.link_uniform(loss.slot_key(key, number), sender, arrival.receiver) * n_bits)
+            # A place drawn twice moves on to the next, since two flips of one bit cancel out.
             while mask >> place & 1:
                 place = (place + 1) % n_bits
             mask |= 1 << place

@@ -157,6 +157,7 @@ class Navigation:
             left = exp(-dt_s / self.table.fix_s)
             self.error_m = left * x_m, left * y_m
             self.uncertainty_m *= left
+            # The next interval under water has a new direction, keyed by its number.
             self._course = None
             return
         if self._course is None:
@@ -305,6 +306,7 @@ class FixingPosition(Behaviour):
         if navigation.has_fix:
             back_s = self._back_s(motion)
             spent_s, left_m = picture.body.now_s - since_s + back_s, navigation.uncertainty_m
+            # Optimal end of a fix, see the module: b / fix_s <= (b_0 - b) / (t + r).
             self._is_fixed = left_m * spent_s <= (before_m - left_m) * navigation.table.fix_s
             if self._is_fixed:
                 self.depth_m = self._data.depth_m
@@ -313,7 +315,6 @@ class FixingPosition(Behaviour):
             self.depth_m = 0.0 if self._beacon is None else self._data.depth_m
 
     def _back_s(self, motion: Motion) -> float:
-        """Time (s) of the way back."""
         rise_s = (self._data.depth_m - self.navigation.depth_m) / self.navigation.table.vertical_speed_mps
         return rise_s + distance_m(motion, self._from_m) / self._data.transit_speed_mps
 
@@ -328,6 +329,7 @@ class FixingPosition(Behaviour):
             if at_m is None or number in self._silent:
                 continue
             to_go_m = distance(motion.position_m, at_m)
+            # Without a fix at its known position the beacon is silent or elsewhere.
             if to_go_m <= CAPTURE_M:
                 self._silent.add(number)
                 continue
@@ -337,7 +339,6 @@ class FixingPosition(Behaviour):
         return soonest
 
     def _known_m(self, number: int, picture: Picture) -> Point | None:
-        """Return the known position of a beacon, for a carried one its carrier's last received."""
         beacon = self.navigation.beacons[number]
         if beacon.carrier:
             return picture.peers.positions_m.get(beacon.carrier)
@@ -384,15 +385,15 @@ class Adrift:
             self.behaviour.needed_m = math.inf if asked is None else asked(motion, picture)
 
     def after_motion(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
-        """Update navigation; the depth changes only if no vehicle is within the separation."""
+        """Update depth and navigation after a motion tick."""
         motion, separation_m = self._layer.motion, self._layer.guidance.constants.separation_m
+        # A vehicle changes its depth only with the separation to all others, as their layers may cross.
         if all(length(neighbour.dx_m, neighbour.dy_m) >= separation_m for neighbour in neighbours):
             self.navigation.go_to_depth(self.behaviour.depth_m, dt_s)
         self.navigation.go(motion.position_m, motion.speed_mps * dt_s, dt_s)
         self._reckon()
 
     def _reckon(self) -> None:
-        """Copy the navigation estimate into the functional layer."""
         layer, navigation = self._layer, self.navigation
         layer.depth_m = navigation.depth_m
         layer.guidance.error_m = navigation.error_m
@@ -477,10 +478,8 @@ class Drift(Observer):
         )
 
     def carrier_m(self, vehicle: str, sensor: str | None) -> Point | None:
-        """True position of a vehicle; None while it or its beacon sensor does not transmit.
-
-        A single-vehicle process does not know other vehicles' true positions: their beacons give it no fix.
-        """
+        """True position of a vehicle; None while it or its beacon sensor does not transmit."""
+        # A single-vehicle process does not know the true positions of others: their beacons give it no fix.
         if self._host is None or vehicle not in self._host.names:
             return None
         carrier = self._host.named(vehicle)

@@ -144,14 +144,9 @@ class StatedNeed:
 class NeedsInForce:
     """Needs known to one vehicle: ``worldmodel.Needs`` of its exchange manager.
 
-    Common needs (of all, or derived from groups) and stated needs are valid side by side. Needs for the same attribute
-    are merged, see ``worldmodel.needs``.
-
-    Args:
-        model: source of stated needs; they survive a restart with it.
-        common: needs not stated by a vehicle.
-        agreed: node and need by the uid of the need's instance.
-        on_demand: attributes stored as items even without a current need.
+    Common needs (of all, or derived from groups) and stated needs are valid side by side. Stated needs survive a
+    restart with ``model``. ``agreed`` holds node and need by the uid of the need's instance, ``on_demand`` the
+    attributes stored as items even without a current need.
     """
 
     def __init__(
@@ -179,6 +174,7 @@ class NeedsInForce:
         if organisation is not None and isinstance(self._common, GroupNeeds):
             has_changed = self._common.renew(organisation)
         in_force = {uid: stated for uid in self._instances if (stated := self._read(uid)) is not None}
+        # An unchanged index keeps the caches of the exchange manager valid.
         if in_force == self._in_force:
             return has_changed
         self._in_force = in_force
@@ -227,9 +223,10 @@ class NeedsInForce:
                 None if of_instance is None else int(of_instance),
                 PLAIN if terms == PLAIN else terms,
             )
+            # The index refuses needs that the ontology does not permit, which a faulty peer may state.
             NeedsIndex(self._tbox, {int(by): [need]})
         except NeedError:
-            return None  # an invalid statement of a peer
+            return None
         return int(by), need
 
 

@@ -96,7 +96,7 @@ class ReefPassage:
         122.0
         """
         places_m = (from_m, *self.way_m(from_m, to_m))
-        return math.fsum(distance(one, other) for one, other in pairwise(places_m))
+        return math.fsum(distance(a_m, b_m) for a_m, b_m in pairwise(places_m))
 
     def _is_before(self, at_m: Point, side: int) -> bool:
         """True within reach of the mouth on a straight line through the passage."""
@@ -107,6 +107,7 @@ class ReefPassage:
         """Return constraints on velocity (m/s) that keep a vehicle off the reef for ``RECOVERY_S``."""
         x_m, y_m = at_m
         side, is_along = self.side(at_m), abs(y_m - self.y_m) <= self.half_m + SLACK_M
+        # The walls extend beyond the mouths, so that no vehicle cuts a corner of the reef.
         if is_along and self.west_m - MOUTH_M <= x_m <= self.east_m + MOUTH_M:
             north_m, south_m = self.y_m + self.half_m - y_m, self.y_m - self.half_m - y_m
             return [

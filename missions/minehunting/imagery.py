@@ -5,9 +5,7 @@ others the seabed. Echoes are levels relative to the snippet's reference level. 
 contact and view: a repeated view shows the same.
 
 The analyst classifies contacts by received evidence, on the group leader's vehicle. Mine echoes lie above a level
-halfway between mine and rock, rock echoes equally far below, with independent normal errors. Each level x therefore
-adds 2 m (x - reference)/sigma^2 to the log likelihood ratio (Wald, Sequential Analysis, 1947), where m is the distance
-of the mean from the halfway level.
+halfway between mine and rock, rock echoes equally far below, with independent normal errors.
 """
 
 from __future__ import annotations
@@ -114,6 +112,7 @@ def beside_contact(number: int, n_views: int, view_m: float) -> Point:
     (0.0, 10.0)
     """
     sin, cos = sincos(TAU * number / n_views)
+    # Adding 0.0 turns -0.0 into 0.0, whose bits differ.
     return round(view_m * cos, 1) + 0.0, round(view_m * sin, 1) + 0.0
 
 
@@ -245,6 +244,8 @@ def evidence_of(contact: str, facts: Known, imagery: ImageryTable) -> Evidence:
         for kind, (names, mean_db) in enumerate(echoes):
             pairs = [facts.values((name, snippet)) for name in names]
             n_strips[kind] += max(map(len, pairs))
+            # Log likelihood ratio of a level x: 2 m (x - reference) / sigma^2, with m the distance of the mean from
+            # halfway (Wald, Sequential Analysis, 1947).
             weight = 2.0 * mean_db / (imagery.sigma_db * imagery.sigma_db)
             terms += [weight * (high - high_db + low - low_db) for of_name in pairs for high, low in of_name]
     return Evidence(math.fsum(terms), *n_strips)
@@ -293,6 +294,7 @@ class Analysing(Standing):
             since_s = now_s
         is_over = n_done == len(views) and now_s - since_s >= self._analysis.patience_s
         n_target = len(views) * imagery.target_strips
+        # Strips beside the contact say little, so another view is requested without waiting for them.
         if may_ask and (known.n_target >= n_target or is_over):
             return REVISITS
         has_all = known.n_target + known.n_floor >= len(views) * imagery.strips

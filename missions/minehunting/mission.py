@@ -120,6 +120,7 @@ class MinehuntingMission(JobMission):
                 yield ConfigurationFault("mission.view_m", str(view_m), allowed)
             for number, contact in enumerate(contacts):
                 others = contacts[:number]
+                # Sonars know a view only by its place.
                 near = next((o for o in others if distance(contact.position_m, o.position_m) < 3.0 * view_m), None)
                 if near is not None:
                     key = f"contact.{near.name}.position_m"
@@ -133,7 +134,7 @@ class MinehuntingMission(JobMission):
         """First view of each contact, and the revisits."""
         settings, self._imagery = scenario.mission, scenario.imagery
         self._analysis = Analysis(self._imagery, settings.confidence, settings.waits_s)
-        contacts_m = {one.name: one.position_m for one in scenario.contact}
+        contacts_m = {contact.name: contact.position_m for contact in scenario.contact}
         view_s, n_views = (self._imagery.strips + 1) * self._imagery.strip_s, settings.revisits + 1
 
         def view(name: str, number: int, contact: str) -> ContactView:
@@ -146,7 +147,8 @@ class MinehuntingMission(JobMission):
 
         self._firsts = tuple(view(name, 0, name) for name in contacts_m)
         self._revisits = tuple(view(name, n, "") for n, name in enumerate(numbered("revisit", settings.revisits), 1))
-        self._views = {one.name: one for one in (*self._firsts, *self._revisits)}
+        # A revisit has no contact before its request, hence the empty name.
+        self._views = {each.name: each for each in (*self._firsts, *self._revisits)}
         return self._views.values()
 
     @property
