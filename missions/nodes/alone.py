@@ -128,6 +128,7 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
     """
     setup, introductions, by_life = plan.setup(), None, [b""]
     if key := key_of(setup.scenario.communication.key_file):
+        # Each incarnation needs a salt of its own: a nonce used twice under one key would reveal both packets.
         by_life = [*salts, *(fresh_salt() for _ in range(1 + len(pauses) - len(salts)))]
         introductions = _introductions(setup, plan.vehicle, key, by_life[0])
         setup = replace(setup, codec=renewed(setup.codec, introductions.salt_of))
@@ -142,6 +143,7 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
 
     faults = [fault for fault in faults_in(setup, plan.seed) if fault.vehicle == plan.vehicle]
     if plan.begins_s > 0.0:
+        # A late start is an absence from the start, as a scenario could declare it.
         faults.insert(0, _away(setup, plan, Absence.BEFORE, at_s=plan.begins_s))
     for from_s, until_s in pauses:
         faults.append(_away(setup, plan, Absence.PAUSE, at_s=from_s, until_s=until_s, memory="kept"))
@@ -172,7 +174,6 @@ def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys
 
 
 def _begin_again(introductions: Introductions, salt: bytes, solo: Solo) -> None:
-    """Start the salt handshake of a restarted process with a new salt."""
     introductions.begin(salt)
 
 

@@ -141,6 +141,7 @@ class Disciplined(Paced):
     @property
     def uncertainty_s(self) -> float:
         """Uncertainty of the mission time (s); infinite before the first reading."""
+        # In seconds of the mission, which passes ``speed`` times as fast.
         return self._unsure_s * self.speed
 
     @property
@@ -165,6 +166,7 @@ class Steered(Observer):
             allowed = "a scenario without current and navigation errors, which the real sea has; leave out their tables"
             raise ConfigurationError.of(layer.data.name, "--frontseat", "body", allowed)
         layer.guidance.go = self._go
+        # A restarted vehicle has a new layer, while the last fix is still valid.
         layer.sigma_m = 0.0 if self._fix is None else self._fix.sigma_m
         self._layer = layer
 
@@ -180,6 +182,7 @@ class Steered(Observer):
         before_m, fix = motion.position_m, self._fix
         if fix is not None:
             motion.x_m, motion.y_m, motion.heading_rad, motion.speed_mps = fix[:4]
+            # The first fix corrects the planned start: this jump is no travelled distance.
             motion.distance_m += distance(before_m, motion.position_m) if self._is_placed else 0.0
             self._is_placed = True
             assert self._layer is not None

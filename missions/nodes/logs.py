@@ -109,6 +109,7 @@ class NodeLog:
         with writing(path):
             whole = path.read_bytes()
             log._file = path.open("r+", encoding="utf-8")
+            # A killed node may leave half a line, which would run into the next one.
             log._file.truncate(whole.rfind(b"\n") + 1)
             log._file.seek(0, os.SEEK_END)
         return log
@@ -128,7 +129,8 @@ class NodeLog:
     def _line(self, value: dict[str, Any]) -> None:
         self._file.write(json.dumps(value) + "\n")
         self._file.flush()
-        os.fsync(self._file.fileno())  # survives a loss of power
+        # A flushed line survives the process, a synced one also a loss of power.
+        os.fsync(self._file.fileno())
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,6 +226,7 @@ def play(log: Logged) -> Played:
     plan, solo = log.plan, _hearing(log, log.pauses).solo
     received, logged = log.of(LineKind.HEARD), log.of(LineKind.SENT)
     is_whole = log.state_hash is not None
+    # The log of a killed node proves nothing beyond its last packet.
     until_s = plan.end_s if is_whole else just_after(logged[-1].time_s) if logged else 0.0
     difference = next(_differences(logged, solo.advance(until_s)), "")
     state_hash = solo.vehicle.beliefs.model.state_hash()
@@ -248,6 +251,7 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
     if log.began is None:
         raise _cannot(path, "without a start", "a log of a node that goes by the clock of its machine")
     pace = log.began.pace
+    # The clock of the machine may have been put back, but mission time never decreases.
     now_s = max(pace.now_s, just_after(log.last_s))
     own, difference = back(log, now_s)
     if difference:

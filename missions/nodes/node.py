@@ -92,6 +92,7 @@ class VehicleNode:
         self._n_doubled = self._n_withheld = 0
         self._late_s = 0.0
         self._tolerance_s = own.setup.scenario.communication.clock_tolerance_s
+        # A resumed node logs its salt in the line of its restart.
         if log is not None and own.salt and own.lives == 1:
             log.write(LogEntry(LineKind.SALT, own.plan.begins_s, own.salt))
 
@@ -160,6 +161,7 @@ class VehicleNode:
         self._n_doubled += copies == 2
         if not copies:
             self._note(LineKind.LOST, packet.time_s, packet.data)
+        # The vehicle may accept a packet later than it came; the log has the time that a replay must repeat.
         for _ in range(copies):
             self._note(LineKind.HEARD, self.solo.hear(packet.data, packet.time_s), packet.data)
 
@@ -180,6 +182,7 @@ class VehicleNode:
 
     def _advance(self, until_s: float) -> None:
         for sent in self.solo.advance(until_s):
+            # A withheld packet is logged too: for the vehicle itself it is sent.
             self._note(LineKind.SENT, sent.time_s, sent.packet.data)
             if self._pace.uncertainty_s <= self._tolerance_s:
                 self._driver.send(sent.packet.data, sent.time_s)

@@ -40,8 +40,10 @@ class RosShare:
                 "is not here; allowed in a shell that has sourced the setup file of ROS 2, as /opt/ros/jazzy/setup.bash"
             )
             raise ConfigurationError.of("--ros", str(error.name), "", lacks) from None
+        # The process of the node handles its signals itself.
         self._rclpy.init(args=[], signal_handler_options=quiet)
         name = re.sub(r"\W", "_", vehicle).lower()
+        # Names in ROS may not begin with a digit.
         self._name = name if name[0].isalpha() else f"v{name}"
         self._node: Any = self._rclpy.create_node("remoras", namespace=self._name, use_global_arguments=False)
         self._fix: Fix | None = None
@@ -56,6 +58,7 @@ class RosShare:
 
     def _hear(self, message: Any) -> None:
         point, turned, moves = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist.linear
+        # Yaw of the quaternion, about the upward axis.
         sine = 2.0 * (turned.w * turned.z + turned.x * turned.y)
         cosine = 1.0 - 2.0 * (turned.y * turned.y + turned.z * turned.z)
         east_m2, north_m2 = message.pose.covariance[0], message.pose.covariance[7]
@@ -68,6 +71,7 @@ class RosShare:
     def fix(self) -> Fix | None:
         """Return the last fix received since the last call."""
         for _ in range(MOST_AT_ONCE if self._node is not None else 0):
+            # One spin handles one message, and only the last fix counts; the limit keeps a fast sender from blocking.
             before = self._n_heard
             self._rclpy.spin_once(self._node, timeout_sec=0.0)
             if self._n_heard == before:

@@ -94,6 +94,7 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        # All processes end at once, so that their patience passes only once.
         for process, _ in self._running.values():
             process.terminate()
         for process, own in self._running.values():
@@ -116,8 +117,10 @@ class Processes:
                 own, theirs = context.Pipe()
                 process = context.Process(target=work, args=(job, theirs), daemon=True)
                 process.start()
-                theirs.close()  # so that the end of the process ends the connection
+                # While this process holds the other end, a dead vehicle would not end the connection.
+                theirs.close()
                 self._running[name] = process, own
+        # Every socket is bound before any vehicle starts: packets to an unbound port would be lost.
         ports: dict[str, int] = {}
         for name in self._jobs:
             port = self._said(name)
@@ -142,8 +145,8 @@ class Processes:
         return outcomes
 
     def _said(self, name: str) -> Any:
-        """Return the next message of a process; None if it has ended."""
         try:
+            # An ended process gives no message, hence None.
             return self._running[name][1].recv()
         except (EOFError, OSError):
             return None
