@@ -117,6 +117,7 @@ def read_card(path: Path, suite: Suite) -> dict[str, Any]:
     for entry, own in zip(card["strategies"], expected["strategies"], strict=True):
         _compare(path, f"{entry['name']}.", entry, own)
         for cell, runs in zip(suite.cells, entry["runs"], strict=True):
+            # Runs with other seeds could have been selected for their results.
             if [run[:2] for run in runs] != seeds:
                 where = f"{entry['name']}, {cell.label}"
                 raise OutputError(f"{path}: {where}: other repeats or seeds than the suite has; the card was altered")
@@ -124,7 +125,7 @@ def read_card(path: Path, suite: Suite) -> dict[str, Any]:
 
 
 def _compare(path: Path, prefix: str, entries: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
-    """Refuse unknown keys and values that differ from the expected ones."""
+    # A key without a check could hold a false claim.
     for key in entries:
         if key not in expected:
             raise OutputError(f"{path}: {prefix}{key}: unknown key; allowed: {', '.join(expected)}")
@@ -184,6 +185,7 @@ def verify_card(path: Path, suite: Suite, seed: int, count: int | None = None) -
         for run in strategy.cells[cell]
     ]
     count = min(len(known), max(LEAST_DRAWN, math.ceil(len(known) / 10)) if count is None else count)
+    # A hash gives the same draw in every version of Python, unlike its generator.
     order = sorted(range(len(known)), key=lambda n: hashlib.sha256(f"{seed} {n}".encode()).digest())
     drawn = [known[n] for n in order[:count]]
     other = {name: codes for name, codes in here.items() if codes[0] != codes[1]}

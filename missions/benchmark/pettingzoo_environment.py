@@ -162,13 +162,13 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
             return {}, {}, {}, {}, {}
         agents, fleet = self.agents, self.fleet
         taken = {agent: actions.get(agent, 0) for agent in agents}
+        # Read before the frame, which replaces the observations.
         masks = {agent: seen["action_mask"] for agent, seen in self._observations().items()}
         allowed = {a: n for a, n in taken.items() if self.action_spaces[a].contains(n) and masks[a][n]}
         self._go_on(allowed)
         is_over, completed = not fleet.running, bool(fleet.completed)
-        now_s = (
-            fleet.ended_s if is_over else (fleet.n_ticks - 2) * fleet.tick_s
-        )  # time of the last tick, as for the goal
+        # The goal is judged at ticks, so the time of the last tick goes with it.
+        now_s = fleet.ended_s if is_over else (fleet.n_ticks - 2) * fleet.tick_s
         reward = -(1.0 - fleet.truth.goal_fraction) * (now_s - self._now_s) / self.bound_s
         self._now_s = now_s
         infos: Infos = {agent: {"refused": agent not in allowed} for agent in agents}
@@ -188,6 +188,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         if self._run is not None:
             for waiting in (*self._rounds.values(), self._run):
                 if waiting:
+                    # A paused round would keep its vehicle alive; this unwinds it.
                     waiting.throw()
             self.fleet.close()
         self._run, self.agents = None, []
@@ -225,8 +226,8 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
 
 
 class _Vehicle(Vehicle):
-    def __init__(self, env: FleetEnv, *given: Any) -> None:
-        super().__init__(*given)
+    def __init__(self, env: FleetEnv, *args: Any) -> None:
+        super().__init__(*args)
         self._env = env
 
     def consult(self, now_s: float) -> None:
@@ -287,6 +288,7 @@ def observation(me: str, group: Group, situation: Situation) -> Sight:
             n_unfinished += 1
             if is_own:
                 held.append(role)
+                # Only a held job can be released, or its claim repeated.
                 mask[[LEAVE + row, AGAIN + row]] = 1
             elif is_open and has_room and work.able(data, role):
                 mask[TAKE + row] = 1

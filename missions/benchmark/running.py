@@ -3,9 +3,9 @@
 The efficiency of a run is ``T_bound / T``, a lower bound of the mission time over its actual time, or over the suite's
 limit if not completed. The score is the mean of the cell means.
 
-All n-th runs are one instance: one fleet and seed, on the grounds of the suite or one random ground. Cells share
-these draws, so an instance has one value, its mean over the cells. Intervals are those of paired differences over
-instances (``missions.statistics.difference_interval``); below 8 instances there is none.
+All n-th runs are one instance: one fleet and seed, on the grounds of the suite or one random ground. Cells share these
+draws, so an instance has one value, its mean over the cells. Intervals are those of paired differences over instances
+(``missions.statistics.difference_interval``).
 """
 
 from __future__ import annotations
@@ -113,6 +113,7 @@ class Scored:
     @property
     def worst(self) -> Cell:
         """Cell with the lowest mean efficiency."""
+        # Of equally bad cells the first by name, so that a card has one text.
         return min(self.by_cell, key=lambda cell: (self.by_cell[cell], cell))
 
     @property
@@ -130,10 +131,10 @@ class Scored:
         return _over_instances(_by_instance(pairs).values())
 
 
-def against(one: Scored, other: Scored) -> tuple[float, Interval | None]:
+def against(first: Scored, other: Scored) -> tuple[float, Interval | None]:
     """Return the difference in score over common instances, with its interval."""
-    both = one.by_instance.keys() & other.by_instance.keys()
-    return _over_instances([one.by_instance[instance] - other.by_instance[instance] for instance in sorted(both)])
+    both = first.by_instance.keys() & other.by_instance.keys()
+    return _over_instances([first.by_instance[instance] - other.by_instance[instance] for instance in sorted(both)])
 
 
 def _by_instance(cells: Sequence[Mapping[int, float]]) -> dict[int, float]:
@@ -205,7 +206,8 @@ class Contest:
                 cells[cell] = []
                 for repeat in range(self.repeats):
                     study, number, at_most = self.suite.place(index, repeat, place, len(self.strategies))
-                    made = schedules[study].repeats(number, summaries[study])  # fewer for deterministic runs
+                    # A deterministic configuration is run once, and its run stands for all repeats.
+                    made = schedules[study].repeats(number, summaries[study])
                     key = schedules[study].key(number, min(at_most, made - 1))
                     if key not in ledgers[study]:
                         raise OutputError(f"{folder}: runs of {reference} are missing; the same command resumes")
@@ -254,18 +256,16 @@ class Bounds:
         setup = self._setups[number]
         fleet = tuple(actual(setup, data, seed) for data in setup.database.values())
         latest_s = max(((fault.span_s or (0.0, math.inf))[1] for fault in scenario.fault), default=-1.0)
+        # Networks and kinds of faults do not enter the bound, so cells share it.
         key = scenario.scenario.name, latest_s, repr(fleet)
         if key not in self._known:
             self._known[key] = round(self._worked_out(scenario, fleet, latest_s), 4)
         return self._known[key]
 
     def _worked_out(self, scenario: Scenario, fleet: Sequence[VehicleData], latest_s: float) -> float:
-        """Return the bound with rendezvous, unless a loss of vehicles may undercut it.
-
-        A vehicle lost at time t need not attend the rendezvous, but works until t at most. Every attending vehicle can
-        do so in any time of at least t plus the way home. If the bound without rendezvous is that large, the bound with
-        it holds.
-        """
+        # A vehicle lost at time t need not attend the rendezvous, but works until t at most. Every other vehicle can
+        # attend in any time of at least t plus the way home, so a bound of that size without rendezvous proves the one
+        # with it.
         meeting = self._rounds(scenario, fleet, True)
         least_s = least_time_s(meeting)
         if latest_s < 0.0:

@@ -137,6 +137,7 @@ class Suite:
         known = shipped_networks()
         networks = (case.set.get(NETWORK_KEY) for case in self.file.network)
         texts += [known[name].model_dump_json(exclude_defaults=True) for name in networks if name in known]
+        # Joining hashes instead of texts keeps the borders between files in the digest.
         return hashlib.sha256(
             "\n".join(hashlib.sha256(text.encode()).hexdigest() for text in texts).encode()
         ).hexdigest()
@@ -174,6 +175,7 @@ class Suite:
             "unforeseen": [case.model_dump(exclude_defaults=True) for case in self.file.unforeseen],
         }
         study = study_of(Document.of_text(tomli_w.dumps(tables), self.document.path))
+        # The study merges equal configurations, which would shift the numbers of ``place``.
         if len(study.configurations) != len(strategies) * len(self.cells):
             fault = ConfigurationFault("network", "", "two cases of this suite run alike; leave one of them out")
             raise ConfigurationError(self.document.path, [fault])
@@ -266,5 +268,6 @@ def split_to_judge(suite: Suite, seeds: Path | None, folder: Path) -> Suite:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_synced(path, tomli_w.dumps(ground))
         paths.append(str(path))
+    # The seeds of runs follow from the same list, so they are as unknown beforehand as the grounds.
     of_runs = hashlib.sha256(f"runs {text}".encode()).hexdigest()
     return replace(suite, drawn=DrawnGrounds(tuple(paths), int(of_runs[:12], 16)))
