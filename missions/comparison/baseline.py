@@ -128,6 +128,7 @@ def compare(
     design = results.file.study
     strategies = list(dict.fromkeys([*(design.strategies or ()), *(treated.strategy for treated in treatments)]))
     policies = list(dict.fromkeys([*(design.policies or ()), *(treated.policy for treated in treatments)]))
+    # The default baseline is of the kind that the study varies.
     first = strategies[0] if len(strategies) > 1 or len(policies) == 1 else policies[0]
     baseline = baseline or design.baseline or first
     check_name("--baseline", baseline, [*strategies, *policies])
@@ -150,6 +151,7 @@ def _rows(
     values = {treated: sample for treated, runs in treatments.items() if (sample := measured(runs, metric)).values}
     columns = columns_of(treatments, metric, declared[SUCCESS])
     family = family_of(columns)
+    # No strategy reaches an upper bound, so none is measured by its success.
     contenders = [own for column in columns if (own := without(column, bounds))]
     behind = {treatment for own in contenders for treatment in of_less_success(own, family)}
     compared: dict[Treatment, Paired] = {}
@@ -176,7 +178,6 @@ def _row(
     runs: Outcomes,
     paired: Paired | None,
 ) -> Comparison:
-    """Row of one treatment and metric; ``runs`` are all runs, ``sample`` those with the metric."""
     values = list(sample.values.values())
     completed = [run.completed for run in runs.values()]
     success = NoInterval.DETERMINISTIC if sample.constant else wilson_interval(sum(completed), len(completed))

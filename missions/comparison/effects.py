@@ -103,6 +103,7 @@ def _responses(results: SweepResults, design: FactorialDesign, metric: Metric) -
         samples.setdefault(_condition(treatment, design.factors), {})[number] = measured(runs, metric)
     responses: dict[str, Response] = {}
     for condition, by_run in samples.items():
+        # Without one run the columns of the design are no longer orthogonal.
         if len(by_run) == len(design.runs) and all(sample.values for sample in by_run.values()):
             responses[condition] = _response([by_run[number] for number in range(len(design.runs))])
     if len(responses) > 1:
@@ -131,9 +132,9 @@ def _response(samples: Sequence[Measured]) -> Response:
 
 
 def _mean_of(responses: Sequence[Response]) -> Response:
-    """Mean over conditions, per repeat."""
     drawn = [set(response.values) for response in responses if not response.constant]
     repeats = sorted(set.intersection(*drawn)) if drawn else sorted(responses[0].values)
+    # A deterministic condition has one value, which holds for every repeat.
     rows = [
         [next(iter(response.values.values())) if response.constant else response.values[repeat] for repeat in repeats]
         for response in responses
@@ -155,6 +156,7 @@ def _row(
 ) -> MainEffect:
     column = design.column(term)
     of_repeats = [
+        # Half of the runs have each sign, so this is the difference of the two means.
         math.fsum(sign * value for sign, value in zip(column, values, strict=True)) / (len(column) / 2)
         for values in response.values.values()
     ]

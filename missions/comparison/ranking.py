@@ -97,9 +97,9 @@ class Family:
     of_metric: Mapping[frozenset[Treatment], float]
     of_success: Mapping[frozenset[Treatment], float]
 
-    def p(self, one: Treatment, other: Treatment) -> float | None:
+    def p(self, first: Treatment, other: Treatment) -> float | None:
         """p value of equality in the metric."""
-        return self.of_metric.get(frozenset((one, other)))
+        return self.of_metric.get(frozenset((first, other)))
 
 
 def family_of(columns: Sequence[Column]) -> Family:
@@ -107,17 +107,18 @@ def family_of(columns: Sequence[Column]) -> Family:
     own = {treatment: contender for column in columns for treatment, contender in column.items()}
     repeats = sorted({repeat for contender in own.values() if not contender.constant for repeat in contender.success})
     pairs = [
-        (one, other)
+        (first, other)
         for column in columns
-        for one, other in itertools.combinations(column, 2)
-        if not (own[one].constant and own[other].constant)
+        for first, other in itertools.combinations(column, 2)
+        if not (own[first].constant and own[other].constant)
     ]
     if not pairs:
         return Family({}, {})
     of_metric = {treatment: _across(it.values, it.constant, repeats) for treatment, it in own.items()}
     of_success = {treatment: _across(it.success, it.constant, repeats) for treatment, it in own.items()}
-    differences = [_differences(rows[one], rows[other]) for rows in (of_metric, of_success) for one, other in pairs]
+    differences = [_differences(rows[first], rows[other]) for rows in (of_metric, of_success) for first, other in pairs]
     p = step_down_p(np.array(differences).T)
+    # The first half of the p values is for the metric, the second for success, in the order of pairs.
     names = [frozenset(pair) for pair in pairs]
     return Family(dict(zip(names, p[: len(names)], strict=True)), dict(zip(names, p[len(names) :], strict=True)))
 
@@ -130,6 +131,7 @@ def _across(values: Mapping[int, float], constant: bool, repeats: Sequence[int])
 def _differences(ours: Array, theirs: Array) -> Array:
     """Differences by repeat, 0 if a side has no value."""
     differences: Array = np.nan_to_num(ours - theirs)
+    # Equal runs may differ by rounding, and a sign test ignores how little.
     noise = ROUNDING * float(np.nanmax(np.abs([ours, theirs]), initial=0.0))
     return np.where(np.abs(differences) > noise, differences, 0.0)
 
@@ -182,6 +184,7 @@ def column_ranks(column: Column, family: Family, metric: str, better: Better) ->
         treatment: (1.0 - own.success_rate if treatment in behind else -1.0, sign * means[treatment])
         for treatment, own in column.items()
     }
+    # The first key puts treatments of less success last, by success, and leaves all others equal.
     best = min(scores, key=lambda treatment: scores[treatment])
     ranks = []
     for treatment, score in scores.items():
@@ -212,6 +215,7 @@ def of_less_success(column: Column, family: Family) -> frozenset[Treatment]:
         treatment
         for treatment, own in column.items()
         if own.success_rate < highest
+        # Deterministic pairs are not tested: their difference is certain, hence p = 0.
         and min(family.of_success.get(frozenset((treatment, other)), 0.0) for other in best) < SIGNIFICANT
     )
 

@@ -143,6 +143,7 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome
     """
     file = results.file
     cases = {key for case in file.unforeseen for key, _ in (*dotted(case.set), (FAULT, None))}
+    # Settings common to all runs do not distinguish treatments.
     constant = {key for key, _ in dotted(file.set)}
     place = {case.name: number for number, case in enumerate(file.unforeseen)}
     grouped = _grouped(results.lines.values(), {*OWN_COLUMNS, *constant, *cases, UNFORESEEN})
@@ -164,14 +165,12 @@ def _distinct(runs: dict[int, RunOutcome], of_sample: Collection[str]) -> dict[i
 
 
 def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
-    """Return True if the repeats of a treatment are deterministic replicates.
-
-    A run records whether it used random draws; without any, the seed has no effect. If custom code leaves this unknown,
-    at least two repeats must agree in the whole summary.
-    """
+    """Return True if the repeats of a treatment are deterministic replicates."""
+    # A run records whether it used random draws; without any, its seed has no effect.
     drawn_in = [run.summary.get(DRAWN) for run in runs.values()]
     if any(run.failed for run in runs.values()) or any(drawn is True for drawn in drawn_in):
         return False
+    # Custom code may leave this unknown: then at least two repeats must agree in the whole summary.
     if any(drawn is not False for drawn in drawn_in) and len(drawn_in) < 2:
         return False
     first, *others = (outcome(run.summary, of_sample) for run in runs.values())
@@ -215,8 +214,7 @@ def _number(text: str) -> float:
 def values_of(runs: Outcomes, metric: Metric) -> dict[int, float]:
     """Values of a metric by repeat.
 
-    Failed runs have not completed. Censored runs count with their duration, which is the same for all, so the mean is
-    the integral of the Kaplan-Meier curve. For other metrics, runs without a value (a latency without a packet) or
+    Failed runs have not completed. For metrics without censoring, runs without a value (a latency without a packet) or
     without meaning are omitted.
     """
     if metric.name == SUCCESS:
@@ -225,6 +223,8 @@ def values_of(runs: Outcomes, metric: Metric) -> dict[int, float]:
     values: dict[int, float] = {}
     for repeat, run in runs.items():
         value = run.summary.get(metric.name)
+        # All runs have the same limit, so this mean is the integral of the Kaplan-Meier curve. A failed run has no
+        # metrics: whether this one applies follows from the others.
         if value is None and metric.censored and (metric.name in run.summary or (run.failed and applies)):
             value = run.duration_s
         if value is not None:
