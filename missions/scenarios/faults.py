@@ -87,6 +87,7 @@ class DeclaredFault(Section):
         CONDITION: condition of the vehicle during the fault, unless ``leaves`` gives another.
         NOT_USED, REQUIRED: keys that it rejects or requires, with a message.
         BEFALLS: property of the vehicles from which ``any`` is drawn.
+        ABSENCE: kind of absence during the fault; None if present.
         DISABLES: True if others must take over the vehicle's work.
     """
 
