@@ -139,7 +139,6 @@ def _conform(references: Sequence[str]) -> None:
 
 
 def _checks(kind: str, name: str) -> Sequence[str]:
-    """Names of passed checks; fails the command if one fails."""
     from remoras.errors import PluginError
     from remoras.testing import conforms
 
@@ -156,7 +155,6 @@ def _checks(kind: str, name: str) -> Sequence[str]:
 
 
 def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
-    """Entries of the shipped card of a suite with their runs; empty without a card."""
     from missions.benchmark.card import read_card, read_strategies
 
     path = Path(suite.document.path).with_suffix(".json")

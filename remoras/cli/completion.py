@@ -93,5 +93,5 @@ kind = _offering(_kinds)
 
 
 def offering(*names: str) -> Any:
-    """Complete from these names."""
+    """Return the completion of fixed names."""
     return _offering(lambda ctx: names)

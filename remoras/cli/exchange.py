@@ -189,8 +189,6 @@ def _write(files: Sequence[tuple[str, bytes]], out: Path) -> None:
 
 
 def _print_study(rows: Sequence[StudyRow]) -> None:
-    """Print mean slots and half-width of the 95 % interval per policy and loss rate."""
-
     def shown(estimate: TrialMean | None) -> str:
         if estimate is None:
             return "-"
@@ -278,7 +276,6 @@ def sea(
 
 
 def _is_network(name: str) -> bool:
-    """True if a name or file is a network; other files count as scenarios."""
     from exchange.channel.network import file_in
     from exchange.channel.network import shipped as networks
     from missions.files import has_table, shipped

@@ -128,7 +128,6 @@ def validate(
 
 
 def _validate_organisation(file: str, as_json: bool) -> bool:
-    """Check an organisation file; False if it is none."""
     from missions.document import Document
     from missions.files import text_of
     from missions.scenarios.organisation import checked, is_organisation

@@ -249,7 +249,7 @@ def _start(start_utc: str) -> float:
 
 
 def now_by_machine() -> float:
-    """Return the clock of start times (s)."""
+    """Return the machine clock (s) that mission starts are given by."""
     import time
 
     return time.monotonic()

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 @contextmanager
 def _glyphs_noted() -> Iterator[None]:
-    """Summarise warnings of missing glyphs in one line; pass on other warnings."""
     with warnings.catch_warnings(record=True) as caught:
         yield
+    # Matplotlib warns of each missing glyph; one line says it all.
     others = [warning for warning in caught if "missing from font" not in str(warning.message)]
     if len(others) < len(caught):
         text = "the font of figures lacks some characters of the names; they are drawn as boxes"
@@ -209,7 +209,6 @@ def export(
 
 
 def _places_or_none(run: Results) -> Sequence[Place]:
-    """Return the places of a run's mission; none, with a note, if this version cannot read the scenario."""
     from missions.errors import ConfigurationError
 
     try:

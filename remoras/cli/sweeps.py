@@ -231,7 +231,6 @@ def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None
 
 
 def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
-    """Print metrics of a single run: summary fields, or user metrics of its tables."""
     from missions.runs.results import Results
     from remoras.api import Run
 
@@ -320,7 +319,6 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
 
 
 def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
-    """Notes on the rows of a metric: restricted means, unequal work, too few runs."""
     from missions.comparison.treatments import SIGNIFICANT
     from missions.statistics import least_p
 
