@@ -173,7 +173,6 @@ def _can_be_moved(place: Path, of_older: Callable[[Set[str]], set[str]]) -> bool
 
 @contextmanager
 def _held(draft: Path, folder: Path) -> Iterator[None]:
-    """Lock the draft against other runs; the system releases it at process exit."""
     draft.mkdir(exist_ok=True)
     if sys.platform == "win32":
         yield
@@ -213,7 +212,6 @@ def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]
 
 
 def _swapped(path: Path, other: Path) -> bool:
-    """Exchange two folder names atomically; return False if unsupported."""
     if sys.platform != "linux":
         return False
     exchange = getattr(ctypes.CDLL(None), "renameat2", None)

@@ -106,7 +106,6 @@ class Document:
         return replace(fault, line=part.line_of(fault.key), file=part.path)
 
     def _given(self, key: str) -> str:
-        """Value of a dotted key for messages; empty for a table or a missing key."""
         location = location_of(key, self.raw)
         value = _value_at(location, self.raw)
         is_value = len(location) == len(key_parts(key)) and value is not None and not isinstance(value, dict)
@@ -177,7 +176,7 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
 
 
 def _is_consequence(detail: Mapping[str, Any]) -> bool:
-    """True for a list that is too short only because of an invalid entry."""
+    # With an invalid entry left out, pydantic also counts the list as too short.
     context = detail.get("ctx", {})
     value = detail.get("input")
     return detail["type"] == "too_short" and isinstance(value, list) and len(value) >= context.get("min_length", 0)

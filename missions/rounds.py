@@ -88,7 +88,6 @@ def _sets(n: int) -> Iterator[tuple[int, ...]]:
 
 
 def _round_times_s(vehicle: Rounder, legs_m: Times) -> Times:
-    """Time of the shortest round over each set of jobs (bits); empty set: the nearest job."""
     n = len(legs_m)
     way_m: Times = np.full((1 << n, n), np.inf)
     for job in range(n):

@@ -44,7 +44,7 @@ def generator() -> np.random.Generator:
 
 
 def t_half_width(values: Sequence[float]) -> float:
-    """Half-width of Student's 95 % interval of the mean; a quick stopping rule.
+    """Half-width of Student's 95 % interval of the mean, for stopping rules.
 
     >>> round(t_half_width([1.0, 2.0, 3.0, 4.0]), 4)  # 3.18245 * 1.29099 / 2
     2.0543

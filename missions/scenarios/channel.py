@@ -124,7 +124,6 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
 
     @contextmanager
     def _file_there(self) -> Iterator[None]:
-        """Report a missing file under its key."""
         try:
             yield
         except LinkFileError as error:

@@ -235,7 +235,7 @@ def policy_of(name: str) -> AckPolicy:
 
 
 def key_of(file: str) -> bytes | None:
-    """Return the key in a file, if any; raise ConfigurationError if it is unusable."""
+    """Return the encryption key in a file, None for no file name; raise ConfigurationError if unusable."""
     if not file:
         return None
     key = key_in(Path(file))

@@ -330,7 +330,7 @@ def users_of_keys() -> dict[str, list[str]]:
 
 
 def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield faults between the table, vehicles and groups."""
+    """Yield faults of ``[[fault]]`` tables against vehicles and groups."""
     before = dict[tuple[str, str], list[tuple[str, DeclaredFault]]]()
     for number, fault in enumerate(scenario.fault, 1):
         key = f"{KEY}.{number}"
