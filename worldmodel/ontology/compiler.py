@@ -345,7 +345,6 @@ class _Reader:
                 yield from (self.class_uid[part] for part in self._parts(target) if part in self.class_uid)
 
     def _is_class(self, term: Node) -> bool:
-        """True if the class is declared, even by the situation vocabulary."""
         return term == OWL.Thing or (isinstance(term, URIRef) and (term, RDF.type, OWL.Class) in self.graph)
 
     def _parts(self, expression: Node) -> list[Node]:

@@ -129,7 +129,6 @@ class _Shown:
             self._names.bind(prefix, namespace)
 
     def value(self, term: Node | None) -> QueryValue:
-        """Return a name, number, truth value or text; None if unbound."""
         if isinstance(term, URIRef):
             uid = instance_uid(term)
             instance = None if uid is None else self._model.instance(uid)
