@@ -49,7 +49,7 @@ def number_in(text: str) -> float:
 
 
 class OfVehicle(NamedTuple):
-    """Mark of a text that must name a vehicle of the scenario."""
+    """Annotation of a setting that must name a vehicle of the scenario."""
 
 
 VehicleName = Annotated[str, OfVehicle()]

@@ -153,7 +153,7 @@ class Network(BaseModel):
 
 
 class NetworkFile(BaseModel):
-    """Content of a TOML file."""
+    """Content of a network file in TOML."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 

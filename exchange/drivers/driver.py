@@ -59,7 +59,7 @@ class AtOnce:
 
     @property
     def uncertainty_s(self) -> float:
-        """Zero (s)."""
+        """Zero (s): simulated time is exact."""
         return 0.0
 
 
