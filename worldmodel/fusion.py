@@ -18,9 +18,8 @@ the other n - 1 hypotheses is equally likely to have caused it::
 The hypotheses are both truth values or all symbols; of types and links, all observed ones plus one for the rest. The
 prior is uniform unless given.
 
-If origins may depend on each other (``independent=False``), only the most certain origin counts; of truth values and
-the like, by its newest observation. For errors of one variance this equals covariance intersection, which minimises the
-variance over all correlations (Julier and Uhlmann 1997).
+If origins may depend on each other (``independent=False``), only the most certain origin counts. For errors of one
+variance this equals covariance intersection (Julier and Uhlmann 1997).
 
 Doubt: origins whose numbers and points contradict those of the others. Each origin has one estimate with a variance per
 property. If all are correct, the weighted squared deviations from the mean are chi-square (Cochran 1937)::

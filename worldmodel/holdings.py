@@ -26,7 +26,6 @@ BANNED_FROM = "bannedFrom"
 CLOCK_TOLERANCE_S = 1.0
 """Tolerated lead of an observation time over its arrival (s)."""
 WAITING_S = 600.0
-"""Default time after which a pending block is discarded (s)."""
 WAITING_BLOCKS = 64
 
 

@@ -14,11 +14,9 @@ of order. Or it uses a GUID for two contents, of which the smaller digest stays.
 
 The paper's recipient may discard a block with missing dependencies or request them (Maurelli et al., Multi-robot
 cooperation, section IV). Here the block is pending, ``Store.lacking`` lists the missing instances, and ``expire``
-discards it after a timeout. Blocks that need instances of one another stay pending: put such facts in one block.
+discards it after a timeout. Blocks that need instances of one another stay pending.
 
-Statuses are outside A and S: per property and origin the newest stays, and one that does not fit is dropped. A block
-from the future beyond the clock tolerance, as after a bit error in its time, is dropped too and does not count as
-arrived.
+Statuses are outside A and S: per property and origin the newest stays, and one that does not fit is dropped.
 
 The checks of a block are closed-world; they return faults and raise nothing:
 
@@ -110,6 +108,7 @@ def _taken(store: Store, block: Block, latest_s: float, checked: bool) -> Merged
             return NOTHING
     if not checked and (bad_form := check_form(store, block)):
         return Merged((), bad_form)
+    # As after a bit error in its time: it does not count as arrived, so that a correct copy follows.
     if block.time_s > latest_s:
         detail = f"time {block.time_s} s is later than {latest_s:g} s, its arrival and the clock tolerance"
         return Merged((), (Fault(FaultCode.FUTURE, block.origin, detail, block.sequence, block.epoch),))

@@ -86,7 +86,6 @@ class Wanted(NamedTuple):
 
 
 NOBODY = Wanted(0, 0)
-"""Result for a fact that no peer needs."""
 
 
 class Needs(Protocol):

@@ -1,8 +1,7 @@
 """OWL compiler: from Turtle files to the tables of a ``TBox`` or a list of faults.
 
-It compiles classes, attributes (owl:DatatypeProperty, owl:ObjectProperty) and individuals outside the situation
-vocabulary. ``_ALLOWED`` lists all constructs; any other is refused by name. Annotations have no effect: labels,
-comments, owl:AnnotationProperty, and vocabularies that share no namespace with the files. A class expression is an
+``_ALLOWED`` lists all constructs; any other is refused by name. Annotations have no effect: labels, comments,
+owl:AnnotationProperty, and vocabularies that share no namespace with the files. A class expression is an
 owl:intersectionOf declared classes and restrictions, or a restriction: owl:someValuesFrom a declared class for a link,
 owl:hasValue a literal for any other attribute. The range of an attribute gives the kind of its values:
 

@@ -42,7 +42,6 @@ from worldmodel.world_model import Knowledge
 
 Triple = tuple[Node, Node, Node]
 CONCLUSIONS, FUSED = RUN.conclusions, RUN.fused
-"""Names of the graphs of inferred triples and of estimates."""
 
 
 class Triples:
