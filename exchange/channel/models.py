@@ -53,7 +53,6 @@ class OfVehicle(NamedTuple):
 
 
 VehicleName = Annotated[str, OfVehicle()]
-"""Type of a setting that names a vehicle."""
 
 
 class SettingFault(NamedTuple):

@@ -11,7 +11,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 FILE = "modems.toml"
 MEASURED = "table"
-"""Modulation of a profile with measured losses."""
 LEAST_BYTES = 16
 """Bytes of a packet besides acknowledgements: header, a signal, a block of one fact."""
 Positive = Annotated[float, Field(gt=0.0)]
