@@ -228,7 +228,6 @@ class Mark:
 
 
 Declared = Figure | Layer | Mark
-"""Declaration of a mission's figure."""
 
 
 def faults_of_figure(declared: Any) -> Iterator[str]:

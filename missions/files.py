@@ -30,10 +30,8 @@ DOTTED = re.compile(rf"(?<![A-Za-z0-9_-]){PART}(?:[ \t]*+\.[ \t]*+{PART})++")
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
-"""First bytes of files in other encodings."""
 SCENARIO, STUDY = "scenario", "study"
 COMMANDS = {SCENARIO: "remoras run {file}", STUDY: "remoras sweep {file} --out DIR"}
-"""Command that runs a file of each kind."""
 MISSIONS = Path(__file__).parent
 
 
@@ -172,7 +170,6 @@ def is_named(text: str) -> bool:
 
 
 OURS = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
-"""Packages of this program."""
 REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
 """``package.module:object``."""
 

@@ -80,13 +80,10 @@ def _role(role: Mapping[str, Any]) -> RoleDemand:
 TAKES: Mapping[str, tuple[str, ...]] = {
     "organisation": ("at_s", "viewer"), "heard": ("from_s", "until_s"), "plan": ("at_s", "viewer"), "jobs": (),
 }  # fmt: skip
-"""Graphs of a run and their parameters."""
 VEHICLE, GROUP, ROLE, TASK, JOB, NODE = "vehicle", "group", "role", "task", "job", "node"
-"""Kinds of nodes."""
 UNITS = {
     "s": "s", "m": "m", "bits": "bit", "j": "J", "fraction": "1", "per": "1",
 }  # fmt: skip
-"""Units by the suffix of an attribute."""
 
 
 def checked_name(name: str) -> str:

@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 COMPULSORY = ("link_model", "mean_per")
 SHARE = "a number from 0 to 1"
 OF_EVERY_CHANNEL = {"name", "blackout"}
-"""Keys reserved in every model."""
 
 FILE_KEYS = {"trace": "file", "network": "network"}
 """Key of the file that a channel reads; results repeat it with a hash."""

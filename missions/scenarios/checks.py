@@ -182,7 +182,6 @@ CHECKS: tuple[Callable[[Scenario], Faults], ...] = (
 CHECKS_OF_MISSION: tuple[Callable[[Scenario, type[Mission]], Faults], ...] = (
     player_faults, fault_table_faults, vocabulary_faults, _needs, _missions, formation_faults, equipment_faults,
 )  # fmt: skip
-"""Checks that need the class of the mission."""
 
 
 PARTS_OF_JOB = ("name", "place_m", "needs", "done", "is_able", "after")

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 MODEMS, MODEM = "modem", "communication.modem"
 """Table with a user's modems by name, and the key of the modem in use."""
 CURVE = "per_at_snr"
-"""Key of measured losses."""
 
 
 class ModemTable(Section, Profile):
@@ -208,7 +207,6 @@ class Communication(Sparse):
 
 
 VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby(), Age(), Deadline())}
-"""Shipped rules by name."""
 
 
 def value_rule_of(name: str) -> ValueRule:

@@ -112,7 +112,6 @@ def _plural(words: str) -> str:
 WORDS: dict[Any, str] = {
     str: "text", bool: "true or false", int: "whole number", float: "number", Any: "value", dict: "table",
 }  # fmt: skip
-"""Names of value types in TOML."""
 
 
 def schema_of(root: type[BaseModel], title: str) -> dict[str, Any]:

@@ -263,11 +263,8 @@ def _meet(vehicle: VehicleTable, other: VehicleTable) -> bool:
 
 HAS_PART = "hasPart"
 EQUIPMENT = "Equipment"
-"""Superclass of all equipment."""
 MODEM = "AcousticModem"
-"""Superclass of all modems."""
 CAPABILITIES = "CapablePlatform"
-"""Superclass of the capabilities in the core ontology."""
 
 
 class EquipmentItem(NamedTuple):

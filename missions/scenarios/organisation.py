@@ -31,12 +31,10 @@ if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
 
 Raw = Mapping[str, Any]
-"""Raw TOML table."""
 Node = TypeVar("Node", bound=Hashable)
 
 GROUP, TEMPLATE, ROLE = "group", "group_template", "role"
 TABLES = (GROUP, TEMPLATE, ROLE)
-"""Top-level tables that specify an organisation."""
 EXTENDS, ABSTRACT = "extends", "abstract"
 OWN = frozenset({"name", EXTENDS, ABSTRACT})
 """Keys that are not inherited."""
@@ -528,7 +526,6 @@ def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 ORGANISATION = "organisation"
-"""Scenario key of the organisation file."""
 
 
 class OrganisationTables(Section):
@@ -640,7 +637,6 @@ def groups_of(scenario: Scenario) -> tuple[Group, ...]:
 
 
 AS_IN_TABLE = {"name", "minimum", "maximum", "head", "founding", "job", "influences", "authority"}
-"""Keys that a role has from its table."""
 
 
 def _group(table: GroupTable, excluded: Mapping[RoleKey, set[RoleKey]], templates: tuple[str, ...]) -> Group:

@@ -27,7 +27,6 @@ from remoras.strategy import Strategy, faults_of_strategy
 from worldmodel import suggestion
 
 METRICS = "scenario.metrics"
-"""Scenario key of user metrics."""
 OBJECT_OF_FILE = re.compile(r"\S.*\.py:\w+")
 TRACKS = "trajectories"
 """Kind of figure into which layers and marks are drawn."""
@@ -154,7 +153,6 @@ COMPULSORY_OF_MISSION = (
 HELD = {
     "group_missions": (str,), "needs": (str,), "vocabulary": (Path, str), "tables": (Table,), "metrics": (Metric,),
 }  # fmt: skip
-"""Element types of a mission's sequences."""
 
 
 def mission_class(reference: str) -> type[Mission]:
