@@ -111,7 +111,6 @@ LONGEST_WORD = 300
 LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
 
 LOOK: dict[str, Any] = {"pretty_exceptions_enable": False, "rich_markup_mode": None}
-"""Output settings of the application and its commands."""
 app = typer.Typer(
     cls=OrderedGroup,
     help="Fleets of autonomous marine vehicles: organisation and knowledge over a lossy acoustic channel.",

@@ -380,13 +380,10 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
     "networks": lambda: {name: network.title for name, network in shipped_networks().items()},
     "studies": _studies,
 }
-"""Names and descriptions per kind."""
 
 NOTES: dict[str, str] = {
     "modems": f"{UNVERIFIED} no source was found for this number: it is an estimate",
     "networks": "source, losses and unknowns of a network: remoras sea NAME",
 }
-"""Notes per kind."""
 
 DETAILS: dict[str, Callable[[str], dict[str, Any]]] = {"strategies": _of_strategy}
-"""Additional details of a name, for some kinds."""

@@ -31,7 +31,6 @@ PLUGINS: dict[str, tuple[str, ...]] = {
 """Templates per kind of plug-in, in reading order."""
 KINDS = (SCENARIO, *PLUGINS)
 EXAMPLES = (SCENARIO, "study", "organisation")
-"""Kinds of files with a commented example."""
 OFFERED = tuple(dict.fromkeys((*KINDS, *EXAMPLES)))
 
 

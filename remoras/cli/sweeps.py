@@ -297,7 +297,6 @@ def _entries(row: Comparison) -> dict[str, str]:
 
 
 ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p")
-"""Columns shown even if empty."""
 NUMBERS = ("per", "n", "done")
 
 
