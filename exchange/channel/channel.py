@@ -107,7 +107,7 @@ class BroadcastChannel:
                 continue
             p_loss = self.link.p_loss(packet, receiver, range_m)
             if p_loss > 0.0:
-                # The state of the slot serves all receivers, hence is computed once, and only if there is a draw.
+                # The state of the slot serves all receivers.
                 if draws is None:
                     if not self._trial_key:
                         self._trial_key.append(loss.trial_key(self.seed, self.trial))

@@ -111,9 +111,9 @@ class Site:
     def spread_db(self, a: PlaceM, b: PlaceM, now_s: float) -> float:
         """Return the reciprocal reduction (dB) of transmission loss between two places."""
         (x, y), (u, v) = a, b
+        # Product form of the sum of a wave and its reciprocal, equal in both directions.
         total = math.fsum(
             sincos(of_sum[0] * (x + u) + of_sum[1] * (y + v) + of_time * now_s + phase_rad)[1]
-            # Product form of the sum of a wave and its reciprocal, equal in both directions.
             * sincos(of_difference[0] * (x - u) + of_difference[1] * (y - v))[1]
             for of_sum, of_difference, of_time, phase_rad in self.waves
         )

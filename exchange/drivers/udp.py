@@ -140,7 +140,7 @@ class UdpDriver:
                 self.n_strange += 1
                 continue
             sent_s, data = opened
-            # A sender whose clock is ahead must not put a reception into the future.
+            # No packet counts as sent in the future, even if the clock of its sender is ahead.
             packets.append(TimedPacket(data, min(sent_s, self._pace.now_s) + self._air_s(8 * len(data))))
         return packets
 

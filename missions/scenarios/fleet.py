@@ -342,7 +342,7 @@ def inferred_classes(tbox: TBox, of_class: str, attribute: str, others: tuple[st
 
 
 def with_abilities(scenario: Scenario, mission: type[Mission]) -> Scenario:
-    """Return a scenario whose vehicles list the roles, as ``Group.Role``, whose requirements they meet."""
+    """Return a scenario whose vehicles list, as ``Group.Role``, the (listed) roles whose requirements they meet."""
     demanding = any(role.requires is not None for role in scenario.roles.values())
     if not demanding and all(vehicle.playable_roles is not None for vehicle in scenario.vehicle):
         return scenario
