@@ -63,10 +63,7 @@ class PruneRule(NamedTuple):
 class Keeping(NamedTuple):
     """Initial facts and acceptance limits of a store; equal at all vehicles of a fleet.
 
-    Attributes:
-        clock_tolerance_s: tolerated lead of an observation time over its arrival (s).
-        waiting_s, waiting_blocks: see the module docstring.
-        common_facts: facts about common instances that all vehicles know initially, without time and origin.
+    ``common_facts`` about common instances have neither time nor origin.
     """
 
     clock_tolerance_s: float = CLOCK_TOLERANCE_S

@@ -22,7 +22,6 @@ class Terms:
         time_to_live_s: age beyond which a value is no longer sent (s).
         blackout_s: minimum time between packets of a vehicle with this attribute of an instance (s).
         queue_limit: maximum number of queued items per vehicle; None for the queue's capacity.
-        newest_first: send the newest value first, else the one queued longest.
         acknowledged: repeat until all interested nodes are known to hold the value, else send once.
 
     >>> Terms(time_to_live_s=60.0, blackout_s=90.0)

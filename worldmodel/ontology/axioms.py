@@ -106,7 +106,6 @@ class CompiledAxioms:
     def _saturated(
         self, asserted: Sequence[int], ends: Sequence[tuple[int, int | None]], definitions: Sequence[Definition]
     ) -> tuple[int, ...]:
-        """Return ``superclasses``, by applying the definitions up to a fixed point."""
         masks = list(asserted)
         asked: list[set[ValueCondition]] = [set() for _ in masks]
         for each in definitions:

@@ -265,7 +265,6 @@ class _Reader:
         return suggestion(_local_name(str(term)), sorted(_local_name(str(each)) for each in known))
 
     def refuse_others(self) -> None:
-        """Refuse unsupported constructs, and undeclared terms of a declared namespace."""
         roles: dict[Node, str] = {
             **dict.fromkeys(self.stated, "an individual"),
             **{iri: "a link" if self._is_link(iri) else "an attribute" for iri in self.attribute_iris},
@@ -381,7 +380,6 @@ class _Reader:
         return classified
 
     def _refuse_unlike_ends(self, rules: CompiledAxioms, attributes: Sequence[Attribute]) -> None:
-        """Refuse links that entail another link beyond the domain or range of that."""
         for attribute in attributes:
             for uid, flipped in rules.entailed[attribute.uid]:
                 entailed = attributes[uid]
@@ -731,7 +729,6 @@ class Annotations:
         return None if number is None else float(number)
 
     def _one(self, predicate: URIRef, types: tuple[type, ...], allowed: str, is_needed: bool = False) -> Any:
-        """Return the single value of an annotation; else record a fault, if needed or wrong."""
         terms = self._graph.objects(self._iri, predicate)
         values = [term.toPython() if isinstance(term, Literal) else term for term in terms]
         if len(values) == 1 and type(values[0]) in types:

@@ -90,7 +90,6 @@ class Attribute:
                 raise TypeError(f"{value!r} is not a bool")
             return (int(value),)
         if kind is ValueKind.TEXT:
-            # The first byte keeps leading zeros and an empty text.
             return (int.from_bytes(b"\x01" + bytes_of(value, self.most_bytes), "big"),)
         if type(value) is not int:
             raise TypeError(f"{value!r} is not the uid or index (an int) of a {kind.value}")
@@ -198,13 +197,7 @@ class Source:
 class TBox:
     """Compiled classes and attributes, indexed by uid; TBoxes with equal tables are equal.
 
-    The hierarchy must be acyclic, and uids count from 0.
-
-    Attributes:
-        attributes: ``type`` first.
-        disjoint: pairs of class uids; their subclasses are disjoint too.
-        sources: compiled files, if any; ignored in comparisons.
-        hash: 32-bit digest of the tables.
+    The hierarchy must be acyclic. Subclasses of ``disjoint`` pairs are disjoint, too. ``hash`` is a 32-bit digest.
     """
 
     classes: tuple[OntologyClass, ...]

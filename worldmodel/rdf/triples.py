@@ -141,9 +141,9 @@ class Triples:
         return sorted({*classes, *(common.class_uid for common in self.model.common_instances[uid : uid + 1])})
 
     def _concluded_classes(self, uid: int) -> list[int]:
-        """Return the most specific inferred classes of an instance."""
         mask, tbox = self.model.inference.concluded_classes(uid), self.model.tbox
         each = [c.uid for c in tbox.classes if mask >> c.uid & 1]
+        # The most specific ones imply the others.
         return [c for c in each if not any(d != c and tbox.is_a(d, c) for d in each)]
 
     # Receptions and estimates --------------------------------------------------------------------

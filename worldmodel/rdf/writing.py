@@ -162,7 +162,6 @@ def _turtle(graphs: Iterable[Graph], prefixes: Mapping[str, str]) -> str:
 
 
 def _sentences(triples: Iterable[Triple], names: _Names) -> Iterator[str]:
-    """Yield the triples, one sentence per run of equal subjects."""
     before: Node | None = None
     for subject, predicate, target in triples:
         verb = "a" if predicate == RDF.type else names[predicate]
