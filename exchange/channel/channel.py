@@ -134,7 +134,6 @@ class Hearing:
 
 
 def _meet(from_s: float, until_s: float, other_from_s: float, other_until_s: float) -> bool:
-    """True if two time intervals overlap by more than ``TOUCH_S``."""
     return from_s < other_until_s - TOUCH_S and other_from_s < until_s - TOUCH_S
 
 

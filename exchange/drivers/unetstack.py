@@ -153,7 +153,6 @@ class UnetStack:
             self._say({"id": query.get("id"), "inResponseTo": action, **_ANSWERS[action]})
 
     def _heard(self, received: dict[str, Any]) -> bytes | None:
-        """Return the packet of a received frame; None for other messages."""
         message = received.get("message")
         content = message.get("data") if isinstance(message, dict) else None
         if not isinstance(message, dict) or not isinstance(content, dict):
