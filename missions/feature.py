@@ -60,8 +60,6 @@ class Feature:
         words: Turtle files of the vocabulary, loaded only if used.
         states: attributes sent to all vehicles at the highest urgency.
         metrics: not applicable without the feature; ``last_metrics`` follow those of every run in the summary.
-        instances: class and name of additional common individuals.
-        needed: attributes that some vehicle needs.
         on_demand: attributes exchanged once needed.
         apart_s: greatest clock difference that the slots tolerate (s).
         ahead_s: greatest lead of any clock (s).
@@ -72,7 +70,6 @@ class Feature:
         locating: vehicles near which others obtain fixes.
         water: current, see ``missions.scenarios.features.water``; None for still water.
         for_all: those of ``states`` that all need, if needs follow from groups.
-        strategy: returns the strategy of the runs.
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]

@@ -296,7 +296,6 @@ def restricted_difference_interval(ours: Timed, theirs: Timed) -> Estimated:
 
 
 def _of_share(timed: Timed) -> Interval:
-    """Contribution of the censored share below and above a restricted mean."""
     if timed.certain or not timed.own:
         return 0.0, 0.0
     n, own = len(timed.values), timed.own

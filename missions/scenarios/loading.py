@@ -121,8 +121,6 @@ def _raised(error: Exception) -> ConfigurationFault:
 
 
 class _Header(BaseModel):
-    """Table that names the mission, whose class has the other tables."""
-
     scenario: About
 
 

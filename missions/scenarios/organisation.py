@@ -211,8 +211,6 @@ def specified(raw: Raw) -> Specification:
 
 
 class _Writer:
-    """Resolver of group inheritance."""
-
     def __init__(self, raw: Raw) -> None:
         self.faults: list[ConfigurationFault] = []
         self.layers: dict[str, tuple[TableLayer, ...]] = {}
