@@ -187,7 +187,6 @@ def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
 
 
 def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_json: bool) -> None:
-    """Repeat sampled runs of a card; fail if one ends differently."""
     from secrets import randbits
 
     from missions.benchmark.card import verify_card

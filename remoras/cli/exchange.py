@@ -159,7 +159,6 @@ def _run(studies: Sequence[ExchangeStudy], jobs: int) -> list[StudyRow]:
 def _files(
     study: ExchangeStudy, rows: Sequence[StudyRow], file_format: str, jobs: int, of_the_paper: bool
 ) -> list[tuple[str, bytes]]:
-    """Figures 3 to 5 of the paper and the loaded case; or three figures of a custom study."""
     from exchange.study.parameters import LoadKind
     from exchange.study.study import loaded_studies
     from visualisation.policies import as_csv, contents

@@ -278,7 +278,6 @@ def _mean(row: Comparison) -> str:
 
 
 def _entries(row: Comparison) -> dict[str, str]:
-    """Values of a row by heading; tables omit columns without content."""
     return {
         "per": f"{row.per:g}",
         "strategy": _marked(row.strategy),
