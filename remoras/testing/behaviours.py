@@ -72,10 +72,7 @@ TICK_S = 2.0
 
 @dataclass(frozen=True)
 class DecisionInputs:
-    """Inputs of a behaviour at one decision.
-
-    ``kept`` is the pickled pair of motion and picture: copying it takes an eighth of the time of a deep copy.
-    """
+    """Inputs of a behaviour at one decision; ``kept`` is the pickled pair of motion and picture."""
 
     motion: Motion
     picture: Picture
@@ -112,6 +109,7 @@ def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], se
                 picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s
             picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
             picture.groups.meets_unheard = draw.random() < 0.5
+        # Copying by pickle takes an eighth of the time of a deep copy.
         kept = pickle.dumps((motion, picture))
         as_it_is: tuple[Motion, Picture] = pickle.loads(kept)
         moments.append(DecisionInputs(*as_it_is, draw.random() < 0.7, kept))
@@ -138,11 +136,11 @@ def check(
     for seed in (1, 2):
         moments = story(data, tuple(peers), tuple(groups), seed)
         first, second = (_answers(make_behaviour(), moments) for _ in range(2))
-        for number, (one, other) in enumerate(zip(first, second, strict=True)):
-            assert one == other, f"moment {number}: two behaviours made alike answer {one} and {other}"
-        for number, (one, other) in enumerate(zip(first, _answers(make_behaviour(), moments, True), strict=True)):
+        for number, (answer, other) in enumerate(zip(first, second, strict=True)):
+            assert answer == other, f"moment {number}: two behaviours made alike answer {answer} and {other}"
+        for number, (answer, other) in enumerate(zip(first, _answers(make_behaviour(), moments, True), strict=True)):
             states = "asked only when its until_s, peer and holds_m require it, its answer is"
-            assert one[0] == other[0], f"moment {number}: {states} {other[0]}; asked at every decision, {one[0]}"
+            assert answer[0] == other[0], f"moment {number}: {states} {other[0]}; asked at every decision, {answer[0]}"
 
 
 def _answers(
@@ -158,6 +156,7 @@ def _answers(
         where = f"moment {number}"
         _become(motion, picture, moment)
         rested_on, rests_on = rests_on, basis(picture, moment.performed)
+        # The rule of ``FunctionalLayer.perceive``: with ``by_deadline`` the check asks as rarely as a run.
         is_on_leg = reference is not None and distance_m(motion, reference.target_m) > reference.holds_m
         is_valid = picture.body.now_s < perceived.until_s and rested_on == rests_on
         is_valid &= n_heard == picture.peers.n_positions.get(perceived.peer, 0)
@@ -185,7 +184,7 @@ def _answers(
 
 
 def _become(motion: Motion, picture: Picture, moment: DecisionInputs) -> None:
-    """Set motion and picture to those of a moment; they remain the same objects, as in a run."""
+    # The same objects throughout, as in a run.
     motion_then, picture_then = pickle.loads(moment.kept)
     for name in Motion.__slots__:
         setattr(motion, name, getattr(motion_then, name))
@@ -225,7 +224,6 @@ def _check_reference(reference: object, where: str) -> None:
 
 
 def _check_holding(behaviour: Behaviour, reference: Reference, motion: Motion, picture: Picture, where: str) -> None:
-    """Check that the reference stays the same half-way to the distance where it may change."""
     (x_m, y_m), to_go_m = reference.target_m, distance_m(motion, reference.target_m)
     if not 0.0 < reference.holds_m < to_go_m:
         return

@@ -79,7 +79,7 @@ def check_declaration(model: Model) -> None:
 
 
 def _is_list_of_tables(annotation: object) -> bool:
-    """True for a list of tables, which have key descriptions."""
+    # Tables describe their own keys.
     return any(hasattr(part, "model_fields") for part in getattr(annotation, "__args__", ()))
 
 
@@ -123,6 +123,7 @@ def check_mean_per(model: Model) -> None:
         shares.append(sum(lost) / len(lost))
     rate = sum(shares) / len(shares)
     variance = sum((share - rate) ** 2 for share in shares) / (len(shares) - 1)
+    # At least the error of independent packets: rare losses may occur in no seed.
     error = math.sqrt(max(variance, mean * (1.0 - mean) / len(PAIRS)) / len(shares))
     assert abs(rate - mean) <= N_STANDARD_ERRORS * error, (
         f"mean_per is {mean:g}, but {rate:.4f} of {len(shares) * len(PAIRS)} packets are lost "
@@ -163,10 +164,10 @@ def check_driver(make: Callable[[], Pair], least_bytes: int = 1) -> None:
         waits_no_longer_than_it_is_told,
         is_silent_once_it_is_closed,
     ):
-        one, other, pace = make()
-        holds(one, other, pace)
-        one.close()
-        other.close()
+        sender, receiver, pace = make()
+        holds(sender, receiver, pace)
+        sender.close()
+        receiver.close()
 
 
 def _soon_s(pace: Pace) -> float:
@@ -174,16 +175,16 @@ def _soon_s(pace: Pace) -> float:
     return pace.now_s + 0.05 if math.isfinite(pace.now_s) else 1.0
 
 
-def carries_packets_whole(one: Driver, other: Driver, pace: Pace, least_bytes: int = 1) -> None:
+def carries_packets_whole(sender: Driver, receiver: Driver, pace: Pace, least_bytes: int = 1) -> None:
     """Check that received packets equal sent ones and arrive with a valid time."""
-    for driver in (one, other):
+    for driver in (sender, receiver):
         assert isinstance(driver, Driver), f"{type(driver).__name__} lacks send, receive or close"
     for data in (packet for packet in PACKETS if len(packet) >= least_bytes):
         for _ in range(TRIES):
             sent_s = pace.now_s if math.isfinite(pace.now_s) else 0.0
-            given_back: object = one.send(data, sent_s)  # type: ignore[func-returns-value]  # that is what is asked
+            given_back: object = sender.send(data, sent_s)  # type: ignore[func-returns-value]  # that is what is asked
             assert given_back is None, "send gives something back"
-            received = list(other.receive(_soon_s(pace)))
+            received = list(receiver.receive(_soon_s(pace)))
             if any(packet.data == data for packet in received):
                 break
         else:
@@ -193,25 +194,25 @@ def carries_packets_whole(one: Driver, other: Driver, pace: Pace, least_bytes: i
             assert 0.0 <= packet.time_s < math.inf, f"received at {packet.time_s} s"
 
 
-def does_not_hear_itself(one: Driver, other: Driver, pace: Pace) -> None:
+def does_not_hear_itself(sender: Driver, receiver: Driver, pace: Pace) -> None:
     """Check that a driver does not receive own packets, which would indicate a duplicate node id."""
-    one.send(PACKETS[2], 0.0)
-    other.receive(_soon_s(pace))
-    assert list(one.receive(_soon_s(pace))) == [], "it receives its own packet"
+    sender.send(PACKETS[2], 0.0)
+    receiver.receive(_soon_s(pace))
+    assert list(sender.receive(_soon_s(pace))) == [], "it receives its own packet"
 
 
-def waits_no_longer_than_it_is_told(one: Driver, other: Driver, pace: Pace) -> None:
+def waits_no_longer_than_it_is_told(sender: Driver, receiver: Driver, pace: Pace) -> None:
     """Check that without packets a driver returns nothing at the deadline, and at once if that is past."""
     for until_s, what in ((-1.0, "although the time is past"), (_soon_s(pace), "longer than the given time")):
         began_s = time.monotonic()
-        assert list(one.receive(until_s)) == []
+        assert list(sender.receive(until_s)) == []
         assert time.monotonic() - began_s < PATIENCE_S, f"it waits {what}"
 
 
-def is_silent_once_it_is_closed(one: Driver, other: Driver, pace: Pace) -> None:
+def is_silent_once_it_is_closed(sender: Driver, receiver: Driver, pace: Pace) -> None:
     """Check that closing is idempotent and that later calls have no effect."""
-    one.close()
-    one.close()
-    one.send(PACKETS[0], 0.0)
-    assert list(one.receive(_soon_s(pace))) == []
-    assert list(other.receive(_soon_s(pace))) == [], "it sends although it is closed"
+    sender.close()
+    sender.close()
+    sender.send(PACKETS[0], 0.0)
+    assert list(sender.receive(_soon_s(pace))) == []
+    assert list(receiver.receive(_soon_s(pace))) == [], "it sends although it is closed"

@@ -64,7 +64,6 @@ def check_figure(figure: Declared, runs: Sequence[api.Run] = ()) -> None:
 
 
 def _expect_same(subject: str, ask: Callable[[api.Run], object], runs: Sequence[api.Run]) -> None:
-    """Check that a question about a run has one answer: repeated, and of the run read from a folder."""
     from missions.errors import MissionsError
     from remoras.errors import RemorasError
     from visualisation.output import VisualisationError
@@ -88,7 +87,6 @@ def _short_runs() -> tuple[api.Run, ...]:
 
 @contextmanager
 def _read_back(runs: Sequence[api.Run]) -> Iterator[list[tuple[api.Run, api.Run]]]:
-    """Pairs of each run and its copy read from a folder; a run from a folder is its own copy."""
     from missions.errors import OutputError
 
     with tempfile.TemporaryDirectory() as folder:
@@ -96,6 +94,7 @@ def _read_back(runs: Sequence[api.Run]) -> Iterator[list[tuple[api.Run, api.Run]
         for number, run in enumerate(runs):
             try:
                 copy = api.open(run.save(Path(folder) / str(number)))
+            # A run from a folder cannot be saved: it is its own copy.
             except OutputError:
                 copy = run
             assert isinstance(copy, api.Run)

@@ -215,9 +215,9 @@ def recorded_rows(recorder: Recorder) -> Rows:
     return {name: list(recorder.rows(name)) for name in recorder.tables}
 
 
-def _same(one: Rows, other: Rows, claim: str) -> None:
-    for name in one:
-        assert one[name] == other[name], f"{claim}, first in table {name}"
+def _same(rows: Rows, others: Rows, claim: str) -> None:
+    for name in rows:
+        assert rows[name] == others[name], f"{claim}, first in table {name}"
 
 
 @dataclass

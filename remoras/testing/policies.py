@@ -99,8 +99,8 @@ class Nodes:
     def beliefs(self) -> list[list[int]]:
         """Believed holders of each item (bit masks), by node."""
         return [
-            [sum(1 << peer for peer, held in enumerate(one.held) if held >> item & 1) for item in range(self.n_items)]
-            for one in self.nodes
+            [sum(1 << peer for peer, held in enumerate(node.held) if held >> item & 1) for item in range(self.n_items)]
+            for node in self.nodes
         ]
 
     def false_belief(self) -> str | None:
@@ -256,13 +256,15 @@ def check_value_rule(rule: ValueRule, seed: int = 1) -> None:
     draw = random.Random(seed)
     moment = Moment(2000.0, 100)
     waiting = candidates(draw, moment)
-    for one in waiting:
-        before = dataclasses.replace(one)
-        place, value = rule.place(one), rule.value(one, moment)
-        assert one == before, f"it changes what it is asked about: {before} is {one}"
+    for item in waiting:
+        before = dataclasses.replace(item)
+        place, value = rule.place(item), rule.value(item, moment)
+        assert item == before, f"it changes what it is asked about: {before} is {item}"
         assert isinstance(value, int | float), f"value gives {value!r}, not a number, for {before}"
         assert math.isfinite(value), f"value gives {value!r}, not a finite number, for {before}"
-        assert (rule.place(one), rule.value(one, moment)) == (place, value), f"another answer the second time: {before}"
+        assert (rule.place(item), rule.value(item, moment)) == (place, value), (
+            f"another answer the second time: {before}"
+        )
         assert place is None or isinstance(place, QueuePlace), f"place gives {place!r}, neither a Place nor None"
         assert place is None or math.isfinite(place.rank), f"rank {place.rank} of {before}"
     for step in range(N_LATER):
@@ -280,6 +282,7 @@ def _check_order(rule: ValueRule, waiting: list[Waiting], moment: Moment) -> Non
     for group, ranked in groups.items():
         ranked.sort(key=lambda member: member[0])
         for (_, value, lower), (_, better, higher) in pairwise(ranked):
+            # Rank and value are computed apart: rounding errors are no fault.
             assert value <= better * (1 + 1e-12) + 1e-9, (
                 f"group {group} at {moment}: {higher} has the higher rank and the lower value, {better} below {value} "
                 f"of {lower}; place has to give None, or other groups"

@@ -76,7 +76,10 @@ def check(
         answers.append(sensed)
     if table is not None:
         timed = zip(ticks, answers, strict=True)
-        check_rows(table, [(now_s, data.name, *one.row) for (_, now_s), sensed in timed for one in sensed if one.row])
+        check_rows(
+            table, [(now_s, data.name, *seen.row) for (_, now_s), sensed in timed for seen in sensed if seen.row]
+        )
+    # The second sensor looks after the first has finished, so state that both share shows.
     for (pose, now_s), answer in zip(ticks, answers, strict=True):
         other = _sensed(second, pose, world, now_s)
         assert other == answer, f"t = {now_s} s: two sensors made alike answer {answer} and {other}"

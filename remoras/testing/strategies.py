@@ -215,7 +215,6 @@ def _assert_within(situation: Situation, group: str, statements: Any) -> None:
 
 
 def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any) -> None:
-    """Check that statements on roles, in order, comply with the declared authorities."""
     organisation = situation.work.organisation
     for subject, attribute, of_group, role in role_facts(statements):
         act = Act.ASSIGN if attribute == "playsRole" else Act.RELEASE
