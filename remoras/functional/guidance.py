@@ -5,8 +5,7 @@ The reference of the guiding activity gives a velocity through the water. Signal
 (``remoras.motion.avoidance``).
 
 Avoidance looks a few seconds ahead, so a vehicle stops before a gap between two others that is too narrow. After
-`STUCK_S` it turns right of its course for a few separations, the next time left, then back and right from there. Among
-equals that exchange signals, it makes no detour: the more satisfied one yields.
+`STUCK_S` it turns right of its course for a few separations, the next time left, then back and right from there.
 
 Headway: a current may exceed the speed that a fault has left. A vehicle that comes no nearer to its target for
 `NO_WAY_S` leaves its job; on the way to a rally point or home, it withdraws from the mission. Holding a place or being
@@ -181,9 +180,11 @@ class Guidance:
         if neighbours:
             goal = _velocity(motion, target_m, speed_mps, dt_s)
             velocity = self._clear_of(neighbours, goal, positions_m)
+            # Among equals that exchange signals, the more satisfied one yields instead.
             if not self._pulls.equals:
                 to_go_m = length(target_m[0] - motion.x_m, target_m[1] - motion.y_m)
                 self._detour.note(goal, velocity, to_go_m, dt_s)
+            # A velocity has no end: an unchanged one is left to ``go``, which stops at the target.
             if velocity is not goal:
                 follow(motion, self.data, velocity, dt_s)
                 return

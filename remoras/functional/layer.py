@@ -37,7 +37,6 @@ def _answering(data: VehicleData, dead: Collection[str]) -> tuple[str, ...]:
 
 
 def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
-    """Share of the battery per metre of the way home at a speed, with margin."""
     return HOME_MARGIN * (data.power_w(speed_mps) / speed_mps) / data.energy_j
 
 
@@ -230,14 +229,12 @@ class FunctionalLayer:
     # Faults --------------------------------------------------------------------------------------
 
     def impair(self, condition: Condition) -> None:
-        """Apply the effects of all active faults, replacing earlier ones.
-
-        The reserve for the way home is that of the remaining speed. A failed sensor stays on and yields nothing.
-        """
+        """Apply the effects of all active faults, replacing earlier ones."""
         speed_factor, dead_sensors = condition.speed_factor, condition.dead_sensors
         self._drain_w = condition.drain_w
         self.guidance.slow_down(speed_factor)
         self.picture.body.answering = _answering(self.data, dead_sensors)
+        # The way home takes longer at the remaining speed.
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
         self._rests_on = None
         self.sensors.impair(dead_sensors)
@@ -367,6 +364,7 @@ class FunctionalLayer:
             guiding = self._sets[self._guiding]
             if guiding.kind is ActivityKind.INDIVIDUAL:
                 self._replace(self._guiding, STUCK)
+            # On its last way there is no job to leave.
             elif guiding.kind is ActivityKind.VITAL or isinstance(self.guiding, Homing):
                 self.stranded = guiding.name
         if waits and self._guiding is not None:  # yielding or queueing is no setback
@@ -385,7 +383,6 @@ class FunctionalLayer:
         return due + [index for index, peer, n in self._peers if n_positions.get(peer, 0) != n and index not in due]
 
     def _ask(self, due: Collection[int], performed: Sequence[int]) -> None:
-        """Ask the behaviours of these sets."""
         motion, picture = self.believed, self.picture
         is_new = not self._perceived
         perceptions = [IDLE] * len(self._behaviours) if is_new else [*self._perceived]
@@ -423,7 +420,7 @@ class FunctionalLayer:
         return progress
 
     def _replace(self, index: int, perception: Perception) -> None:
-        """Replace a perception until the next decision."""
+        # Another list, since the same one means that only deadlines have changed.
         self._perceived = [*self._perceived]
         self._perceived[index] = perception
         self.progress.pop(index, None)
@@ -438,6 +435,7 @@ class FunctionalLayer:
         if reference is not None:
             (x_m, y_m), _, holds_m, _ = reference
             dx_m, dy_m = x_m - believed.x_m, y_m - believed.y_m
+            # Only from there on may the behaviour state another reference, so it is not asked before.
             if math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
                 reference = None
         if reference is None and self._guiding is not None:
