@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 class RadioAtOnce(Radio):
     """Radio that stores statements for instant sharing and sends nothing."""
 
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
         self._told: list[Block] = []
 
-    def tells(self, facts: Iterable[Fact], told: bool = True) -> bool:
+    def tells(self, facts: Iterable[Fact], is_sent: bool = True) -> bool:
         """Return whether the facts are shared, rather than for this vehicle alone."""
-        return told
+        return is_sent
 
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
         """Store a block for the others; only record a private one."""
@@ -56,8 +56,7 @@ class RadioAtOnce(Radio):
 class InstantSharing(Observer):
     """Sharing of knowledge without packets.
 
-    A vehicle whose clock is behind rejects blocks from its future; they are shared again until accepted. After
-    ``lease_frames`` TDMA frames without a statement a vehicle counts as absent.
+    After ``lease_frames`` TDMA frames without a statement a vehicle counts as absent.
     """
 
     radio = RadioAtOnce
@@ -95,6 +94,7 @@ class InstantSharing(Observer):
         now_s = self._fleet.shown_s(vehicle)
         vehicle.consider(_radio(vehicle).learn(emitter, blocks, now_s), now_s)
         model = vehicle.beliefs.model
+        # A vehicle whose clock is behind rejects blocks from its future: they are shared again until accepted.
         early = [(emitter, block) for block in blocks if not (block.is_status or model.has_arrived(block.guid))]
         if early:
             self._early.setdefault(vehicle.name, []).extend(early)

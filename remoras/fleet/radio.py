@@ -7,8 +7,7 @@ every item.
 Position outliers: a report is suspected if its distance from the last one exceeds ``SLACK_M`` plus ``MARGIN`` times the
 distance at the peer's top speed. The margin covers faster vehicles and currents, the slack fixes and rounding. A
 suspected report is set aside. If the next one fits it rather than the last accepted one, both are accepted. So a
-flipped bit costs one report, and a true jump is believed one report later. Relayed reports arrive repeatedly and late:
-a copy confirms nothing, and older reports are not checked.
+flipped bit costs one report, and a true jump is believed one report later.
 """
 
 from __future__ import annotations
@@ -137,9 +136,9 @@ class Radio:
 
     # Out -----------------------------------------------------------------------------------------
 
-    def tells(self, facts: Iterable[Fact], told: bool = True) -> bool:
-        """Return whether these facts are sent to peers; ``told`` is False if for this vehicle alone."""
-        return told and self.communicates and self.manager.is_of_use(facts)
+    def tells(self, facts: Iterable[Fact], is_sent: bool = True) -> bool:
+        """Return whether these facts are sent to peers; ``is_sent`` is False if for this vehicle alone."""
+        return is_sent and self.communicates and self.manager.is_of_use(facts)
 
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
         """Offer an own block for the coming slots; only record a private one.
@@ -189,7 +188,6 @@ class Radio:
         return sent
 
     def _count_bits(self, sent: Transmission) -> None:
-        """Count the bits of a packet by purpose: a fragment by its first fact, the rest as headers."""
         counts = self._bits
         rest = sent.size_bits - sent.signals_bits
         counts[Content.SIGNALS] += sent.signals_bits
@@ -237,7 +235,6 @@ class Radio:
         return HeardPacket(reception, emitter, changes, signals)
 
     def _jumps_away(self, status: Block, now_s: float) -> bool:
-        """Return whether a status is a position outlier, which is recorded as a fault."""
         if far := self._jumps.suspected(status):
             self.log.fault(now_s, SUSPECTED, f"{self._names[status.origin]}: {far}; {name_of(status)}")
         return bool(far)
@@ -254,7 +251,6 @@ class Radio:
         return self._merged(renewal.blocks, now_s)
 
     def _merged(self, blocks: Sequence[Block], now_s: float, aside: Iterable[PropertyValue] = ()) -> tuple[Change, ...]:
-        """Merge received blocks; note new information about jobs, also in facts set ``aside``."""
         merged = merge(self._beliefs.model, blocks, now_s, checked=True)  # by the codec, once for all receivers
         for fault in merged.faults:
             self.log.fault(now_s, f"refused block: {fault.code}", fault.detail)
@@ -331,6 +327,7 @@ class Jumps:
         last, aside = self._last.get(subject), self._aside.get(subject)
         if last is not None and now.time_s < last.time_s:
             return ""
+        # Relayed reports arrive repeatedly: a copy confirms nothing.
         is_next = aside is None or aside.time_s < now.time_s
         if (
             last is None
@@ -346,7 +343,7 @@ class Jumps:
             self._aside[subject] = now
         return f"{distance(last[1:], now[1:]):.0f} m from where it was {now.time_s - last.time_s:g} s before"
 
-    def _fits(self, vehicle: int, one: PositionReport, other: PositionReport) -> bool:
-        reach_m = SLACK_M + MARGIN * self._top_speeds_mps[vehicle] * abs(other.time_s - one.time_s)
-        east_m, north_m = other.x_m - one.x_m, other.y_m - one.y_m
+    def _fits(self, vehicle: int, earlier: PositionReport, later: PositionReport) -> bool:
+        reach_m = SLACK_M + MARGIN * self._top_speeds_mps[vehicle] * abs(later.time_s - earlier.time_s)
+        east_m, north_m = later.x_m - earlier.x_m, later.y_m - earlier.y_m
         return abs(east_m) + abs(north_m) <= reach_m or length(east_m, north_m) <= reach_m

@@ -76,6 +76,7 @@ class Traffic:
         """Schedule the next own slot of a vehicle by its current clock."""
         slot = self._next_slots[node]
         at_s = self._medium.true_time_s(node, self._schedule.start_s(slot))
+        # A clock set forward may have passed the start of the slot.
         self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, lambda fleet: fleet.transmit(slot, node))
 
     def await_frame(self, number: int, node: int | None = None) -> None:
@@ -161,6 +162,7 @@ def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Re
     """Move receivers that lost a packet to a collision, in rows of packets still under way."""
     for hearing in lost:
         slot, sender, receiver = hearing.slot, names[hearing.sender], names[hearing.arrival.receiver]
+        # From the end: packets still under way are among the last.
         row = next(row for row in reversed(recorder.packets) if (row[SLOT], row[SENDER]) == (slot, sender))
         if receiver in row[RECEIVERS]:
             index = row[RECEIVERS].index(receiver)

@@ -1,8 +1,7 @@
 """Vehicle: the only module that knows the order of the layers.
 
-Every tick: act (as decided before) and sense. Every decision period: think. Packets are processed at their arrival; a
-due mission is planned at once, so that the answer makes the next own slot. At the end of every TDMA frame the social
-layer consults.
+Every tick: act (as decided before) and sense. Every decision period: think. Packets are processed at their arrival. At
+the end of every TDMA frame the social layer consults.
 
 The path of an observation: ``step`` records it in the world model (a Change), ``radio.tell`` makes it an item,
 ``speak`` packs it; at the peer ``radio.hear`` unpacks and merges the block (a Change), ``consider`` passes it to the
@@ -127,7 +126,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.think(now_s, period_s if dt_s > 0.0 else 0.0)
 
     def _take_note(self, sensed: Sensed, now_s: float) -> None:
-        """Record an observation, and send it if others need it."""
         observation = sensed.observation
         if observation.row:
             self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
@@ -182,6 +180,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         for activities, perception in zip(sets, perceptions, strict=True):
             for observation in perception.concludes:
                 self._share(self._recorded(Sensed(activities.name, None, observation), now_s), now_s)
+        # The recorded facts have changed the activities: these perceptions are of the former ones.
         if executive.sets is not sets:
             perceptions = functional.perceive(executive.decision.chosen)
         if self._note_what_is_done(perceptions, now_s):
@@ -224,6 +223,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if not self.functional.is_on:
             return
         self.radio.tidy(now_s)
+        # Membership first: claims are judged by the vehicles absent now.
         self._look_around(now_s)
         self._take_effect(now_s)
         if self.social.says_impossible:
@@ -234,6 +234,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if stated := self.social.negotiate(now_s, self.functional.believed, calls):
             for facts, is_sent in stated:
                 self.conclude(facts, now_s, is_sent)
+            # Own statements of this round take effect with those of peers, not one frame later.
             self._take_effect(now_s)
         if taken_up := self.radio.regroup(self.social.organisation, now_s):
             self.consider(taken_up, now_s)
@@ -251,13 +252,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._take_on(seen, now_s)
 
     def _take_effect(self, now_s: float) -> None:
-        """Apply pending requests."""
         if self.social.is_due:
             self._may_have_replanned = True
             self._take_on(self.social.consult(), now_s)
 
     def _take_on(self, result: Considered, now_s: float) -> None:
-        """Apply changed roles, with new activities if due."""
         self._run_log.rulings(now_s, result.rulings)
         if result.activities_due:
             self._adopt()
@@ -277,6 +276,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             return None
         node = self.data.node
         self.conclude([(node, self._position, self.functional.believed.position_m)], now_s)
+        # In per cent: no new fact in every slot.
         battery = round(max(0.0, self.functional.picture.body.battery), 2)
         if self.beliefs.model.value(node, self._battery) != battery:
             self.conclude([(node, self._battery, battery)], now_s)
@@ -301,12 +301,12 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             if group in shared:
                 for message in addressed:
                     self.executive.hear((group, message), emitter, role, value, now_s, reception.slot)
+        # At once, so that the answer makes the next own slot.
         if self.social.planner.due:
             self.think(now_s, 0.0)
         return reception
 
     def _shared_with(self, peer: str) -> Collection[str]:
-        """Return the groups shared with a peer, cached per organisation."""
         organisation = self.social.organisation
         if organisation is not self._organisation:  # keeping them saves 0.5 % of the instructions of a mission
             self._organisation = organisation
@@ -318,21 +318,21 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     # New facts -----------------------------------------------------------------------------------
 
-    def conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
-        """Record own facts and, if ``told`` and needed by peers, offer them."""
+    def conclude(self, facts: Sequence[Fact], now_s: float, is_sent: bool = True) -> None:
+        """Record own facts and, if ``is_sent`` and needed by peers, offer them."""
         if facts:
-            private = not self.radio.tells(facts, told)
-            self._share(self.beliefs.model.record(facts, now_s, private), now_s, told)
+            private = not self.radio.tells(facts, is_sent)
+            self._share(self.beliefs.model.record(facts, now_s, private), now_s, is_sent)
 
-    def _share(self, change: Change, now_s: float, told: bool = True) -> None:
+    def _share(self, change: Change, now_s: float, is_sent: bool = True) -> None:
         self.radio.tell(change, self.social.addressed, now_s)
-        self.consider([change], now_s, told)
+        self.consider([change], now_s, is_sent)
 
-    def consider(self, changes: Sequence[Change], now_s: float, told: bool = True) -> None:
-        """Process changes of the world model; ``told`` is False for statements that this vehicle does not send."""
+    def consider(self, changes: Sequence[Change], now_s: float, is_sent: bool = True) -> None:
+        """Process changes of the world model; ``is_sent`` is False for statements for this vehicle alone."""
         self.beliefs.note()
         self.radio.note(changes)
-        considered = self.social.consider(changes, told)
+        considered = self.social.consider(changes, is_sent)
         if considered is NOTHING_CONSIDERED and not self._may_have_replanned:
             return
         self._may_have_replanned = False
@@ -343,7 +343,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._run_log.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
     def _recorded(self, sensed: Sensed, now_s: float) -> Change:
-        """Record an observation; raise PluginError on failure."""
         beliefs, observation = self.beliefs, sensed.observation
         for change in self.condition.readings:
             observation = change(sensed.sensor, observation, beliefs.model.tbox)
@@ -357,7 +356,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             ) from error
 
     def _plan(self, now_s: float) -> None:
-        """Plan the missions of its groups and state the result."""
         deliberation = self.social.plan_missions()
         self._may_have_replanned = True
         for no_plan in deliberation.impossible:
@@ -367,10 +365,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(part, now_s, is_sent)
 
     def go_on(self, before: Vehicle, now_s: float, remembers: bool) -> None:
-        """Restart in place of ``before``; remembered facts count as received now.
-
-        ``remembers`` is False if the memory is lost.
-        """
+        """Restart in place of ``before``; with ``remembers``, its facts count as received now."""
         self._next_decision_s = before._next_decision_s
         embody(self.functional, before.functional)
         self._adopt()

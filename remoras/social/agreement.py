@@ -67,6 +67,7 @@ def agree(
     energy_j = scarce_energy_j(database.values(), {}, 0.0, until_s)
     starts = {name: data.start_m for name, data in database.items()}
     nothing: dict[Key, object] = {}
+    # The mission of a group may give missions to others, which are planned next.
     while due := [name for name in missions if name not in plans]:
         for name in due:
             planned = plan(mission.social_domain, nothing, Task(missions[name], (name,)))

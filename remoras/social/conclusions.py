@@ -87,6 +87,7 @@ class Conclusions:
         self._asked_of: tuple[Organisation, tuple[str, ...]] | None = None
         model = beliefs.model
         self._is_told_always = {model.tbox.attribute_named(name).uid for name in ("position", BATTERY)}
+        # Unless the ontology infers classes from them.
         self._is_told_always -= model.inference.heeded
         self.are_of_its_own = getattr(type(mission), "conclusions", None) is not SocialPart.conclusions
 

@@ -89,6 +89,7 @@ def consult(before: View, stated: Iterable[DatedRequest], alone: Collection[Date
     if view.availability.news:
         view = replace(view, availability=replace(view.availability, news=NOBODY))
     is_due = view.organisation is not before.organisation or view.leadership is not before.leadership
+    # The changes may permit deferred requests; only a new formation permits more of them after that.
     while is_due:
         formations, waiting = view.formations, _in_order(view.waiting.values())
         view = replace(view, waiting={})
@@ -122,13 +123,11 @@ def come_back(before: View, me: str) -> View:
 
 
 def _in_order(stated: Iterable[DatedRequest]) -> list[DatedRequest]:
-    """Sort by the world model's order of facts, without duplicates."""
     by_age = {request.age: request for request in stated}
     return [by_age[age] for age in sorted(by_age)]
 
 
 def _count_alone(before: View, stated: Iterable[DatedRequest]) -> View:
-    """Apply requests for this vehicle alone, and record role changes to undo at reconnection."""
     view = before
     for request in _in_order(stated):
         if request.asked.act not in FOR_ALL:
@@ -142,7 +141,6 @@ def _count_alone(before: View, stated: Iterable[DatedRequest]) -> View:
 
 
 def _kept(view: View, request: DatedRequest) -> View:
-    """Record an objective or mission given while isolated, to be sent at reconnection."""
     if request.asked.assignee:
         return view
     return replace(view, isolated=view.isolated._replace(orders=(*view.isolated.orders, request)))
@@ -195,7 +193,6 @@ def _count(view: View, request: DatedRequest, alone: bool = False, again: bool =
 
 
 def _refused(view: View, request: DatedRequest, why: Outcome, wait: bool, again: bool) -> View:
-    """Record a refusal unless ``again``; if ``wait``, defer requests that may become permitted."""
     if why in MAY_COME and wait:
         view = replace(view, waiting={**view.waiting, request.age: request})
     if request.asked.act is Act.SUCCEED and why is Outcome.OUTSIDE and (claim := _claim_of(view, request)) is not None:
@@ -241,6 +238,7 @@ def _form(view: View, request: DatedRequest, again: bool) -> View:
     if not is_over:
         view = replace(view, organisation=view.organisation.form(rules.at_sea[name])).note(asked, outcome)
         view = view.assign(replace(asked, act=Act.ASSIGN))
+    # Requests about the new formation may have been received before it: they are evaluated again.
     since = {age_of: other for age_of, other in view.at_sea.items() if other.asked.group != name or age_of > age}
     isolated = view.isolated
     return replace(
@@ -264,14 +262,13 @@ def _form(view: View, request: DatedRequest, again: bool) -> View:
 
 
 def _claim_of(view: View, request: DatedRequest) -> Claim | None:
-    """Return the claim that a request makes or acknowledges; None without a valid term."""
     if request.number is None:
         return None
     return read_claim(Claim(request.number, -request.fact.target), view.greatest.get(request.asked.group))
 
 
 def _known(view: View, group: str, claim: Claim) -> View:
-    """Record a claim, valid or not: its issuer and its first receivers may act on it."""
+    # Valid or not: its issuer and its first receivers may act on it.
     return replace(view, greatest={**view.greatest, group: max(claim, view.greatest.get(group, claim))})
 
 
@@ -296,6 +293,8 @@ def _succeed(view: View, request: DatedRequest, again: bool) -> View:
     claim = _claim_of(view, request)
     if claim is None:
         return _refused(view, request, Outcome.TERM_LEAPS, True, again)
+    # Vehicles without a social layer never lead, so they block no claim. Before ``began_s`` this vehicle was away and
+    # cannot judge who was present.
     plain = frozenset(name for name, data in view.rules.database.items() if not data.social_layer)
     excused = now.absent | plain | (now.missed if age[0] < now.began_s else NOBODY)
     claimed = Claimed(claim, age, asked.assignee)
@@ -335,8 +334,7 @@ def _crown(view: View, group: str) -> View:
 def _enthrone(view: View, group: Group, vehicle: str, age: Age) -> View:
     """Make a vehicle the leader, also in the role of the group above that its role requires.
 
-    The previous leader takes a role of the succession. The new leader leaves the role it took when stepping down
-    earlier, so that vehicles that missed that step obtain the same organisation.
+    The previous leader takes a role of the succession.
     """
     database, head_role = view.rules.database, group.head_role or ""
     before = [name for name in view.organisation.heads(group.name) if name != vehicle]
@@ -355,6 +353,8 @@ def _enthrone(view: View, group: Group, vehicle: str, age: Age) -> View:
             after = view.overrule(Request(vehicle, Act.ASSIGN, next_role.group, next_role.role, next_role.vehicle), age)
             stepped_down = {**view.stepped_down, (group.name, name): next_role}
             view = view if after is view else replace(after, stepped_down=stepped_down)
+    # It leaves the role that it took when stepping down earlier: vehicles that missed that step must obtain the same
+    # organisation.
     next_role = view.stepped_down.get((group.name, vehicle))
     if next_role is not None:
         stepped_down = {place: role for place, role in view.stepped_down.items() if place != (group.name, vehicle)}
@@ -368,7 +368,6 @@ def _enthrone(view: View, group: Group, vehicle: str, age: Age) -> View:
 
 
 def _hand_over(view: View, to: Request, holders: Collection[str], age: Age) -> View:
-    """Move a role from ``holders`` to another vehicle, unless a newer request about it is valid."""
     newest = dict(view.newest)
     for name in (*holders, to.assignee):
         if view.leadership.is_claim(view.stated(to.group, to.role, name)):
@@ -543,7 +542,6 @@ def _led_since(view: View, asked: Request, age: Age) -> Age | None:
 
 
 def _is_for_heads(view: View, asked: Request) -> bool:
-    """Return whether only leaders may ask this: another vehicle's role with a job."""
     role = view.group(asked.group).role(asked.role)
     is_own = asked.issuer in ("", asked.assignee) and asked.act is Act.RELEASE
     return bool(asked.issuer and role and role.job and not is_own and not view.rules.authorities)
@@ -555,7 +553,7 @@ def _room(view: View, place: RoleKey) -> float:
 
 
 def _reconciled(view: View, place: RoleKey) -> Holding:
-    """Return the instructions of a role plus changes made by leadership claims."""
+    # Leadership claims change holders without instructions.
     before, now = view.holdings.get(place, Holding({}, NOBODY)), frozenset(view.organisation.members(*place))
     instructions = dict(before.instructions)
     for name in sorted(before.holders ^ now):

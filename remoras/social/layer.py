@@ -278,8 +278,8 @@ class SocialLayer:
 
     # Reception -----------------------------------------------------------------------------------
 
-    def consider(self, changes: Sequence[Change], told: bool = True) -> Considered:
-        """Process changed facts; ``told`` is False for statements that this vehicle does not send.
+    def consider(self, changes: Sequence[Change], is_sent: bool = True) -> Considered:
+        """Process changed facts; ``is_sent`` is False for statements for this vehicle alone.
 
         Organisational facts except missions wait for the end of the round.
         """
@@ -294,7 +294,7 @@ class SocialLayer:
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
         self._is_news = True
-        alone = self.is_cut_off and not told
+        alone = self.is_cut_off and not is_sent
         view = self._hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
@@ -310,7 +310,6 @@ class SocialLayer:
         return Considered(self.pursuit.let_go(keys), view.rulings if view else ())
 
     def _hear(self, changes: Iterable[Change], alone: bool) -> View | None:
-        """Queue requests, apply missions at once; return the new view, or None without missions."""
         missions: list[DatedRequest] = []
         for change in changes:
             self._note_availability(change.block)
@@ -328,7 +327,6 @@ class SocialLayer:
         return self.view
 
     def _note_availability(self, block: Block) -> None:
-        """Record statements of a vehicle about itself; ignore its own from before a restart."""
         for position, fact in enumerate(block.facts):
             if fact.subject != block.origin or fact.attribute not in (self._uids[AVAILABLE], self._uids[SENSORS_WORK]):
                 continue
@@ -337,6 +335,7 @@ class SocialLayer:
                 availability = availability.hear_of_sensors(*statement, (*block.key, position))
                 self.workload.note_blind(availability.blind_since.keys())
             elif statement[0] == self.me and block.epoch != self.beliefs.model.epoch:
+                # Its own statement from before a restart: corrected, not obeyed.
                 self._is_misjudged |= not fact.value
             else:
                 availability = availability.hear(*statement, (*block.key, position))
@@ -347,7 +346,7 @@ class SocialLayer:
         self._attributes.update(self._uids[kind] for kind in kinds if kind in self._uids)
 
     def _is_concerned(self, changes: Sequence[Change]) -> bool:
-        """Return whether any fact may matter here; most are positions, on which plans rarely depend."""
+        # Most facts are positions, on which plans rarely depend.
         attributes = self._attributes
         for change in changes:
             for fact in change.block.facts:
@@ -391,8 +390,8 @@ class SocialLayer:
         return Considered(is_due, undone.rulings if undone else (), events, facts, passed_on)
 
     def _follow(self, changes: Changes) -> tuple[View | None, list[Fact], list[Fact]]:
-        """Apply membership changes; return the view after reconnection, own facts and orders."""
         if changes.absent:
+            # Claims that a leader now absent has blocked may become valid.
             self._is_asked_again = bool(self.view.leadership.claimed)
         was_cut_off, self.is_cut_off = self.is_cut_off, self._membership.cut_off
         facts: list[Fact] = []
@@ -418,7 +417,6 @@ class SocialLayer:
         return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self._membership.lease_s)
 
     def _lose_patience(self, before: Footing | None, now_s: float) -> set[Key] | None:
-        """Replan if jobs left to others have changed; return keys of gatherings thus invalidated."""
         now, over = self.footing, set[Key]()
         if before is not None and (now.barred, now.takes_no_jobs) == (before.barred, before.takes_no_jobs):
             return None
@@ -444,7 +442,6 @@ class SocialLayer:
             )
 
     def _untold(self) -> list[Fact]:
-        """Return facts given while isolated that the vehicle may still give."""
         isolated = self.view.isolated
         self.view = replace(self.view, isolated=isolated._replace(orders=()))
         facts = {order.asked: (order.fact.subject, order.fact.attribute, order.fact.value) for order in isolated.orders}
@@ -512,7 +509,6 @@ class SocialLayer:
         return stated
 
     def _taken_back(self) -> list[Fact]:
-        """Return facts that release unavailable vehicles from unacknowledged roles."""
         unheard = self._picture.peers.unheard
         names = [name for name in sorted(self.takes_no_jobs) if name in unheard] if unheard else ()
         return [
@@ -533,7 +529,7 @@ class SocialLayer:
         return replace(planned, facts=facts, parts=by_receiver(facts, self.beliefs, named, is_individual))
 
     def findings(self, motion: Motion) -> list[Fact]:
-        """Return the facts that this vehicle infers as leader of its groups."""
+        """Return the facts that this vehicle infers as leader."""
         if not self._led:
             return []
         facts: list[Fact] = []
@@ -555,14 +551,12 @@ class SocialLayer:
     # Statements ----------------------------------------------------------------------------------
 
     def claims(self) -> list[list[Fact]]:
-        """Return acknowledgements of other leaders, then claims to lead groups; none if isolated.
-
-        A leader whose claim is less than a lease old counts as present.
-        """
+        """Return acknowledgements of other leaders, then claims to lead groups; none if isolated."""
         assents, self._assents = self._assents, []
         if self.is_cut_off:
             return assents
         since_s, away = self._membership.looked_s - self._membership.lease_s, self.absent
+        # A claim less than a lease old shows that its vehicle was present: no further claim meanwhile.
         headed = {
             group
             for group, (_, age, name) in (self.view.leadership.leading.items() if away else ())
@@ -572,7 +566,6 @@ class SocialLayer:
         return [*assents, *(self._leads(group, self.me, term) for group, term in claimed)]
 
     def _leads(self, group: str, vehicle: str, term: int) -> list[Fact]:
-        """Return a leadership claim, or the acknowledgement of another vehicle's claim."""
         return [self.beliefs.fact(group, HEADED_BY, vehicle), self.beliefs.fact(group, HEAD_TERM, term)]
 
     def _available(self, takes_jobs: bool) -> Fact:
@@ -582,20 +575,18 @@ class SocialLayer:
         return [self.beliefs.fact(self.me, LEFT_ROLE, f"{role.group}.{role.role}") for role in roles]
 
     def _correction(self) -> list[Fact]:
-        """Return that this vehicle takes jobs, if it denied this before a restart."""
         if not self._is_misjudged or self.is_cut_off:
             return []
         self._is_misjudged = False
         return [] if self.me in self.view.availability.unavailable else [self._available(True)]
 
     def _is_said(self, facts: Iterable[Fact]) -> bool:
-        """Return whether this vehicle has stated all facts in this round and not changed them since."""
         mine = (request.fact for request in self._stated if request.asked.issuer == self.me)
         last = {(fact.subject, fact.value): fact.attribute for fact in mine}
         return all(last.get((fact[0], fact[2])) == fact[1] for fact in facts)
 
     def _in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
-        """Insert, before each fact that reassigns a role held by absent vehicles, their release."""
+        """Insert releases before facts that reassign roles held by absent vehicles."""
         stated: list[Fact] = []
         for fact in facts:
             if fact[1] == self._uids[PLAYS_ROLE]:
@@ -604,6 +595,7 @@ class SocialLayer:
                 holders = self.organisation.members(group, role)
                 specification = self.organisation.groups[group].role(role)
                 if specification is not None and specification.maximum == len(holders) and self.absent >= set(holders):
+                    # Receivers that do not presume the holders absent would find no vacancy.
                     stated += [self.beliefs.fact(name, LEFT_ROLE, path) for name in holders]
             stated.append(fact)
         return stated
@@ -698,7 +690,6 @@ class SocialLayer:
         return "; ".join([*few, *filter(None, [self.workload.why_not(job)])])
 
     def _see_what_is_impossible(self, work: Work, now: frozenset[str]) -> None:
-        """Report jobs of a group that became infeasible for all present members, or feasible again."""
         self._impossible[work.group.name] = now
         for job in [role.job or "" for role in work.unfinished]:
             if (job in now) is not bool(self.beliefs.get((IS_IMPOSSIBLE, job))):
@@ -710,13 +701,11 @@ class SocialLayer:
         return group in self._negotiation.holding and self._has_left(self._work()[group])
 
     def _has_left(self, work: Work) -> bool:
-        """Return whether a group has work left that this vehicle does not leave to others."""
         if not work.barred:
             return work.has_something_left
         return any(work.able(self.database[self.me], role) for role in work.unfinished)
 
     def _holds(self, work: Work) -> bool:
-        """Return whether a group has work to assign or confirm, so that it is not gathered."""
         if not self._has_left(work):
             return False
         name = work.group.name

@@ -223,7 +223,6 @@ class Negotiation:
         return statements
 
     def _heed(self, group: str, move: Move, holding: list[str], expected: set[str]) -> None:
-        """Apply a move apart from its statements."""
         self.silent = self.silent or move.silent
         expected.update(move.expected)
         if move.holding:

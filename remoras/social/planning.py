@@ -129,7 +129,6 @@ class MissionPlanner:
                 self._plan_anew(group)
 
     def _settle(self, group: str, execution: Execution, facts: FactsLike) -> None:
-        """End steps whose effects hold; mark the mission as due if others waited for that."""
         if execution.settle(facts) and execution.is_waiting:
             self.due.add(group)
 
@@ -222,11 +221,12 @@ class MissionPlanner:
         return Deliberation(facts, impossible)
 
     def _plan_whole(self, work: Work, tasks: Sequence[Task], known: FactsLike) -> list[NoPlan]:
-        """Replan all missions of a group, keeping completed steps; return those without a plan."""
+        """Replan all missions of a group; return those without a plan."""
         group, lacking = work.group.name, list[NoPlan]()
         self.allocated.discard(group)
         self._impossible.pop(group, None)
         execution, planned = self.executions.get(group), plan(self._domain, known, tasks)
+        # One mission without a plan must not prevent the others.
         if isinstance(planned, NoPlan) and len(tasks) > 1:
             alone = {task: plan(self._domain, known, task) for task in tasks}
             lacking = [failure for failure in alone.values() if isinstance(failure, NoPlan)]
@@ -245,7 +245,6 @@ class MissionPlanner:
         return lacking
 
     def _mend(self, group: str, vacant: Collection[tuple[str, str]], known: FactsLike) -> bool:
-        """Replan branches with running steps for vacant roles; return whether all have alternatives."""
         execution = self.executions.get(group)
         mended = False
         while execution is not None:
@@ -416,7 +415,6 @@ class Orders:
         return self._say(self._beliefs.fact(group, DISSOLVED, number))
 
     def _say(self, *facts: Fact) -> list[Fact]:
-        """Return facts stated together, once a round."""
         if facts[0] in self._proposed:
             return []
         self._proposed[facts[0]] = None
@@ -538,10 +536,6 @@ class Pursuit:
         return sets, rests_on | execution.rests_on | execution.awaited
 
     def _planned(self, domain: Domain, objective: Objective, facts: FactsLike) -> Execution | NoPlan:
-        """Return the advanced plan of an objective, renewed unless a branch has just been replanned.
-
-        Without a first plan, raise PlanningError unless the vehicle ``leaves`` such objectives.
-        """
         execution, task = self.executions.get(objective), Task(PURSUE + objective.name, (objective, self._data))
         if execution is None:
             planned = plan(domain, facts, task)
@@ -551,6 +545,7 @@ class Pursuit:
                 self.hopeless.add(objective)
                 return planned
             execution = self.executions[objective] = Execution(domain, planned)
+        # A branch just replanned is the renewal; another plan would discard it.
         elif objective not in self._mended:
             execution.settle(facts)
             again = execution.plan_anew(facts, task)

@@ -99,7 +99,6 @@ class Requests:
         return Request(issuer, act, group, role, name(fact.subject))
 
     def _number(self, fact: PropertyValue, block: Block) -> int | None:
-        """Return the number that the block states about the fact's subject; None without one."""
         attribute = self._numbered_by.get(fact.attribute)
         beside = (
             stated.value for stated in block.facts if (stated.subject, stated.attribute) == (fact.subject, attribute)

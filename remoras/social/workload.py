@@ -39,15 +39,15 @@ def takes_sensors(rules: Rules, group: Group, asked: Request) -> bool:
 
 
 def scarce_energy_j(
-    vehicles: Iterable[VehicleData], told: Mapping[str, tuple[float, float]], now_s: float, until_s: float
+    vehicles: Iterable[VehicleData], reports: Mapping[str, tuple[float, float]], now_s: float, until_s: float
 ) -> dict[str, float]:
     """Return the remaining energy (J) of vehicles that cannot afford transit until the end.
 
-    ``told`` gives battery share (0..1) and time of the report; since then survey speed is assumed.
+    ``reports`` gives battery share (0..1) and time of the report; since then survey speed is assumed.
     """
     scarce_j = {}
     for data in vehicles:
-        share, reported_s = told.get(data.name, (1.0, 0.0))
+        share, reported_s = reports.get(data.name, (1.0, 0.0))
         left_j = share * data.energy_j - data.power_w(data.survey_speed_mps) * max(0.0, now_s - reported_s)
         if left_j < data.power_w(data.transit_speed_mps) * (until_s - now_s):
             scarce_j[data.name] = left_j
@@ -187,6 +187,7 @@ class Workload:
             self._work_out()
         energy_j = self.scarce_energy_j(picture.body.now_s) if self.frugal else None
         if energy_j:
+            # Energy falls with time, so this result is not cached.
             return self._works(at, picture.peers.positions_m if positions_m is None else positions_m, energy_j, from_s)
         if self._asked != asked:
             self._kept = self._works(at, {}, {}, 0.0)

@@ -104,7 +104,7 @@ def test_what_no_packet_carries_is_kept_to_itself(fleet: Fleet) -> None:
     assert tells([mapped])
     assert tells([unlisted, mapped])
     assert not tells([unlisted])
-    assert not tells([mapped], told=False)
+    assert not tells([mapped], is_sent=False)
     vehicle.radio.communicates = False
     assert not tells([mapped])
 
