@@ -1,9 +1,4 @@
-"""Behaviours of the mapping mission: row by row, over the cells not known to be mapped.
-
-A cell still unmapped after its row was passed is tried once more at the end, then given up. The vehicle fails in three
-cases: two whole rows without yield while the sensor is on (dead sensor); two position fixes in succession with nothing
-mapped in between (position too uncertain); no progress over ground, as in a strong current.
-"""
+"""Behaviours of the mapping mission: row by row, over the cells not known to be mapped (``docs/model/mapping.md``)."""
 
 from __future__ import annotations
 
@@ -146,10 +141,7 @@ class _Passage:
 
 
 class ZigzagExploring(Behaviour):
-    """Survey of the remaining cells of an area, row by row.
-
-    The stimulus falls with the remaining ``work``; before the first row also with the distance to it.
-    """
+    """Survey of the remaining cells of an area, row by row; its stimulus falls with the remaining ``work``."""
 
     def __init__(
         self,

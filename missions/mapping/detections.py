@@ -1,9 +1,4 @@
-"""Detected features, and their inspection by a second, closer pass.
-
-A mapping sensor detects a feature when it maps the feature's cell; the fact ``foundAt`` creates the job. The inspecting
-vehicle stays near the feature, slowly, until its sensor has seen enough. The dwell shows only on site; plans assume the
-mean.
-"""
+"""Detected features, and their inspection by a second, closer pass (``docs/model/mapping.md``)."""
 
 from __future__ import annotations
 
@@ -94,10 +89,7 @@ def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Ob
 
 
 def with_inspectors(scenario: MappingScenario) -> MappingScenario:
-    """Return the scenario with an inspector role for each find; unchanged without finds.
-
-    The roles join the first group with exploring roles, or the group that it forms at run time.
-    """
+    """Return the scenario with an inspector role per find, in the first exploring group or the one that it forms."""
     areas = {area.name for area in scenario.area}
     exploring = [key for key, role in scenario.roles.items() if role.job in areas]
     explorers = next((group for group in scenario.group if group.name in dict(exploring)), None)
@@ -129,7 +121,6 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
 
 
 BRAKING_S = 2.0
-"""Margin by which braking starts early."""
 PATIENCE_S = 60.0
 """Time on site beyond the longest dwell after which a sensor is presumed dead."""
 

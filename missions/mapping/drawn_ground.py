@@ -15,7 +15,6 @@ MAPPERS = (3, 4)
 """Mapping vehicles; with the surface vehicle, the size of the smallest measured networks."""
 PIECES = (5, 13)
 WIDTHS, CELLS = (12, 26), (240, 480)
-"""Limits (cells) of the rectangle's width and of its area."""
 LEAST_SIDE = 2
 """Shortest side of a piece, in cells."""
 
@@ -78,10 +77,9 @@ def _whole(draws: Iterator[float], least: int, most: int) -> int:
 
 
 def _cut(whole: Piece, n: int, draws: Iterator[float]) -> list[Piece]:
-    """Cut a rectangle into ``n`` pieces, always the largest one across its longer side."""
     pieces = [whole]
     while len(pieces) < n:
-        # The piece itself breaks ties, so that the result does not depend on the order of the list.
+        # The largest piece is cut across its longer side, so that pieces stay alike and compact.
         piece = max(pieces, key=lambda piece: (piece[2] * piece[3], piece))
         pieces.remove(piece)
         west, south, wide, high = piece

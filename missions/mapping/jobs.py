@@ -1,10 +1,7 @@
-"""Jobs of the mapping mission: surveys of the remaining cells of one area each, row by row.
+"""Jobs of the mapping mission: surveys of the remaining cells of one area each (``docs/model/mapping.md``).
 
-Rows are those of ``missions.meeting.survey`` for the vehicle's swath. They end half a swath before the border, half a
-cell if cells are smaller, so that corners are covered. A row with some mapped cells is cut to the span of the others;
-one without remaining cells is skipped. Rows run upwards or downwards, each from the end that gives the shortest path.
-
-Remaining cells are bits of one integer by index in the area.
+A row with some mapped cells is cut to the span of the others; one without remaining cells is skipped. Remaining cells
+are bits of one integer by index in the area.
 """
 
 from __future__ import annotations

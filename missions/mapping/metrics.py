@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 
 SHARES = (50, 80, 95, 100)
-"""Shares of the goal (%) for the time metrics."""
 
 
 def _n_cells(run: MeasuredRun) -> int:
@@ -83,7 +82,6 @@ def least_mapped_fraction(run: MeasuredRun) -> float | None:
     first: dict[tuple[int, int], str] = {}
     for _, vehicle, x, y in recorder.rows("coverage"):
         first.setdefault((x, y), vehicle)
-    # Holders without a mapped cell count with 0, former holders included.
     holders = {vehicle for _, vehicle, group, role, event in recorder.rows("roles") if (group, role) in roles}
     counts = Counter(first.values())
     return min(counts[vehicle] for vehicle in holders) / len(first) if holders and first else None
@@ -104,10 +102,7 @@ REGION = 2.4477468306808166
 def courses_m(
     items: Iterable[tuple[Any, ...]], vehicles: Iterable[str], objects_m: Sequence[Point]
 ) -> Iterator[list[tuple[float, float]]]:
-    """Yield (error of the fused place, 95 % radius) after each observation of an object.
-
-    The reported object is matched to the true one nearest to its last place.
-    """
+    """Yield (position error, 95 % radius) after each observation of an object, by the true object nearest at last."""
     for places in places_m(items, vehicles):
         truth_m = min(objects_m, key=lambda lies_m: distance(lies_m, places[-1][0]))
         yield [(distance(truth_m, at_m), REGION * sigma_m) for at_m, sigma_m in places]
@@ -195,7 +190,6 @@ METRICS = (
 
 
 SHADE = 0.16
-"""Strength of the tint of mapped cells."""
 
 
 def first_mapped(results: RunResults) -> dict[tuple[int, int], tuple[float, str]]:

@@ -134,7 +134,6 @@ def _overlaps(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
-    """Number of cells of an area; an estimate if it is far too large."""
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
     # An oversized area is refused in any case; listing its cells first could exhaust the memory.
     in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / (cell_m * cell_m)
@@ -219,7 +218,6 @@ ACTIVITY_TYPES = {
 }
 
 SENSING = ("Mapping", "Inspecting")
-"""Activities that switch the sensors on."""
 
 NO_FINDS = FindsTable.usual()
 FINDS_WORDS = Path(__file__).with_name("finds.ttl")

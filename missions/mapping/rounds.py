@@ -56,5 +56,4 @@ def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = Tr
 
 
 def _apart_m(cells_m: Sequence[Point], other: Sequence[Point], reach_m: float) -> float:
-    """Least distance between two point sets less ``reach_m``, at least 0."""
     return max(0.0, min((distance(a, b) for a in cells_m for b in other), default=math.inf) - reach_m)

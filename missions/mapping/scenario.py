@@ -106,7 +106,6 @@ class FindsTable(Section):
     """Table ``[finds]``: features of the seabed that need a closer pass once detected."""
 
     MOST: ClassVar[int] = 64
-    """Most features of a scenario."""
 
     number: int = Field(0, ge=0, le=MOST, description="unknown features, drawn once per run")
     close_speed_mps: float = Field(0.6, gt=0.0, le=20.0, description="maximum speed for an inspection")

@@ -193,7 +193,7 @@ class Seabed:
         return tuple(cells)
 
     def _centres_about(self, column: int, row: int, reach_m: float) -> list[tuple[Cell, float, float]]:
-        """Cells, with centres, possibly within ``reach_m`` of a quarter cell (half-cell indices)."""
+        """Cells, with centres, that may be within ``reach_m`` of a point in this quarter of a cell."""
         size, reach = self.cell_m, 2.0 * reach_m / self.cell_m + 1e-6  # in half cells, with rounding margin
         columns, rows = (  # least distance of their centres
             [(n, max(2 * n - i, i - 2 * n - 1, 0)) for n in range(int(i - reach) // 2, int(i + reach) // 2 + 1)]

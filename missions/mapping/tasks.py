@@ -26,7 +26,6 @@ from remoras.picture import Picture
 from remoras.work import Job
 
 EXPLORING = "objectiveExploring"
-"""Fact that assigns an area to a role."""
 MOST_ANEW = 3
 """Most reassignments of an area; a later report of its completion is accepted."""
 
@@ -44,10 +43,7 @@ def given_anew(
     beliefs: Beliefs,
     picture: Picture,
 ) -> list[Finding]:
-    """Return orders for areas assigned or reported done that are not known to be fully mapped.
-
-    The report is void if the job is still unfinished half the patience after the rendezvous.
-    """
+    """Return orders for areas assigned or reported done, but not known to be mapped some time after the rendezvous."""
     # A vehicle that finishes an area reports all its cells at the rendezvous, which takes a while.
     met_s = meeting.met_s(group, beliefs, picture)
     if met_s is None or picture.body.now_s - met_s < meeting.patience_s / 2.0:
@@ -133,7 +129,6 @@ class AfterWork(Behaviour):
         return perception._replace(answers=self._settled)
 
     def _settled(self) -> float:
-        """Effect of the meeting on a call, 0..1."""
         if self._before is None:
             return 0.0
         perception, facts = self._before

@@ -1,9 +1,4 @@
-"""Ground truth of the mapping mission: true coverage, finished and abandoned surveys.
-
-A cell is covered once its centre is within half a swath of a vehicle with a working mapping sensor that is on and slow
-enough. A find is inspected once a vehicle with a working sensor has stayed near it, slowly, for its dwell. The goal
-covers all cells and finds; a find weighs as many cells as are mapped in a mean dwell.
-"""
+"""Ground truth of the mapping mission: true coverage, finished and abandoned surveys (``docs/model/mapping.md``)."""
 
 from __future__ import annotations
 
@@ -170,7 +165,6 @@ class MappingTruth(MeetingTruth):
         return changed
 
     def _cover(self, name: str, cells: Sequence[Cell], now_s: float) -> bool:
-        """Record a vehicle's newly covered cells; return True if any is new to the fleet."""
         covered, changed = self._covered[name], False
         for cell in cells:
             if cell in covered:
@@ -186,7 +180,6 @@ class MappingTruth(MeetingTruth):
         return changed
 
     def _inspect(self, vehicle: VehicleView, now_s: float) -> bool:
-        """Record a vehicle's inspections; return True if any is new to the fleet."""
         n_new = self._finds.n_inspected_by(vehicle, now_s)
         if n_new:
             self.milestones += [Milestone(now_s, "inspected", vehicle.name)] * n_new
@@ -246,7 +239,6 @@ class MappingTruth(MeetingTruth):
             self._last_performed[number] = performed
             exploring = "ZigzagExploring" in performed
             if exploring:
-                # A resumed survey was not abandoned.
                 self._stopped.pop(vehicle.name, None)
             elif self._exploring.get(vehicle.name):
                 self._stopped[vehicle.name] = Milestone(now_s, "mapping_stopped", vehicle.name)
