@@ -1,9 +1,7 @@
 """Drilling, and energy transfer to drills: batteries, stores of chargers, readings, behaviours.
 
-The run's ``Energies`` hold the true values. ``Passing`` changes them; drills and chargers read the values of the tick
-before, independent of beliefs and of the referee. A drill works while its vehicle is at a matching site with the drill
-on. Its battery does not propel the vehicle. Energy comes from any vehicle at the berth beside the site with its charger
-on.
+``Passing`` changes the true values in the run's ``Energies``; drills and chargers read those of the tick before. A
+drill works while its vehicle is at a matching site with the drill on.
 """
 
 from __future__ import annotations
@@ -103,7 +101,7 @@ class EquipmentSettings(SensorSettings):
 
     @property
     def tells_state(self) -> bool:
-        """True: the vehicle can query it."""
+        """True: vehicles can query the state of this equipment."""
         return True
 
     def make(self, data: VehicleData) -> Sensor:
@@ -366,7 +364,6 @@ class Drilling(Behaviour):
         return bool(facts.get((DRILL_CHARGE, self._me), 1.0) < LEAST_SHARE)
 
     def _work(self, facts: Known, now_s: float) -> Perception:
-        """Progress as reported by the drill, with a report if the halted state has changed."""
         # The latest reading may still describe another hole.
         is_here = facts.get((BORES, self._me)) == self._boring.name
         state = facts.get((DRILL_STATE, self._me)) if is_here else None
@@ -440,7 +437,7 @@ class Bringing(Behaviour):
         )
 
     def _is_awaited(self, picture: Picture) -> bool:
-        """True if the job has a holder, or a vehicle (perhaps with a private claim) is at the site."""
+        """True if the job has a holder, or a vehicle received lately at the site may hold it unreported."""
         peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
         near = (name for name, at_m in peers.positions_m.items() if distance(at_m, self._boring.place_m) <= IN_PLACE_M)
         return bool(self._help.holders) or any(peers.word_s.get(name, -math.inf) >= late_s for name in near)

@@ -31,7 +31,6 @@ HELPING = "Helping"
 HELPING_IMPORTANCE = 0.5
 """Default importance of helping: above the rendezvous, below own work."""
 URGENCY = 50
-"""Default urgency of reports from helpers."""
 JUDGED = {UNABLE_TO: URGENCY, IS_IMPOSSIBLE: URGENCY}
 """Urgencies of reports: a vehicle cannot do a job; a leader declares it impossible."""
 LATER_SHARE = 0.5
@@ -102,7 +101,6 @@ class Help:
         return (Observation(((self.me, self.attribute, self.job),)),) if self._began else ()
 
     def _n_nearer(self, place_m: Point, to_go_m: float, picture: Picture) -> int:
-        """Number of recently received vehicles that go first."""
         peers, now_s, frame_s = picture.peers, picture.body.now_s, picture.frame_s
         # Under way, only reported helpers count: free vehicles have had their turn.
         busy = peers.positions_m if self.is_on else self._busy(picture)
@@ -166,7 +164,6 @@ class HelpMission(JobMission):
     """Mission of jobs some of which need help, see the module."""
 
     help_activity: ClassVar[str] = HELPING
-    """Name of the helping activity."""
     help_by: ClassVar[tuple[type[Help], str]]
     """Class of ``Help``, and the attribute of the reported job."""
 

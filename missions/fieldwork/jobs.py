@@ -1,11 +1,6 @@
 """Jobs of field work and their behaviours: site surveys, deliveries, line surveys and lifts.
 
-**Lines.** On some lines the holder carries a source and advances only while its obstacle sonar shows a vehicle within
-``within_m``. The escort carries the receiver. It goes to the last received position of the holder and, with sonar
-contact, keeps abreast of it, out of its way.
-
-**Lifts.** An object has one end per required vehicle, on a circle around its middle. The lift starts once all ends are
-taken and ends after ``lift_s``; a departure restarts it.
+An object to lift has one end per required vehicle, on a circle around its middle.
 """
 
 from __future__ import annotations
@@ -130,7 +125,6 @@ class Carrying(Behaviour):
 
 ESCORTS = "escorts"
 ON_LINE_M = 3.0
-"""Largest distance from the line that counts as on it."""
 ABREAST = 0.5
 """Station of the escort as share of the largest distance; the rest covers its reaction time."""
 
@@ -317,10 +311,7 @@ SEEN_SHARE = 0.9
 
 @dataclass(frozen=True, kw_only=True)
 class Lift(ReportedJob):
-    """Lift of an object: it takes ``stay_s`` once all ``n_vehicles`` are present.
-
-    ``length_m`` is the distance between neighbouring ends, ``place_m`` the middle of the object.
-    """
+    """Lift of an object by ``n_vehicles`` at ends ``length_m`` apart, around ``place_m``; it takes ``stay_s``."""
 
     PLAYER: ClassVar[str] = "Lifter"
     SHOWN: ClassVar[str] = ""

@@ -196,7 +196,6 @@ class FieldworkMission(JobMission):
     """Base of missions with jobs of several kinds."""
 
     urgencies: ClassVar[Mapping[str, int]] = {}
-    """Default urgencies of needed attributes."""
 
     @classmethod
     def completed(cls, scenario: Any) -> Any:

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 PASSAGE = "passage"
 STANDS_MPS = 0.1
 MARK_M = 5.0
-"""Distance between check marks along a line."""
 PASSED_M = 1.5 * ON_LINE_M
 """Distance at which a mark counts as passed: off the line, and beyond the last stop."""
 WAITS, LIFTED, SURVEYED = "waits", "lifted", "surveyed"
@@ -43,7 +42,7 @@ ENERGY = Table(
 
 
 class FieldTruth(JobTruth):
-    """Referee of jobs for several vehicles (``taking``): waits and true completion."""
+    """Referee of jobs, of which those in ``taking`` take several vehicles: waits and true completion."""
 
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, table: Table, taking: Collection[str]
@@ -312,7 +311,6 @@ RESUPPLY_METRICS = (
     replace(WAIT, label="mean wait for energy", of=mean_energy_wait_s),
     lower("brought_j", "J", label="energy brought", of=brought_j, headline=False),
 )
-"""Metrics of each mission, in the order of the summary."""
 
 
 def draw_jobs(axes: Axes, results: RunResults, style: Style, label: str, says: str) -> str:
