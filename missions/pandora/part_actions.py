@@ -161,7 +161,6 @@ class Acting(Behaviour):
 
 
 LOOK_S = 120.0
-"""Planned time to look for a part at its place."""
 SETTLED_S = 45.0
 """Time on site before a place is reported, for the estimate of the camera offset."""
 DISPLACED_M = 1.0

@@ -16,9 +16,7 @@ Flow = Callable[[float, float], PointM]
 """Velocity of the water (m/s, x east, y north) at a depth (m) and time (s)."""
 
 ANY_VALVE = "any"
-"""Placeholder for a random valve."""
 KINDS = {"panel": "Panel", "valve": "Valve", "chain": "Chain", "anode": "Anode"}
-"""Tables of parts and their ontology classes."""
 TOLD = (
     "objectiveServicing", "jobDone", "diagnosis", "anomaly", "outcome", "placedAt", "focusArea", "centre", "radius",
     "toolDead", "unableTo", "isImpossible",

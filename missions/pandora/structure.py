@@ -35,7 +35,6 @@ class TruePart:
 
 
 BUCKET_M = 20.0
-"""Side of the squares of the spatial index."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,6 @@ TURNS = Table("turns", (TIME, VEHICLE, Column("part", "str"), Column("state", "s
 NEEDED_SHARE = 0.5
 """Share of a point's images that must show it; some are blank."""
 TOUCH_GAP_S = 5.0
-"""Longest gap within one attempt of a tool."""
 FELT_SHARE = 0.25
 """Progress between two reports of a tool."""
 FELT_S = 30.0
@@ -258,7 +256,6 @@ class Tool:
 
 
 TOOLS = "arm", "wrench"
-"""Tools that a vehicle may report dead."""
 
 
 @dataclass(frozen=True)

@@ -308,7 +308,6 @@ METRICS = (
     Metric("n_repairs", "", Better.NEITHER, "plan repairs", n_repairs, headline=True),
     Metric("n_lost", "", Better.LOWER, "vehicles lost without energy", n_lost),
 )  # fmt: skip
-"""Metrics of the mission, in summary order."""
 
 
 FOUND_BY = ("diagnosis", "anomaly")
