@@ -53,7 +53,7 @@ class AwaitingPartner(Standing):
 
 
 class Escorting(Behaviour):
-    """Escort of the first received submerged vehicle beyond ``radius_m`` of ``home_m``, on its home side."""
+    """Escort of the first listed vehicle received beyond ``radius_m`` of ``home_m``, on the side of its home."""
 
     def __init__(
         self, escorted: Sequence[str], home_m: Point, radius_m: float, distance_m: float, data: VehicleData
@@ -112,10 +112,7 @@ class Lane(NamedTuple):
 
 
 class Surveying(Behaviour):
-    """Survey along the uncharted lanes of a block, nearest first.
-
-    It fails after ``patience_s`` over blank tiles. ``asked`` are service and recovery of a survey on request.
-    """
+    """Survey along the uncharted lanes of a block; ``asked`` are service and recovery of a survey on request."""
 
     def __init__(
         self,
@@ -172,7 +169,6 @@ class Surveying(Behaviour):
         return True
 
     def _note_yield(self, motion: Motion, charted: Set[int], dt_s: float) -> None:
-        """Count the time over tiles that should be charted but are not."""
         if self._lane is None:
             return
         near = [n for n in self._lane.tiles if distance_m(motion, self._block.centre_of(n)) <= self._block.tile_m]
@@ -257,10 +253,7 @@ class Ranging(Behaviour):
 
 
 class Reacquiring(Behaviour):
-    """Search around the expected place of the chosen candidate, then observation at close range.
-
-    A candidate unseen for ``patience_s`` is searched again.
-    """
+    """Search around the expected place of the chosen candidate, then observation at close range."""
 
     def __init__(
         self,
@@ -321,7 +314,6 @@ class Reacquiring(Behaviour):
         return 4 * math.ceil(self._search_m / self._step_m)
 
     def _next(self, place_m: Point) -> Point:
-        """The expected place, then corners of squares around it."""
         x_m, y_m = place_m
         if self._corner < 0:
             return place_m

@@ -74,7 +74,7 @@ class Concluding:
         return min([time_s - NEAR_S for time_s in times_s if now_s <= time_s + NEAR_S], default=math.inf)
 
     def _asked(self, me: str, organisation: Organisation, facts: FactsLike) -> list[Finding]:
-        """Request the service of another vehicle if it comes first for an own block."""
+        """Request the service of another vehicle for an own block if that service ranks first."""
         for group, block in self._own(me, organisation):
             if facts.get(("surveyedBy", block)) is not None:
                 continue
@@ -99,7 +99,6 @@ class Concluding:
         return requested
 
     def _served(self, me: str, beliefs: Beliefs) -> list[Finding]:
-        """Report a requested block as surveyed once all its tiles are charted."""
         for block, _ in self.requests(me, beliefs):
             if len(beliefs.values(("chartedTile", block))) >= len(self.blocks[block].tiles):
                 return [Finding(block, "surveyedBy", me)]
@@ -250,7 +249,6 @@ class Concluding:
         return [Finding(candidate, "reacquiredBy", me), *located]
 
     def _absent(self, me: str, organisation: Organisation, beliefs: Beliefs, now_s: float) -> list[Finding]:
-        """Recovering vehicle: report the chosen candidate absent after the time limit."""
         chosen = beliefs.get(("chosen", self.recovery))
         if chosen is None or beliefs.get(("verdict", chosen)) not in (None, "open"):
             return []
@@ -260,7 +258,6 @@ class Concluding:
         return [Finding(chosen, "verdict", "absent")] if self._recovers(me, organisation) else []
 
     def _adrift(self, me: str, beliefs: Beliefs) -> list[Finding]:
-        """Revoke a fix taken for a candidate that is rejected."""
         chosen = beliefs.get(("chosen", self.recovery))
         if chosen is None or _is_open(beliefs, chosen) or not beliefs.get(("fixedOn", me)):
             return []
@@ -286,7 +283,6 @@ def _status(service: Service, beliefs: Beliefs, picture: Picture) -> list[Findin
 
 
 def _is_open(beliefs: Beliefs, candidate: str) -> bool:
-    """True unless a candidate is rejected or absent."""
     return beliefs.get(("verdict", candidate)) not in ("decoy", "absent")
 
 

@@ -165,7 +165,6 @@ def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[Configurati
 
 
 FURTHER_NEEDS = {"unableTo": 40, "isImpossible": 20, "surveysAgain": 40, "surveyedAgain": 20, "isExhausted": 40}
-"""Default urgencies of further needed attributes."""
 ESCORTING = "Escorting"
 ESCORT_IMPORTANCE = 0.55
 """Importance of escorting a vehicle with fixes: below work, above the rendezvous."""

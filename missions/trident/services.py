@@ -1,16 +1,7 @@
-"""Modules of vehicles and the services that they offer.
+"""Modules of vehicles and the services that they offer (``docs/missions/trident.md``).
 
-A service is advertised with its class, cost and precondition. It works while an activity has it switched on. It senses
-at the true position and reports relative to the believed one.
-
-=========  ========================================================================================================
-response   services for an activity, in the order of trial
-=========  ========================================================================================================
-fixed      the one named in the plan
-repair     that one, then the spares of the plan, each after a failure
-matching   all services of the requested class, by the world model, that are available on present vehicles, by cost;
-           ``HANDING_OVER_S`` is added for another vehicle. Own services without a reported status count too
-=========  ========================================================================================================
+A service works while an activity has it switched on. It senses at the true position and reports relative to the
+believed one.
 """
 
 from __future__ import annotations
@@ -158,7 +149,6 @@ CANDIDATE = "Candidate"
 SAME_M = 25.0
 """Distance within which an observation is associated with a known candidate."""
 FOUND_PER_OBJECT = 4
-"""Most candidates that one vehicle creates per object."""
 MOST_LOOKS = 128
 LOOK_S, REST_MPS = 10.0, 0.15
 """Time between observations of an object; speed below which a vehicle is at rest."""
@@ -166,7 +156,6 @@ REACH_M = 6.0
 KINDS = ("survey", "find", "hold", "handle")
 """Kinds of modules, each with its own stream of draws."""
 LIKE_TARGET, LIKE_DECOY = 0.7, 0.45
-"""Mean likeness of the target and of decoys."""
 
 CHARTED = Table("charted", (TIME, VEHICLE, Column("column", "int", "tile"), Column("row", "int", "tile")))
 """Tiles truly charted for the first time; claims of modules exist only in world models."""
@@ -422,9 +411,7 @@ ON_BOARD = (FIND, HOLD, HANDLE)
 """Activities of the recovering vehicle that no other vehicle can do."""
 AVAILABLE, FAILED = "available", "failed"
 AVAILABLE_SERVICE = "AvailableService"
-"""Class of services that report to work."""
 HANDING_OVER_S = 300.0
-"""Additional cost of another vehicle's service."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -454,10 +441,7 @@ def parties(group: Group, facts: FactsLike) -> frozenset[str]:
 
 @dataclass(frozen=True)
 class Matching:
-    """Matching of activities with services.
-
-    ``activities`` and ``blocks`` (surveys) map to requested class and planned service.
-    """
+    """Matching of ``activities`` and ``blocks`` (surveys) with services, by requested class or planned service."""
 
     services: Mapping[str, Service]
     activities: Mapping[str, ActivityTable]

@@ -35,7 +35,6 @@ CHOREOGRAPHY = Table("choreography", (
 PLAYING = {"assigned": True, "left": False}
 """Events of the table ``roles`` for begin and end of a role."""
 PACKET_TIME, SENDER, ITEM_UIDS = 1, 2, 10
-"""Relevant columns of the table ``packets``."""
 
 
 class StatedFact(NamedTuple):
