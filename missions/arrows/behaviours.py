@@ -38,7 +38,6 @@ STALE_S = 240.0
 HELD_S = STALE_S + 60.0
 """Age at which another vehicle's target expires: a newer one would have been received."""
 ORDERS_S = 10.0
-"""Interval at which a leader checks for idle vehicles."""
 HOVER_M = 2.0
 ENOUGH_IMAGES = 12
 """Images after which an unidentified anomaly stays unknown."""
@@ -338,7 +337,6 @@ class Identifying(Behaviour):
         return max(gains, key=lambda weighed: (weighed[0], weighed[1]))[1] if gains else None
 
     def _shown(self, anomaly: str, facts: Known) -> list[int]:
-        """Image results of an anomaly, under all its names."""
         at_m = facts.get(("location", anomaly))
         places_m = {name: facts.get(("location", name)) for name in facts.instances(ANOMALY)}
         same = [name for name, place_m in places_m.items() if place_m is not None and distance(place_m, at_m) <= SAME_M]

@@ -201,7 +201,7 @@ def expected_of(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Ar
 
 
 def rates_of(scenario: ArrowsScenario) -> Array:
-    """Detection rates, shape (detectors, 1 + kinds), nothing first."""
+    """Detection rates, shape (detectors, 1 + kinds), those of an empty cell first."""
     detectors: list[DetectorTable] = [getattr(scenario.detector, name) for name in DETECTORS]
     return np.array(
         [
@@ -355,10 +355,7 @@ SWEPT, CONTACT = "swept", "contact"
 
 
 class Chart:
-    """Map updated from known facts.
-
-    ``prior`` has shape (1 + kinds, n_cells), ``rates`` of detection (detectors, 1 + kinds); nothing comes first.
-    """
+    """Map updated from known facts; its rows are the possible contents of a cell, an empty cell first."""
 
     def __init__(self, scenario: ArrowsScenario) -> None:
         self.grid, self.prior, self.rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)

@@ -34,7 +34,6 @@ from remoras.picture import Peers
 from remoras.work import Point
 
 N_RANGES = 200
-"""Number of tabulated ranges of the loss."""
 N_HEARD = 2
 """Packets received from a vehicle that imply contact in both directions."""
 
@@ -52,11 +51,7 @@ def contact_range_m(scenario: ArrowsScenario) -> float:
 
 @dataclass(frozen=True)
 class Reach:
-    """Area of contact around ``point_m``.
-
-    ``alone_s`` is the longest time out of contact for a vehicle on orders, ``greeting_s`` the longest wait for
-    reception after a return.
-    """
+    """Area of contact around ``point_m``; limits of time out of contact on orders, and of waits for reception."""
 
     point_m: Point
     range_m: float
@@ -240,10 +235,7 @@ class Trail:
 
 @dataclass(frozen=True)
 class Choosing:
-    """Target selection of a vehicle, with repulsion from the paths of others.
-
-    A repeated observation within ``again_s`` is worthless; ``leaves_finds`` skips cells with a detection.
-    """
+    """Target selection; observations repeated within ``again_s`` are worthless, ``leaves_finds`` skips detections."""
 
     ranges_m: Mapping[int, float]
     again_s: Mapping[int, float]
@@ -278,11 +270,7 @@ class Choosing:
     def choose(
         self, chart: Chart, held: Sequence[Way], track: Trail, at_m: Point, leash: Leash | None, now_s: float
     ) -> Leg | None:
-        """Return the first leg of the best route; None if the leash permits no point.
-
-        Each of the best single targets starts a route that is continued greedily by information per time. The route
-        with the most information per time wins. ``leash`` None permits any point.
-        """
+        """Return the first leg of the best route, or None if the ``leash``, unless it is None, permits no point."""
         grid = chart.grid
         cells = np.arange(grid.n_cells)
         on_lattice = (cells // grid.n_columns % STRIDE == 0) & (cells % grid.n_columns % STRIDE == 0)
@@ -294,8 +282,8 @@ class Choosing:
             return None
         bits = self.information(chart, held, track, now_s)
         legs = self._legs(grid, bits, at_m, x_m, y_m)
-        # Rollout of the greedy choice (Bertsekas, Tsitsiklis and Wu, Journal of Heuristics 3, 1997). The stable sort
-        # keeps ties in the order of cells on every machine.
+        # Rollout of the greedy choice (Bertsekas, Tsitsiklis and Wu, Journal of Heuristics 3, 1997): each of the best
+        # targets starts a route that is continued greedily. The stable sort keeps ties in the order of cells.
         firsts = np.argsort(-legs[0] / legs[1], kind="stable")[:N_FIRST]
         rates = [self._rate(grid, bits, legs, int(first), x_m, y_m) for first in firsts]
         best = int(firsts[int(np.argmax(rates))])
@@ -322,7 +310,6 @@ class Choosing:
         x_m: Array,
         y_m: Array,
     ) -> float:
-        """Information per time (bit/s) of the greedy route after a first leg."""
         total, takes_s = 0.0, 0.0
         for number in range(N_LEGS):
             total, takes_s = total + float(legs[0][leg]), takes_s + float(legs[1][leg])

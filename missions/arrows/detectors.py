@@ -42,11 +42,9 @@ ANOMALY = "Anomaly"
 SAME_M = 30.0
 """Distance within which a detection is associated with a known anomaly."""
 LOOK_EVERY_S = 4.0
-"""Interval at which a detector checks the cells in range."""
 TOLD_AFTER_S = 40.0
 """Time without observation of a tile after which its empty cells are reported."""
 STILL_MPS = 0.3
-"""Greatest speed for images."""
 MOST_IMAGES = 64
 FULL = (1 << TILE * TILE) - 1
 DRAWS = 4
@@ -157,7 +155,6 @@ class Detector:
         return [*reported, *(self._tell(tile) if mask == FULL else [])]
 
     def _tell(self, tile: int) -> list[Observation]:
-        """Report the observed empty cells of a tile, each once."""
         mask, _ = self._empty.pop(tile)
         n_pass = self._n_passes[tile]
         self._n_passes[tile] += 1

@@ -10,10 +10,8 @@ from missions.meeting.job_mission import JobScenario, JobSettings
 from remoras.table import PointM, Positive, Probability, Section, SpanM, Sparse
 
 KINDS = ("amphorae", "wooden hull", "steel hull", "rock")
-"""Possible contents of a cell, besides nothing."""
 NOTHING, UNKNOWN = "nothing", "unknown"
 SITES = KINDS[:3]
-"""Kinds that the search is for."""
 DETECTORS = ("acoustic", "magnetic")
 """Sweeping detectors, in the order of their numbers on the wire."""
 Kind = Literal["amphorae", "wooden hull", "steel hull", "rock"]

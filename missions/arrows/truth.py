@@ -316,11 +316,9 @@ METRICS = (
     Metric("alone_fraction", "", Better.LOWER, "share of time out of contact", alone_fraction, headline=True),
     Metric("longest_alone_s", "s", Better.LOWER, "longest time out of contact", longest_alone_s),
 )  # fmt: skip
-"""Metrics of the mission, in summary order."""
 
 
 LEVELS = (0.005, 0.02, 0.1, 0.5)
-"""Probabilities at which the shade of a map changes."""
 
 
 def _until_s(results: RunResults) -> float:
