@@ -99,7 +99,6 @@ class ReportedJob(AnyonesJob):
     share_left: float = 1.0
     resumed: ClassVar[bool] = False
     placed_by: ClassVar[str]
-    """Attribute of the reported place."""
 
     def left(self, facts: Known) -> Self | None:
         """Return the job at the reported place; None before any report."""
@@ -256,7 +255,6 @@ def names_apart(scenario: Scenario, kinds: Sequence[str], taken: Collection[str]
 WORK = "Work"
 """Key of the default importance of job objectives; task of (group, role, job)."""
 WORKING = (ALLOCATE_ROLES, WORK, MEET)
-"""Tasks by which a group works, then meets."""
 IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 
 
@@ -295,7 +293,6 @@ class JobMission(Mission):
     objective: ClassVar[str]
     """Objective and activity of every role with a job; suffix of ``objective...``."""
     kind: ClassVar[str] = "Job"
-    """Ontology class of the jobs."""
 
     def __init__(self, scenario: Any) -> None:
         if not getattr(self, "objective", ""):

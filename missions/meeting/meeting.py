@@ -250,10 +250,7 @@ class Meeting:
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """Return the finding that a leader's group has gathered, on evidence or overdue.
-
-        Evidence is a recent position, or a sonar contact at the rally point that no other vehicle explains.
-        """
+        """Return the finding that a leader's group has gathered: by received positions, by sonar, or overdue."""
         if group.rally_point is None or not self._is_there(group, motion.position_m, 0.0):
             return ()
         if picture.body.now_s < self.opens_s:

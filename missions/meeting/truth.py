@@ -257,7 +257,6 @@ class MeetingTruth:
         return key in self._there_s or key in self._has_met
 
     def _is_together(self, survivors: Sequence[VehicleView], group: Group) -> bool:
-        """True if all members have come, no work remains to assign, and roles are filled."""
         for vehicle in survivors:  # usually the first is still under way
             if not self._has_come(vehicle, group) and vehicle.organisation.is_member(vehicle.name, group.name):
                 return False
@@ -267,7 +266,6 @@ class MeetingTruth:
         return not self._lacking(survivors, group)
 
     def _is_overdue(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> bool:
-        """True if a leader has waited to the deadline and takes its group for gathered."""
         for vehicle in survivors:
             since_s = self._waits_s.get((vehicle.name, group.name), math.inf)
             if now_s - since_s >= self._deadline_s and vehicle.leads(group.name) and vehicle.has_met(group.name):
