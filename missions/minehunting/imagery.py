@@ -1,11 +1,7 @@
 """Views of contacts, the sonar snippets taken there, and their analysis.
 
-A vehicle that stays at a view beside a contact takes a snippet strip by strip; the middle strips show the contact, the
-others the seabed. Echoes are levels relative to the snippet's reference level. Classes and echoes are keyed by seed,
-contact and view: a repeated view shows the same.
-
-The analyst classifies contacts by received evidence, on the group leader's vehicle. Mine echoes lie above a level
-halfway between mine and rock, rock echoes equally far below, with independent normal errors.
+Mine echoes lie above a level halfway between mine and rock, rock echoes equally far below, with independent normal
+errors. Echoes are keyed by seed, contact and view: a repeated view shows the same.
 """
 
 from __future__ import annotations
@@ -32,12 +28,10 @@ from remoras.table import Positive, Section
 from remoras.work import Point
 
 STRIPS = Table("strips", (TIME, VEHICLE, Column("contact", "str"), Column("view", "int"), Column("strip", "int")))
-"""Strips taken by vehicles."""
 SNIPPET = "Snippet"
 SHOWN, ON_TARGET, ON_FLOOR, TAKEN_FROM, REFERENCE = (
     "hasSnippet", "hasTargetStrip", "hasFloorStrip", "takenFrom", "referenceLevel",
 )  # fmt: skip
-"""Attributes of contacts and snippets."""
 ECHOES = 5
 TARGET_ECHOES = tuple(f"targetEcho{n}" for n in range(1, ECHOES + 1))
 FLOOR_ECHOES = tuple(f"floorEcho{n}" for n in range(1, ECHOES + 1))
@@ -252,11 +246,7 @@ def evidence_of(contact: str, facts: Known, imagery: ImageryTable) -> Evidence:
 
 
 class Analysing(Standing):
-    """Background classification of contacts; requests another view of undecided ones.
-
-    The request follows once all strips across the contact have come without a decision. Without views left, all strips
-    decide for the likelier class.
-    """
+    """Background classification; requests another view once all strips across a contact leave it undecided."""
 
     def __init__(self, analysis: Analysis, firsts: Sequence[ContactView], revisits: Sequence[ContactView]) -> None:
         self._analysis = analysis

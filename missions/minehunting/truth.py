@@ -110,7 +110,6 @@ METRICS = (
     Metric("wrong_fraction", "", Better.LOWER, "misclassified contacts", wrong_fraction, headline=True),
     Metric("n_revisits", "", Better.LOWER, "requested revisits", n_revisits),
 )
-"""Metrics of the mission, in summary order."""
 
 
 def draw_classified(axes: Axes, results: RunResults, style: Style) -> str:
