@@ -163,9 +163,7 @@ SMALLEST_STEP_S = 1e-3
 
 
 ARRIVALS = 9
-"""Arrivals per peer in the median."""
 LEAST_ARRIVALS = 3
-"""Minimum number of arrivals for an estimate."""
 
 
 class Offsets:

@@ -1,17 +1,4 @@
-"""Current, ``[current]`` and ``[[current.surge]]``: moving water, compensated by guidance.
-
-Its velocity is uniform at one depth and time, with shear, tide and surges::
-
-    c(z, t) = c_0 max(0, 1 - z / shear_depth) cos(2 pi (t / period + phase)) + sum of surges
-
-A vehicle measures the current, as by a Doppler log, and heads into it. To make good a course along the unit vector d at
-speed s through the water, its velocity through the water is g d - c, with the speed over ground::
-
-    g = c . d + sqrt(s^2 - (c x d)^2)
-
-Where sensors limit the speed, a vehicle holds that speed over ground. A current as fast as the slowest vehicle is
-rejected. A vehicle that is lost, off or without energy drifts with the surface current unless ``lost_stay``.
-"""
+"""Current, ``[current]`` and ``[[current.surge]]``: moving water, compensated by guidance (``docs/model/sea.md``)."""
 
 from __future__ import annotations
 
@@ -45,7 +32,6 @@ if TYPE_CHECKING:
 KEY = "current"
 SAME_TIME_S = 1e-6
 STILL = (0.0, 0.0)
-"""Velocity of still water."""
 
 Velocity = tuple[float, float]
 
@@ -117,6 +103,7 @@ def through_water(course: Velocity, speed_mps: float, current: Velocity) -> Velo
     """
     along = current[0] * course[0] + current[1] * course[1]
     across = current[1] * course[0] - current[0] * course[1]
+    # Speed over ground: g = c . d + sqrt(s^2 - (c x d)^2) along the course d, at the speed s through the water.
     left = speed_mps * speed_mps - across * across
     ground_mps = along + math.sqrt(left) if left > 0.0 else 0.0
     if ground_mps <= 0.0:
@@ -199,11 +186,7 @@ class CurrentTable(Sparse):
 
 
 class GuidanceInCurrent(Guidance):
-    """Guidance in moving water; a vehicle that keeps its position heads into the current.
-
-    still: guidance in still water, which this one replaces. ``flow_mps``: water velocity (east, north) in the last
-    tick.
-    """
+    """Guidance in moving water, in place of ``still``; a vehicle that keeps its position heads into the current."""
 
     def __init__(self, still: Guidance, current: Current, depth_m: Callable[[], float]) -> None:
         super().__init__(still.motion, still.data, still.bounds_m, still.constants)
@@ -287,7 +270,7 @@ def in_current(layer: FunctionalLayer, current: Current) -> None:
 
 
 class MovingWater(Observer):
-    """Run hooks that move all vehicles with the current; from the next tick, also disabled ones."""
+    """Run hooks that move all vehicles with the current, and disabled ones from their next tick on."""
 
     def __init__(self, current: Current, tick_s: float, lost_stay: bool) -> None:
         self._current, self._tick_s, self._lost_stay = current, tick_s, lost_stay

@@ -41,10 +41,7 @@ class DamageTable(Section):
 class DamagingChannel:
     """Channel that flips bits in some packets of another channel.
 
-    A packet is damaged at a receiver if ``loss.uniform(seed, loss.DAMAGES, slot, sender, receiver) < share``. Hence a
-    packet damaged at one share is damaged at every greater share.
-
-    calm: the undamaged channel. bits: number flipped per damaged packet.
+    The draw of a packet is compared with ``share``, so that each damaged packet is damaged at every greater share too.
     """
 
     calm: Channel

@@ -1,31 +1,8 @@
-"""Navigation error, ``[navigation]`` and ``[[beacon]]``: drift, and fixes that reduce it.
+"""Navigation error, ``[navigation]`` and ``[[beacon]]``: drift, and fixes that reduce it (``docs/model/sea.md``).
 
-Under water the error grows with the distance by log and compass. At the surface or in beacon range a fix reduces it::
-
-    de = drift u_n ds                 under water; direction u_n sampled per interval n between fixes
-    e <- e exp(-dt / fix_s)           at the surface, or within range of a beacon
-
-The believed position is the true one plus e; guidance and messages use it. Other vehicles, the channel and sensors
-depend on the true position. The vehicle knows only drift and distance, hence a bound::
-
-    db = drift ds,    b <- b exp(-dt / fix_s)    so that |e| <= b always, by the triangle inequality
-
-Directions are uniform, so the variance of e per axis is half its mean square, at most b^2 / 2. A current adds
-nothing: a Doppler log measures it.
-
-A behaviour may state its required accuracy (``Behaviour.accuracy_m``). If the uncertainty exceeds it, the vehicle goes
-for a fix: up to the surface, or to a known beacon if the round trip is shorter. Back at its depth it resumes its work.
-
-The duration of a fix is optimal. With b_0 the uncertainty at the start, t the time since and r the time of the way
-back, the vehicle returns once the uncertainty falls more slowly than on average over the whole interruption::
-
-    b / fix_s <= (b_0 - b) / (t + r)
-
-By the marginal value theorem (Charnov, Theoretical Population Biology 9, 1976, 129-136) no other duration leaves a
-greater share of the time for work. With s = (time there and back) / fix_s this holds at x = (t - time there) / fix_s,
-exp(x) = 1 + s + x. From 20 m at 0.5 m/s with a ``fix_s`` of 10 s, s = 8, so x = 2.43 and b = 0.088 b_0.
-
-While off its depth, the vehicle and all vehicles above keep clear of each other.
+The duration of a fix is optimal by the marginal value theorem (Charnov, Theoretical Population Biology 9, 1976,
+129-136): no other one leaves a greater share of the time for work. With s = (time there and back) / fix_s this holds at
+x = (t - time there) / fix_s, exp(x) = 1 + s + x. From 20 m at 0.5 m/s with a ``fix_s`` of 10 s, s = 8, so x = 2.43.
 """
 
 from __future__ import annotations
@@ -64,14 +41,12 @@ if TYPE_CHECKING:
 
 KEY, BEACON = "navigation", "beacon"
 FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", ActivityType.GUIDANCE),), 1.0)
-"""Vital need of vehicles with navigation error."""
 
 
 # Error and fixes --------------------------------------------------------------------------------
 
 
 STEPS = 50
-"""Iterations for the duration of a fix."""
 HALF_ROOT = math.sqrt(0.5)
 SURFACE_M = 1.0
 """Depth down to which a vehicle has a fix."""
@@ -177,6 +152,7 @@ class Navigation:
         >>> round(adrift.sigma_m, 4)
         3.5355
         """
+        # Directions are uniform, so the variance per axis is half the mean square of the error, at most b^2 / 2.
         return self.uncertainty_m * HALF_ROOT
 
     def go_to_depth(self, depth_m: float, dt_s: float) -> None:
@@ -258,14 +234,7 @@ def locating(scenario: Scenario) -> tuple[str, ...]:
 
 
 class FixingPosition(Behaviour):
-    """Behaviour that obtains a position fix at the surface or near a beacon.
-
-    Attributes:
-        navigation: of the vehicle; the behaviour does not read its error.
-        needed_m: accuracy required now; set by the functional layer.
-        depth_m: target depth.
-        n_fixes: completed fixes.
-    """
+    """Behaviour that obtains a position fix; the functional layer sets ``needed_m``, the accuracy required now."""
 
     def __init__(self, navigation: Navigation, data: VehicleData) -> None:
         self.needed_m = math.inf
@@ -306,7 +275,7 @@ class FixingPosition(Behaviour):
         if navigation.has_fix:
             back_s = self._back_s(motion)
             spent_s, left_m = picture.body.now_s - since_s + back_s, navigation.uncertainty_m
-            # Optimal end of a fix, see the module: b / fix_s <= (b_0 - b) / (t + r).
+            # Optimal end of a fix: the error falls more slowly now than on average, b / fix_s <= (b_0 - b) / (t + r).
             self._is_fixed = left_m * spent_s <= (before_m - left_m) * navigation.table.fix_s
             if self._is_fixed:
                 self.depth_m = self._data.depth_m

@@ -51,14 +51,12 @@ if TYPE_CHECKING:
 
 KEY, ON_DEMAND, PER_VEHICLE = "need", "on_demand", "needs_per_vehicle"
 NEED = "InformationNeed"
-"""Ontology class of needs."""
 NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE = "neededBy", "neededAttribute", "neededOfClass", "neededOfInstance"
 PRIORITY, TIME_TO_LIVE, BLACKOUT = "needPriority", "needTimeToLive", "needBlackout"
 QUEUE_LIMIT, NEWEST_FIRST, ACKNOWLEDGED = "needQueueLimit", "needNewestFirst", "needAcknowledged"
 OF_TERMS = (TIME_TO_LIVE, BLACKOUT, QUEUE_LIMIT, NEWEST_FIRST, ACKNOWLEDGED)
 """Attributes of the delivery requirements, in the order of ``Terms``."""
 NEED_ATTRIBUTES = (NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE, PRIORITY, *OF_TERMS)
-"""Attributes of needs."""
 
 
 ALL = "all"

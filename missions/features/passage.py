@@ -1,8 +1,7 @@
-"""Passage, ``[passage]``: a reef across the world, crossed through one narrow gap.
+"""Passage, ``[passage]``: a reef across the world, crossed through one narrow gap that all vehicles know.
 
-The reef is a band from south to north, ``x_m[0]`` to ``x_m[1]``. The gap runs west to east, centred on ``y_m``,
-``width_m`` wide. All vehicles know it. A vehicle whose target lies beyond heads for the near mouth, then for the far
-one. Reef and gap constrain velocities as the world's borders do. Sonars and modems ignore the reef.
+The reef is a band from south to north, the gap runs west to east. A vehicle whose target lies beyond heads for the near
+mouth, then for the far one. Reef and gap constrain velocities as the world's borders do.
 """
 
 from __future__ import annotations
@@ -51,10 +50,7 @@ class PassageTable(Section):
 
 @dataclass(frozen=True)
 class ReefPassage:
-    """Reef and passage, reduced to the positions open to vehicles.
-
-    ``west_m`` and ``east_m`` bound the reef; ``half_m`` is the greatest distance from ``y_m`` within it.
-    """
+    """Reef and gap, reduced to the places open to vehicles; ``half_m``: greatest distance from ``y_m`` in the gap."""
 
     west_m: float
     east_m: float
