@@ -9,7 +9,6 @@ from remoras.condition import Condition
 from remoras.database import VehicleData
 
 USUAL = 0.5
-"""Default speed factor."""
 
 
 class Slow(DeclaredFault):
