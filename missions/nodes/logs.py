@@ -37,7 +37,6 @@ from remoras.fleet.solo import Sent, just_after
 from remoras.version import __version__
 
 FORMAT = "remoras node"
-"""Value of ``log`` in the first line."""
 ENDING = ".jsonl"
 
 
