@@ -28,7 +28,6 @@ from remoras.version import __version__
 COLUMNS = tuple(field.name for field in fields(CellRun))
 """Columns of a run in a card, in this order."""
 LEAST_DRAWN = 10
-"""Minimum number of runs that a verifier repeats."""
 
 
 def card_of(contest: Contest, scored: Sequence[Scored]) -> dict[str, Any]:

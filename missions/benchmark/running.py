@@ -1,11 +1,6 @@
-"""Runs of strategies in the cells of a suite, as sweeps, their bounds and scores.
+"""Runs of strategies in the cells of a suite, as sweeps, their bounds and scores (``docs/benchmark.md``).
 
-The efficiency of a run is ``T_bound / T``, a lower bound of the mission time over its actual time, or over the suite's
-limit if not completed. The score is the mean of the cell means.
-
-All n-th runs are one instance: one fleet and seed, on the grounds of the suite or one random ground. Cells share these
-draws, so an instance has one value, its mean over the cells. Intervals are those of paired differences over instances
-(``missions.statistics.difference_interval``).
+All n-th runs are one instance. Cells share its draws, so an instance has one value, its mean over the cells.
 """
 
 from __future__ import annotations
@@ -40,12 +35,10 @@ from remoras.plugins import named_object
 LONGEST_RUN_S = 600.0
 """Wall-clock limit of a run (s); runs take a few seconds, so a longer one hangs."""
 WATCHED = {"watch.cpu_s": MOST_CPU_S}
-"""Settings that limit the CPU time of decisions."""
 GetRounds = Callable[..., Rounds]
 
 
 DIGITS = 6
-"""Decimal digits in cards."""
 
 
 @dataclass(frozen=True)

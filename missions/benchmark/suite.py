@@ -1,10 +1,7 @@
 """Suite: cases, time limit and seeds of a benchmark, from a file with a digest.
 
-Its cells are grounds x networks x unforeseen events. Their runs form studies, which the sweeps execute and resume.
-
-A held-out split has grounds drawn from seeds that are released after the evaluated version. A file in the folder
-``test`` beside the suite gives ground, generator and the SHA-256 of the seed list, so the list can neither be changed
-later nor used for tuning before.
+Of a held-out split only the SHA-256 of the seed list is published, so that the list can neither be changed later nor
+used for tuning before.
 """
 
 from __future__ import annotations
@@ -36,7 +33,6 @@ from worldmodel import suggestion
 
 SUITE = "suite"
 DEV, TEST = "dev", "test"
-"""Splits for development and for evaluation."""
 DRAWN = "drawn"
 """Ground of the cells in the held-out split; each repeat has another one."""
 NETWORK_KEY = "channel.network"
