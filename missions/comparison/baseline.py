@@ -1,11 +1,6 @@
-"""Comparison of strategies and policies with a baseline, over the runs of a sweep.
+"""Comparison of strategies and policies with a baseline, over the runs of a sweep (``docs/statistics.md``).
 
-A row is for one metric of one treatment. Each treatment is compared, per repeat, with the one that differs only in the
-baseline's strategy (or policy).
-
-A run without the event of a censored metric, such as completion, or a failed run, counts with the mission's duration.
-All runs of a treatment have the same duration, so the mean of these restricted times is the integral of the
-Kaplan-Meier curve up to it. ``completed`` is the success rate with Wilson's interval; failed runs have not completed.
+Each treatment is compared, per repeat, with the one that differs only in the baseline's strategy (or policy).
 """
 
 from __future__ import annotations
@@ -221,7 +216,6 @@ def _row(
 
 
 def _interval(sample: Measured) -> Estimated:
-    """Interval of the mean; restricted for a censored metric."""
     values = list(sample.values.values())
     if sample.constant:
         return NoInterval.DETERMINISTIC

@@ -1,9 +1,7 @@
 """Main effects of a two-level study and interactions of two factors, paired by seed.
 
 The effect of a factor is the mean at its high level less the mean at its low level; an interaction uses the product of
-two factors. Runs of one repeat share their seed, and the design is balanced. Each repeat therefore gives a value of
-each effect, with nearly equal random draws on both sides. Mean and interval are over repeats. Source: Box, Hunter,
-Hunter 2005, chapters 5 and 6.
+two factors (Box, Hunter, Hunter 2005, chapters 5 and 6). Each repeat gives a value of each effect.
 """
 
 from __future__ import annotations
@@ -23,7 +21,6 @@ from missions.sweeps.folder import SweepResults
 ALL = "all"
 """Condition of the mean over all conditions."""
 OWN_NAMES = {"strategy.name": "strategy", "communication.policy": "policy"}
-"""Factors that are columns of a treatment."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,10 +65,8 @@ class Response:
 def effects_of(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainEffect]:
     """Estimate the effects of a study with ``factorial`` sampling, main effects first.
 
-    Conditions without all runs of the design are omitted. Empty ``metrics`` means those of the study.
-
-    Raises:
-        OutputError: another design, no complete condition, or an unknown metric.
+    Conditions without all runs of the design are omitted. Raises OutputError for another design, no complete condition,
+    or an unknown metric.
     """
     if not results.file.factors:
         raise OutputError(f'{results.folder}: effects need a study with sampling = "factorial"; see its [study]')
@@ -90,7 +85,6 @@ def effects_of(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainE
 
 
 def _responses(results: SweepResults, design: FactorialDesign, metric: Metric) -> dict[str, Response]:
-    """Values of a metric by condition, and their mean over several conditions."""
     levels = results.file.factors
     place = {
         tuple((key, str(levels[key][level == HIGH])) for key, level in run.items()): number
@@ -112,7 +106,6 @@ def _responses(results: SweepResults, design: FactorialDesign, metric: Metric) -
 
 
 def _condition(treatment: Treatment, factors: Sequence[str]) -> str:
-    """Describe the common settings of a design's runs."""
     parts = [treatment.scenario]
     parts += [getattr(treatment, own) for key, own in OWN_NAMES.items() if key not in factors]
     parts += [f"{treatment.channel} per {treatment.per:g}"]

@@ -1,13 +1,8 @@
-"""Tests of all pairs of treatments, and the ranking based on them.
+"""Tests of all pairs of treatments, and the ranking based on them (``docs/statistics.md``).
 
 For a metric, all pairs of treatments with equal conditions form one family, over all conditions of the study and over
-the metric and success (``family_of``). Their p values are ``missions.statistics.step_down_p``: step-down sign flips of
-paired differences (Romano and Wolf 2005). Equal treatments therefore differ significantly in at most 5 % of studies,
-for any spreads and any distance of the others (measured in ``benchmarks/intervals.py``). ``compare`` shows the p value
-against the baseline, a ranking that against the best, both from this family.
-
-Success comes first. A treatment with a significantly lower success rate did other work, so its mean is not comparable
-and it ranks last. The metric decides among the rest, in its declared direction, stored with the sweep.
+the metric and success. Their p values are ``missions.statistics.step_down_p``: step-down sign flips of paired
+differences (Romano and Wolf 2005).
 """
 
 from __future__ import annotations
@@ -137,11 +132,7 @@ def _differences(ours: Array, theirs: Array) -> Array:
 
 
 def ranks(results: SweepResults, metric: str) -> list[Rank]:
-    """Rank strategies and policies under each of the conditions.
-
-    Raises:
-        OutputError: nothing has finished, or the metric is unknown or without direction.
-    """
+    """Rank strategies and policies under each condition; raises OutputError without results or direction."""
     check_name("--metric", metric, results.metrics)
     declared = results.metrics[metric]
     better = declared.better

@@ -29,15 +29,11 @@ from missions.sweeps.study import FAULT
 from worldmodel import suggestion
 
 SIGNIFICANT = 0.05
-"""Significance level of corrected p values."""
 
 
 @dataclass(frozen=True)
 class Paired:
-    """Differences between two treatments over ``n`` pairs; None for too few.
-
-    ``n_reached``, ``reached`` and its interval are for pairs uncensored on both sides.
-    """
+    """Differences between two treatments over ``n`` pairs; None for too few. ``reached`` is for uncensored pairs."""
 
     difference: float
     interval: Estimated
@@ -85,7 +81,6 @@ FIELDS = ("scenario", "strategy", "policy", "channel", "per")
 SUCCESS, MISSION_TIME = "completed", "mission_time_s"
 """Metrics that failed runs have too: they have not completed."""
 OWN_COLUMNS = ("strategy.name", "communication.policy", "channel.name", "channel.per")
-"""Settings with a separate column."""
 
 Summary = Mapping[str, Any]
 
@@ -109,14 +104,7 @@ class Treatment:
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """Outcome of a run.
-
-    Args:
-        summary: without metrics for a failed run.
-        failed: True if the run raised or killed its process.
-        duration_s: greatest mission time.
-        constant: True if it represents all repeats.
-    """
+    """Outcome of a run; ``summary`` lacks metrics after a failure, a ``constant`` run stands for all repeats."""
 
     summary: Summary
     failed: bool
@@ -134,13 +122,7 @@ Outcomes = Mapping[int, RunOutcome]
 
 
 def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome]]:
-    """Outcomes by treatment and repeat in a fixed order, failed runs included.
-
-    Of deterministic replicates only the first is kept.
-
-    Raises:
-        OutputError: no run has finished.
-    """
+    """Outcomes by treatment and repeat in a fixed order; raises OutputError if no run has finished."""
     file = results.file
     cases = {key for case in file.unforeseen for key, _ in (*dotted(case.set), (FAULT, None))}
     # Settings common to all runs do not distinguish treatments.
@@ -234,10 +216,7 @@ def values_of(runs: Outcomes, metric: Metric) -> dict[int, float]:
 
 @dataclass(frozen=True)
 class Measured:
-    """Values by repeat; ``reached`` are uncensored ones, None for an uncensored metric.
-
-    Censored runs have the value ``horizon``; a ``constant`` value holds for all repeats.
-    """
+    """Values by repeat, ``horizon`` if censored; ``reached`` are uncensored repeats, None without censoring."""
 
     values: Mapping[int, float]
     reached: frozenset[int] | None = None
