@@ -29,7 +29,7 @@ MOST_AT_ONCE = 4096
 class Nanomodem:
     """Modem of one vehicle at a serial port such as ``/dev/ttyUSB0``.
 
-    Raises ConfigurationError for an unusable port. ``n_unfit`` counts packets not sent because of their length.
+    Raises ConfigurationError for an unusable port.
     """
 
     def __init__(self, port: Path, pace: Paced) -> None:
@@ -48,14 +48,10 @@ class Nanomodem:
             raise ConfigurationError(f"--serial {port}: no serial port; allowed is one such as /dev/ttyUSB0") from None
         self._pace = pace
         self._rest = b""
-        self.n_unfit = 0
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Broadcast a packet; count and drop one of invalid length."""
-        if self._file is None:
-            return
-        if not LEAST_BYTES <= len(data) <= MOST_BYTES:
-            self.n_unfit += 1
+        """Broadcast a packet; drop one of invalid length."""
+        if self._file is None or not LEAST_BYTES <= len(data) <= MOST_BYTES:
             return
         with suppress(OSError):  # without the modem the packet is lost
             os.write(self._file, b"$B%02d%b" % (len(data), data))

@@ -105,7 +105,7 @@ def _opened(datagram: bytes) -> tuple[float, bytes] | None:
 class UdpDriver:
     """Packets by UDP to and from peers of known addresses.
 
-    It closes ``port``. ``air_s`` maps bits to the transmission time of a modem (s); ``n_strange`` counts foreign ones.
+    It closes ``port``. ``air_s`` maps bits to the transmission time of a modem (s).
     """
 
     def __init__(self, port: Socket, peers: Iterable[Address], pace: Paced, air_s: Callable[[int], float]) -> None:
@@ -114,7 +114,6 @@ class UdpDriver:
         self._pace = pace
         self._air_s = air_s
         self._is_open = True
-        self.n_strange = 0
 
     def send(self, data: bytes, now_s: float) -> None:
         """Send the packet to each peer; after ``close`` do nothing."""
@@ -136,12 +135,10 @@ class UdpDriver:
             if (datagram := self._port.take()) is None:
                 break
             opened = _opened(datagram[0]) if datagram[1] in self._peers else None
-            if opened is None:
-                self.n_strange += 1
-                continue
-            sent_s, data = opened
-            # No packet counts as sent in the future, even if the clock of its sender is ahead.
-            packets.append(TimedPacket(data, min(sent_s, self._pace.now_s) + self._air_s(8 * len(data))))
+            if opened is not None:
+                sent_s, data = opened
+                # No packet counts as sent in the future, even if the clock of its sender is ahead.
+                packets.append(TimedPacket(data, min(sent_s, self._pace.now_s) + self._air_s(8 * len(data))))
         return packets
 
     def close(self) -> None:

@@ -29,7 +29,7 @@ from exchange.drivers.udp import Address
 from exchange.errors import ConfigurationError
 
 PHYSICAL = "org.arl.unet.Services.PHYSICAL"
-TRANSMIT, HEARD, REFUSED = "TxFrameReq", "RxFrameNtf", "REFUSE"
+TRANSMIT, HEARD = "TxFrameReq", "RxFrameNtf"
 DATA, EVERYBODY, PROTOCOL = 2, 0, 32
 PATIENCE_S = 5.0
 """Timeout of connection and answers (s)."""
@@ -45,7 +45,7 @@ _ANSWERS: dict[str, dict[str, Any]] = {
 class UnetStack:
     """Modem of one vehicle; UnetStack usually listens at port 1100.
 
-    Raises ConfigurationError without an answer or physical layer. ``n_refused`` counts packets refused by the modem.
+    Raises ConfigurationError without an answer or physical layer. A packet that the modem refuses is lost.
     """
 
     def __init__(self, address: Address, pace: Paced) -> None:
@@ -58,7 +58,6 @@ class UnetStack:
             ) from None
         self._pace, self._rest = pace, b""
         self._name = f"remoras-{uuid.uuid4().hex[:8]}"
-        self.n_refused = 0
         asked = str(uuid.uuid4())
         self._say({"action": "agentForService", "id": asked, "service": PHYSICAL})
         self._agent = self._answer(asked)
@@ -77,7 +76,7 @@ class UnetStack:
         return ""
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Broadcast a packet; refusals are counted on notification."""
+        """Broadcast a packet."""
         request = {
             "msgID": str(uuid.uuid4()),
             "perf": "REQUEST",
@@ -157,8 +156,6 @@ class UnetStack:
         content = message.get("data") if isinstance(message, dict) else None
         if not isinstance(message, dict) or not isinstance(content, dict):
             return None
-        if content.get("perf") == REFUSED:
-            self.n_refused += 1
         if not str(message.get("clazz")).endswith(f".{HEARD}") or content.get("protocol") != PROTOCOL:
             return None
         data = content.get("data")

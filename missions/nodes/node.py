@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from exchange.channel import loss
-from exchange.drivers import Driver, Pace, TimedPacket
+from exchange.drivers import Driver, Paced, TimedPacket
 from exchange.errors import PeerFault
 from missions.nodes.alone import LoneVehicle
 from missions.nodes.frontseat import OwnBody, placed
@@ -76,7 +76,7 @@ class VehicleNode:
         self,
         own: LoneVehicle,
         driver: Driver,
-        pace: Pace,
+        pace: Paced,
         log: NodeLog | None = None,
         mishaps: Mishaps | None = None,
         body: OwnBody | None = None,

@@ -16,7 +16,7 @@ from exchange.channel import loss
 from exchange.channel.link import LinkModel, Transmission
 from exchange.channel.models import ChannelModel, Deployment
 from exchange.channel.modems import modems
-from exchange.drivers import Driver, Pace
+from exchange.drivers import Driver, Paced
 from remoras.testing.behaviours import passed
 
 Model = type[ChannelModel] | ChannelModel
@@ -144,7 +144,7 @@ def conforms(model: Model) -> Iterator[str]:
     return passed(CHECKS, model)
 
 
-Pair = tuple[Driver, Driver, Pace]
+Pair = tuple[Driver, Driver, Paced]
 PACKETS = [b"\x00", b"\n\r\x00\xff", bytes(range(64)), b"RMR1"]
 """Bytes that serial lines, text protocols or headers may misread; 64 fill a modem packet."""
 TRIES = 50
@@ -170,19 +170,18 @@ def check_driver(make: Callable[[], Pair], least_bytes: int = 1) -> None:
         receiver.close()
 
 
-def _soon_s(pace: Pace) -> float:
+def _soon_s(pace: Paced) -> float:
     """Mission time a few milliseconds ahead."""
-    return pace.now_s + 0.05 if math.isfinite(pace.now_s) else 1.0
+    return pace.now_s + 0.05
 
 
-def carries_packets_whole(sender: Driver, receiver: Driver, pace: Pace, least_bytes: int = 1) -> None:
+def carries_packets_whole(sender: Driver, receiver: Driver, pace: Paced, least_bytes: int = 1) -> None:
     """Check that received packets equal sent ones and arrive with a valid time."""
     for driver in (sender, receiver):
         assert isinstance(driver, Driver), f"{type(driver).__name__} lacks send, receive or close"
     for data in (packet for packet in PACKETS if len(packet) >= least_bytes):
         for _ in range(TRIES):
-            sent_s = pace.now_s if math.isfinite(pace.now_s) else 0.0
-            given_back: object = sender.send(data, sent_s)  # type: ignore[func-returns-value]  # that is what is asked
+            given_back: object = sender.send(data, pace.now_s)  # type: ignore[func-returns-value]  # that is what is asked
             assert given_back is None, "send gives something back"
             received = list(receiver.receive(_soon_s(pace)))
             if any(packet.data == data for packet in received):
@@ -194,14 +193,14 @@ def carries_packets_whole(sender: Driver, receiver: Driver, pace: Pace, least_by
             assert 0.0 <= packet.time_s < math.inf, f"received at {packet.time_s} s"
 
 
-def does_not_hear_itself(sender: Driver, receiver: Driver, pace: Pace) -> None:
+def does_not_hear_itself(sender: Driver, receiver: Driver, pace: Paced) -> None:
     """Check that a driver does not receive own packets, which would indicate a duplicate node id."""
     sender.send(PACKETS[2], 0.0)
     receiver.receive(_soon_s(pace))
     assert list(sender.receive(_soon_s(pace))) == [], "it receives its own packet"
 
 
-def waits_no_longer_than_it_is_told(sender: Driver, receiver: Driver, pace: Pace) -> None:
+def waits_no_longer_than_it_is_told(sender: Driver, receiver: Driver, pace: Paced) -> None:
     """Check that without packets a driver returns nothing at the deadline, and at once if that is past."""
     for until_s, what in ((-1.0, "although the time is past"), (_soon_s(pace), "longer than the given time")):
         began_s = time.monotonic()
@@ -209,7 +208,7 @@ def waits_no_longer_than_it_is_told(sender: Driver, receiver: Driver, pace: Pace
         assert time.monotonic() - began_s < PATIENCE_S, f"it waits {what}"
 
 
-def is_silent_once_it_is_closed(sender: Driver, receiver: Driver, pace: Pace) -> None:
+def is_silent_once_it_is_closed(sender: Driver, receiver: Driver, pace: Paced) -> None:
     """Check that closing is idempotent and that later calls have no effect."""
     sender.close()
     sender.close()

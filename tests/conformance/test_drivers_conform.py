@@ -3,8 +3,9 @@
 import time
 
 import pytest
+from memory_drivers import Ether, MemoryDriver
 
-from exchange.drivers import AT_ONCE, Ether, MemoryDriver, Paced, Socket, TimedPacket, UdpDriver
+from exchange.drivers import Paced, Socket, TimedPacket, UdpDriver
 from remoras.testing import channels as conformance
 
 
@@ -14,7 +15,7 @@ def air_s(size_bits: int) -> float:
 
 def in_memory() -> conformance.Pair:
     ether = Ether(air_s)
-    return ether.driver(), ether.driver(), AT_ONCE
+    return ether.driver(), ether.driver(), Paced(time.monotonic())
 
 
 def over_udp() -> conformance.Pair:

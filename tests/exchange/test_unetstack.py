@@ -113,18 +113,12 @@ def test_it_keeps_to_the_seam(modems: Modems) -> None:
     assert {"alive": False} in modems.said[0]
 
 
-def test_what_is_too_long_or_comes_too_soon_is_counted_as_refused(modems: Modems) -> None:
+def test_what_is_too_long_or_comes_too_soon_is_lost(modems: Modems) -> None:
     pace = Paced(time.monotonic())
     one, other = (UnetStack(address, pace) for address in modems.addresses)
     one.send(bytes(MTU + 1), 0.0)
-    one.receive(pace.now_s + 0.1)
-    assert one.n_refused == 1
     one.send(b"one", 0.0)
     one.send(b"two", 0.0)  # while the modem is busy
-    for _ in range(20):  # its answer may take longer on a loaded machine
-        if one.n_refused < 2:
-            one.receive(pace.now_s + 0.1)
-    assert one.n_refused == 2
     assert [packet.data for packet in other.receive(pace.now_s + 0.3)] == [b"one"]
     one.close()
     other.close()

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from exchange.drivers import AT_ONCE, Ether
+from memory_drivers import AT_ONCE, Ether
+
 from missions.nodes import NodeLog, NodePlan, VehicleNode, alone
 from missions.nodes.logs import Began
 from missions.nodes.node import Mishaps, NodeOutcome

@@ -11,9 +11,10 @@ from typing import Any
 
 import pytest
 from diving import step_until
+from memory_drivers import AT_ONCE, Ether
 from typer.testing import CliRunner
 
-from exchange.drivers import AT_ONCE, Ether, Paced
+from exchange.drivers import Paced
 from missions.errors import ConfigurationError
 from missions.nodes import Disciplined, Fix, NodePlan, Reading, VehicleNode, alone
 from missions.nodes.frontseat import CRYSTAL, PATIENCE_S
