@@ -28,10 +28,9 @@ LOOPBACK = "127.0.0.1"
 
 @dataclass(frozen=True, slots=True)
 class NodeJob:
-    """Job of the process of one vehicle; ``port`` 0 means a free one, ``folders`` find plug-ins."""
+    """Job of the process of one vehicle; ``folders`` find plug-ins."""
 
     plan: NodePlan
-    port: int
     speed: float
     mishaps: Mishaps
     out: Path | None
@@ -43,7 +42,7 @@ def work(job: NodeJob, others: Connection) -> None:
     look_in(job.folders)
     try:
         own = alone(job.plan)
-        port = Socket((LOOPBACK, job.port))
+        port = Socket()
         others.send(port.address[1])
         start_s, ports = others.recv()
         pace = Paced(start_s, job.speed)
@@ -158,7 +157,6 @@ def swarm(
     speed: float,
     lost_and_doubled: tuple[float, float] = (0.0, 0.0),
     out: Path | None = None,
-    first_port: int = 0,
     begun: Callable[[dict[str, int]], None] = lambda pids: None,
 ) -> Swarm:
     """Run vehicles in separate processes on this machine, and wait for their end.
@@ -167,16 +165,12 @@ def swarm(
         plans: in node order.
         speed: seconds of the mission per second.
         lost_and_doubled: share of packets that a receiver loses, and share of the others that it receives twice.
-        first_port: port of the first vehicle, followed by the others; 0 for free ports.
         begun: called with the process ids at the start of the mission.
 
     Raises SwarmError if a vehicle could not start.
     """
     mishaps, folders = Mishaps(*lost_and_doubled), plugin_folders()
-    jobs = {
-        plan.vehicle: NodeJob(plan, first_port and first_port + number, speed, mishaps, out, folders)
-        for number, plan in enumerate(plans)
-    }
+    jobs = {plan.vehicle: NodeJob(plan, speed, mishaps, out, folders) for plan in plans}
     with Processes(jobs) as processes:
         processes.begin()
         begun(processes.pids)

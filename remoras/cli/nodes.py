@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -25,7 +26,7 @@ SETTLE_S = 300.0
 """Default time (s) of further exchange after the vehicles have stopped."""
 LISTEN_FRAMES = 2.0
 """TDMA frames for which a node without start time listens for a mission under way."""
-MOST_PORT, MOST_AWAY_S = 65_535, 365.0 * 86_400.0
+MOST_AWAY_S = 365.0 * 86_400.0
 ANY_PORT = "127.0.0.1:0"
 OUTCOME = "vehicle", "sent", "heard", "lost", "twice", "refused", "items", "open", "state", "behind by"
 
@@ -126,7 +127,7 @@ def node(
     has_body = ros == "body"
     if has_body and seat.body is not None:
         fail("--ros body: the body is that of --frontseat; leave out one of them")
-    if begins_s is not None and not resume and (late_s := (now_by_machine() - begins_s) * speed - plan.end_s) > 0.0:
+    if begins_s is not None and not resume and (late_s := (time.monotonic() - begins_s) * speed - plan.end_s) > 0.0:
         fail(f"--start-utc: the mission was over {late_s:.0f} s ago, at {plan.end_s:.0f} s of it; give a later start")
     share: RosShare | None = None
     if ros is not None:
@@ -205,7 +206,7 @@ def _begun(
     # Without a start time: a peer that sends has begun the mission already.
     if begins_s is None and others and port is not None:
         begins_s = port.heard_start_s(others, LISTEN_FRAMES * own.setup.schedule.frame_s / speed, speed)
-    pace = Paced(now_by_machine() if begins_s is None else begins_s, speed)
+    pace = Paced(time.monotonic() if begins_s is None else begins_s, speed)
     # Within the first slot a vehicle has missed nothing: it belongs to the start.
     if pace.now_s > own.setup.schedule.slot_s:
         own = alone(replace(plan, begins_s=pace.now_s))
@@ -234,7 +235,7 @@ def _driver(
 
 
 def _start(start_utc: str) -> float:
-    import time
+    """Return the mission start by ``time.monotonic`` (s)."""
     from datetime import UTC, datetime
 
     try:
@@ -245,26 +246,13 @@ def _start(start_utc: str) -> float:
     if abs(ahead_s) > MOST_AWAY_S:
         fail(f"--start-utc {start_utc}: allowed is a time within a year of now")
     # Converted once: corrections of the system clock during the mission do not move the slots.
-    return now_by_machine() + ahead_s
-
-
-def now_by_machine() -> float:
-    """Return the machine clock (s) that mission starts are given by."""
-    import time
-
-    return time.monotonic()
+    return time.monotonic() + ahead_s
 
 
 @command("swarm", "remoras swarm mapping-rendezvous --until 600 --speed 100 --drop 0.4 --double 0.1 --out dive")
 def swarm(
     scenario: ScenarioName,
     vehicles: Annotated[str, typer.Option(metavar="NAME,...", help="Vehicles to start; default: all.")] = "",
-    port: Annotated[
-        int,
-        typer.Option(
-            min=0, metavar="N", help="UDP port of the first vehicle, the others use the next ones; 0 takes free ones."
-        ),
-    ] = 0,
     speed: Speed = 1.0,
     seed: Seed = 1,
     until: Until = None,
@@ -285,8 +273,6 @@ def swarm(
     if twice := [name for name in dict.fromkeys(names) if names.count(name) > 1]:
         fail(f"--vehicles {vehicles}: {twice[0]} is named twice; name each vehicle once")
     loaded, plans = _plans(scenario, names, settings, seed, until, settle)
-    if port > MOST_PORT + 1 - len(plans):
-        fail(f"--port {port}: allowed is up to {MOST_PORT + 1 - len(plans)}: {len(plans)} vehicles take a port each")
     if out is not None:
         # Before any process starts, so that all logs or none are written.
         for plan in plans:
@@ -298,7 +284,7 @@ def swarm(
         started = ", ".join(f"{name} (process {pid})" for name, pid in pids.items())
         print(f"remoras: {started}; {plans[0].end_s / speed:.0f} s to go", file=sys.stderr)
 
-    outcome = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, port, begun)
+    outcome = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, begun)
     equal = "knowledge of all vehicles is equal" if outcome.equal else "their knowledge differs; give a longer --settle"
     outcomes = [NodeOutcome(**vehicle) for vehicle in outcome.vehicles]
     show(asdict(outcome), as_json, [*_outcome_lines(outcomes), equal])

@@ -127,15 +127,6 @@ def test_a_port_in_use_is_one_line() -> None:
     assert message == f"remoras: --bind 127.0.0.1:{number}: {why}"
 
 
-@pytest.mark.slow
-def test_a_swarm_whose_port_is_in_use_ends_all_it_started() -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        number = taken.getsockname()[1]
-        message = refused("swarm", SCENARIO, "--vehicles", "ASV00,AUV00", "--port", number)
-    assert f"ASV00: --bind 127.0.0.1:{number}: in use by another program" in message
-
-
 def test_a_port_that_is_none_and_a_log_that_is_none_are_named(tmp_path: Path) -> None:
     now = datetime.now(UTC).isoformat()
     (tmp_path / "AUV00.jsonl").write_text("x\n", encoding="utf-8")

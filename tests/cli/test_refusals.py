@@ -83,7 +83,6 @@ WRONG = [
     (f"{SWARM} --vehicles AUV7", "VEHICLE = AUV7: one of ASV00"),
     (f"{SWARM} --vehicles AUV00,AUV00", "--vehicles AUV00,AUV00: AUV00 is named twice"),
     (f"{SWARM} --set strategy.name=oracle", "strategy.name = oracle: a bound without packets"),
-    (f"{SWARM} --port 65533", "--port 65533: allowed is up to 65532: 4 vehicles take a port each"),
     ("new scenario", "NAME is missing"),
     ("new organization --example", "did you mean 'organisation'"),
     ("new scenario mine --example", "an example has no name"),
