@@ -249,15 +249,10 @@ def replay(
 
 
 def _data(run: Results) -> bytes:
-    from missions.errors import ConfigurationError
     from missions.scenarios.parts import mission_of, strategy_of
     from visualisation.replay import run_data
 
-    try:
-        mission, strategy = mission_of(run.scenario), strategy_of(run.scenario)
-    except ConfigurationError as error:
-        print(f"remoras: {run.folder}: places and jobs are not shown: {error}", file=sys.stderr)
-        return run_data(run)
+    mission, strategy = mission_of(run.scenario), strategy_of(run.scenario)
     return run_data(run, mission.places, mission.jobs.values(), strategy.declaration.communicates)
 
 

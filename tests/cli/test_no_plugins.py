@@ -157,7 +157,7 @@ def test_results_that_name_other_code_import_none(tmp_path: Path, canary: Path) 
     manifest.write_text(text.replace("missions.mapping:MappingMission", OTHER), encoding="utf-8")
     is_told(refused("plot", "dive", "--no-plugins"), "manifest.json:", "scenario.mission", OTHER)
     is_told(refused("query", "dive", "vehicles", "--no-plugins"), "manifest.json:", OTHER)
-    assert remoras("replay", "dive", "--out", "dive.html", "--no-plugins").exit_code == 0
+    is_told(refused("replay", "dive", "--out", "dive.html", "--no-plugins"), "manifest.json:", OTHER)
     assert remoras("export", "dive", "--format", "csv", "--out", "tables", "--no-plugins").exit_code == 0
     assert not canary.exists()
     refused("plot", "dive")
