@@ -105,19 +105,8 @@ def run(
         _print_summary(report)
         if out is not None:
             print(f"results in {out}; draw them with: remoras plot {as_typed(out)}")
-    _warn_of_conflicts(report, loaded.guidance.separation_m)
     if not finished.completed:
         raise typer.Exit(FAILED)
-
-
-def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
-    if n_pairs := report["conflicts"]:
-        pairs = "1 pair of vehicles" if n_pairs == 1 else f"{n_pairs} pairs of vehicles"
-        print(
-            f"remoras: {pairs} came closer than guidance.separation_m = {separation_m:g} m, down to "
-            f"{report['closest_approach_m']:.3g} m; see vehicles and times in table faults",
-            file=sys.stderr,
-        )
 
 
 def _print_summary(report: dict[str, Any]) -> None:
