@@ -226,13 +226,6 @@ class Contest:
             int(summary.get("n_silenced") or 0),
         )
 
-    def cpu_s(self, folder: Path) -> float | None:
-        """Return the mean CPU time of a run (s); None if not recorded."""
-        lines = [line for own in self._folders(folder) for line in SweepResults.read(own).lines.values()]
-        known = [line["machine"]["cpu_s"] for line in lines]
-        known = [value for value in known if value is not None]
-        return math.fsum(known) / len(known) if known else None
-
 
 class Bounds:
     """Cached lower bounds of runs; ``rounds`` returns the minimum paths and work of a scenario."""

@@ -38,14 +38,11 @@ class PartlyDoneError(MissionsError):
 class SweepEstimate:
     """Result of a dry run.
 
-    ``planned`` bounds the number of runs. Of the ``timed`` configurations, the ``deterministic`` ones draw no random
-    numbers and run once.
+    ``planned`` bounds the number of runs; configurations known to draw no random numbers count once.
     """
 
     planned: int
     estimate_s: float
-    timed: int = 0
-    deterministic: int = 0
 
 
 ReportProgress = Callable[[int, int], None]
@@ -61,7 +58,7 @@ def estimate(study: Study, jobs: int) -> SweepEstimate:
     once = sum(run_task(plan.task(number, 0)).line["summary"].get(DRAWN) is False for number in numbers)
     planned -= once * (study.maximum - 1)
     spent_s = time.perf_counter() - began
-    return SweepEstimate(planned, round(planned * spent_s / len(numbers) / jobs, 1), len(numbers), once)
+    return SweepEstimate(planned, round(planned * spent_s / len(numbers) / jobs, 1))
 
 
 def sweep(

@@ -121,7 +121,7 @@ def benchmark(
     if as_json:
         show_json({**card, "strategies": [{**entry, "runs": None} for entry in card["strategies"]]})
     else:
-        _show(table, contest.cpu_s(out / RUNS))
+        _show(table)
     _tell_failures(scored, out)
 
 
@@ -164,12 +164,10 @@ def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
     return list(zip(card["strategies"], read_strategies(card), strict=True))
 
 
-def _show(table: ScoreTable, cpu_s: float | None) -> None:
+def _show(table: ScoreTable) -> None:
     print(table.caption)
     for rows in ([table.heads, *table.rows()], list(table.shapes())):
         print(*[f"  {line}" for line in aligned(rows)], "", sep="\n")
-    if cpu_s is not None:
-        print(f"CPU time of a run: {cpu_s:.2f} s on average")
 
 
 def _tell_failures(scored: Sequence[Scored], out: Path) -> None:

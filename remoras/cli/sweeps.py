@@ -98,11 +98,6 @@ def sweep(
     if dry_run:
         guess = driver.estimate(loaded, jobs)
         lines = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]
-        if guess.deterministic:
-            lines.append(
-                f"{guess.deterministic} of the {guess.timed} configurations tried are deterministic: "
-                "each runs once, whatever study.repeats is"
-            )
         show(asdict(guess), as_json, lines)
         _note_on_repeats(loaded)
         return
