@@ -19,6 +19,7 @@ from remoras.process import Progress, is_watched
 from remoras.table import Figures, Records, card, number_text
 from worldmodel import suggestion
 
+# Functions import the heavy libraries that they need themselves, so that ``import remoras`` stays fast.
 if TYPE_CHECKING:
     import networkx as nx
     from pandas import DataFrame

@@ -218,6 +218,7 @@ def _unauthorised(
         may = bool(organisation.groups[group].succession)
     else:
         may = _is_declared(asked, organisation, rules, absent)
+        # A vehicle that follows the agreed plan consults no peer, so it needs no social layer.
         has_social_layer |= may and rules.authorities.isdisjoint(CONSULTING)
         may |= _has_link(asked, organisation)
     is_own = asked.assignee == me
@@ -244,6 +245,7 @@ def _is_declared(asked: Request, organisation: Organisation, rules: Rules, absen
         return recruits or organisation.plays(asked.issuer, asked.group, asked.role)
     if other == asked.issuer:
         return True
+    # An absent vehicle cannot release its role itself.
     in_its_place = asked.act is Act.RELEASE and other in absent
     return in_its_place or (recruits and rules.database[other].social_layer)
 
@@ -271,5 +273,6 @@ def _unfit(
     if role.job is not None and vehicle in unavailable:
         return Outcome.UNAVAILABLE
     holders = organisation.members(group, role.name)
+    # A holder that gets its role again needs no vacancy.
     is_full = role.maximum is not None and len(holders) >= role.maximum and vehicle not in holders
     return Outcome.NO_ROOM if is_full and not set(holders) <= set(absent) else None

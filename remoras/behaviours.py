@@ -190,6 +190,7 @@ def attracted(to_go_m: float) -> Perception:
     """
     if to_go_m <= FARTHER_M:
         return Perception(1.0 / (1.0 + to_go_m / FAR_M))
+    # From here on the stimulus falls to the lower limit, without a step.
     here = 1.0 / (1.0 + FARTHER_M / FAR_M)
     return Perception(LEAST_ATTRACTED + (here - LEAST_ATTRACTED) * FARTHER_M / to_go_m)
 
@@ -325,6 +326,7 @@ class Homing(Behaviour):
         until_s = -math.inf if is_gathered else math.inf
         if not performed:
             self._approach.advance(to_go_m, picture.body.now_s, performed)  # ends it
+        # For ``_settled``, evaluated only on a call: it needs the work of all members.
         self._picture = picture
         return Perception(1.0, self._progress if performed else None, answers=self._settled, until_s=until_s)
 
@@ -337,6 +339,7 @@ class Homing(Behaviour):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return the rally point in transit; after arrival stay, or make room for arrivals."""
         to_go_m = distance_m(motion, self._point_m)
+        # Within the radius for certain; with a greater error, at the point itself.
         if to_go_m > max(self._radius_m - picture.body.uncertainty_m, min(CAPTURE_M, self._radius_m)):
             return self._way
         makes_room = to_go_m > CAPTURE_M and any(
@@ -443,6 +446,7 @@ class LeadingFollowers(Behaviour):
         behind = {
             name for name in known if self._gaps[name].is_open(name, distance_m(motion, positions_m[name]), picture)
         }
+        # A follower that never came may be lost or elsewhere: no wait for it.
         self._came |= known - behind
         return DUE if behind & self._came else IDLE
 

@@ -145,10 +145,12 @@ class Beliefs(Known):
     def _all(self, slot: tuple[int, int], attribute: Attribute) -> set[Any]:
         from_s = self._from_s.get(slot, -math.inf)
         valid = [observation.value for observation in self.model.history(*slot) if observation.time_s >= from_s]
+        # Common knowledge is valid until the first observation.
         return {self._plain(attribute, value) for value in valid or self.model.common_values(*slot)}
 
     def note(self) -> None:
         """Update ``values`` after facts were recorded or merged."""
+        # An exclusion, or its end, also concerns values collected earlier.
         if self._banned is not self._trust.from_s:
             self._banned = self._trust.from_s
             self.model.take_news()
@@ -188,11 +190,11 @@ class Beliefs(Known):
             FactError: an impossible prior, drift or shared error.
         """
         subject, attribute = self._slots.get(key) or self._slot(key)
-        weights = None if prior is None else {self._value(attribute, one): w for one, w in prior.items()}
+        weights = None if prior is None else {self._value(attribute, value): w for value, w in prior.items()}
         observations: Sequence[Latest] = self.model.history(subject, attribute.uid, since_s)
         if by is not None:
             origin = self.uid(by)
-            observations = [one for one in observations if one.origin == origin]
+            observations = [observation for observation in observations if observation.origin == origin]
         combined = fused(attribute, observations, weights, independent, drift, shared, at_s)
         if combined is None:
             return None
@@ -257,6 +259,7 @@ class Beliefs(Known):
         try:
             return self.model.instance_named(name)
         except UnknownNameError:
+            # An instance created in the mission is named by class and uid.
             number = name.rpartition("-")[2]
             created = self.model.instance(int(number)) if number.isdecimal() else None
             if created is None or created.name != name:

@@ -1,7 +1,7 @@
 """Time limit and file guard for decisions of a user's strategy.
 
 A decision is one call of ``form``, ``adapt``, ``negotiator``, ``negotiate`` or ``division``. Its CPU time in its thread
-is limited; garbage collection is off meanwhile, since its cost depends on the process. A system timer of CPU time
+is limited; garbage collection is off meanwhile. A system timer of CPU time
 interrupts late decisions inside Python code, endless loops included. A decision in time is never interrupted, so
 results are the same bytes with and without the limit. Outside the main thread, or without such a timer, a late decision
 is detected only after it ends.
@@ -73,11 +73,11 @@ class _Watch:
         return hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
 
     def _ring(self, number: int, frame: object) -> None:
+        # The timer counts the CPU time of all threads of the process.
         if time.thread_time() >= self.until_s:
             raise _Rung
 
     def _seen(self, event: str, args: tuple[Any, ...]) -> None:
-        """Audit hook: refuse forbidden acts of a decision."""
         if self.until_s == math.inf or not (event in CHANGING or (event == "open" and args[2] & WRITING)):
             return
         if event == "open" and COMPILED in str(args[0]):
@@ -89,6 +89,7 @@ class _Watch:
         """Return the result of ``asked``, or None after ``cpu_s`` of CPU time; set ``fault``."""
         self.fault, rings, before_s = "", self._can_ring(), self.until_s
         self.until_s = until_s = time.thread_time() + cpu_s
+        # The timer may still ring between the end of the decision and its reset, hence the outer ``try``.
         try:
             try:
                 if rings:
@@ -169,8 +170,10 @@ class InTime:
     def decided(self, part: str, asked: Callable[[], Answer]) -> Answer:
         """Return the result of ``asked`` within the limit; ``part`` names the method in errors."""
         watch, collects = _watch(), gc.isenabled()
+        # The cost of a collection depends on the objects of the whole process.
         gc.disable()
         try:
+            # In a tuple, since None means a late decision.
             answer = watch.answer(self._cpu_s, lambda: (asked(),))
         finally:
             if collects:
@@ -200,7 +203,6 @@ class InTimeNegotiator:
         return self._decided("division", lambda: division_of(self._strategy.name, self._negotiator), {})
 
     def _decided(self, part: str, asked: Callable[[], Answer], silent: Answer) -> Answer:
-        """Return the negotiator's answer, or ``silent`` after a timeout."""
         if not self._is_silent:
             try:
                 return self._strategy.decided(part, asked)

@@ -87,6 +87,7 @@ class Clock(Generic[E]):
         """Schedule ``event``, lower priorities first; raise ValueError if ``time_s`` is in the past."""
         if time_s < self.now_s:
             raise ValueError(f"cannot schedule at {time_s} s, it is {self.now_s} s")
+        # The sequence number also keeps the heap from comparing events, which have no order.
         heapq.heappush(self._heap, (time_s, int(priority), self._sequence, event))
         self._sequence += 1
 

@@ -75,10 +75,10 @@ class Faults(Observer):
         """Schedule start and end of each fault."""
         for fault in self._faults:
             host.at(fault.from_s, Priority.FAULT, partial(self._change, fault, True))
+            # A permanent one ends after ``last_s``, so ``at`` drops its end.
             host.at(fault.until_s, Priority.FAULT, partial(self._change, fault, False))
 
     def _change(self, fault: Fault, begins: bool, host: Host) -> None:
-        """Update the vehicle's condition; restart it at the end if the fault demands it."""
         vehicle, active = host.named(fault.vehicle), self._active.setdefault(fault.vehicle, [])
         if begins:
             active.append(fault)

@@ -53,6 +53,7 @@ def named_object(reference: str) -> Any:
     except Exception as error:  # plug-in code may raise anything
         why = next(iter(str(error).splitlines()), "")
         raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {why})") from error
+    # A shipped module may only import the object, or make it by a class from elsewhere.
     has_home = inspect.isroutine(named) or isinstance(named, type)
     refuse_unshipped(str((named if has_home else type(named)).__module__), reference)
     return named
@@ -78,34 +79,33 @@ def refuse(what: str, faults: Iterable[str]) -> None:
         raise PluginError(f"{what}: {text}")
 
 
-def refuse_other(found: Any, base: type, name: str) -> None:
+def refuse_other(candidate: Any, base: type, name: str) -> None:
     """Raise PluginError for any object except a subclass of ``base``; ``name`` is that of users."""
-    if not (isinstance(found, type) and issubclass(found, base)):
-        kind = f"class {found.__name__}" if isinstance(found, type) else f"object of {type(found).__name__}"
+    if not (isinstance(candidate, type) and issubclass(candidate, base)):
+        kind = f"class {candidate.__name__}" if isinstance(candidate, type) else f"object of {type(candidate).__name__}"
         raise PluginError(f"a subclass of {name} is needed, not the {kind}")
 
 
-def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:
+def faults_of(candidate: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:
     """Yield violations of the interface ``seam`` with ``compulsory`` members, as text."""
-    missing = [name for name in compulsory if not hasattr(found, name)]
-    missing += sorted(getattr(found, "__abstractmethods__", frozenset()) - set(missing))
+    missing = [name for name in compulsory if not hasattr(candidate, name)]
+    missing += sorted(getattr(candidate, "__abstractmethods__", frozenset()) - set(missing))
     lacking: dict[type, list[str]] = {}
     for name in missing:
-        asks = [base for base in getattr(found, "__mro__", ()) if name in vars(base) and base not in seam.__mro__]
+        asks = [base for base in getattr(candidate, "__mro__", ()) if name in vars(base) and base not in seam.__mro__]
         lacking.setdefault(asks[0] if asks else seam, []).append(name)
     for asking, names in lacking.items():
         yield f"lacks {', '.join(names)} of {asking.__module__}.{asking.__qualname__}"
     for name in compulsory:
-        wanted, member = getattr(seam, name, None), getattr(found, name, None)
+        wanted, member = getattr(seam, name, None), getattr(candidate, name, None)
         if inspect.isroutine(wanted) and name not in missing:
             if not callable(member):
                 yield f"{name} is {type(member).__name__}, not a function"
-            elif (text := _signature_fault(name, wanted, member, isinstance(found, type))) is not None:
+            elif (text := _signature_fault(name, wanted, member, isinstance(candidate, type))) is not None:
                 yield text
 
 
 def _signature_fault(name: str, wanted: Callable[..., Any], offered: Callable[..., Any], is_class: bool) -> str | None:
-    """Return an incompatibility of a signature, as text; None if compatible or unknown."""
     parameters = [p for p in inspect.signature(wanted).parameters if p not in ("self", "cls")]
     try:
         own = inspect.signature(offered)
@@ -124,18 +124,18 @@ LONGEST_REPR = 80
 Answer = TypeVar("Answer")
 
 
-def broken_promise(who: str, part: str, expected: str, given: object) -> PluginError:
+def broken_promise(who: str, part: str, expected: str, result: object) -> PluginError:
     """Return the error for a plug-in function that raised, or returned a wrong value.
 
-    ``given`` is the value, or the exception.
+    ``result`` is the value, or the exception.
 
     >>> print(broken_promise("strategy mine", "form", "an Organisation", None))
     strategy mine: form returned None; expected: an Organisation
     """
-    if isinstance(given, Exception):
-        came = f"raised {type(given).__name__}: {given}"
+    if isinstance(result, Exception):
+        came = f"raised {type(result).__name__}: {result}"
     else:
-        text = repr(given)
+        text = repr(result)
         came = f"returned {text if len(text) <= LONGEST_REPR else text[:LONGEST_REPR] + '...'}"
     return PluginError(f"{who}: {part} {came}; expected: {expected}")
 
@@ -185,7 +185,6 @@ class PluginFolders:
 
 
 def _importer() -> str:
-    """Return the top package of the importing code; empty if none."""
     frame = sys._getframe(1).f_back
     while frame is not None:
         top = str(frame.f_globals.get("__name__", "")).partition(".")[0]
@@ -237,5 +236,6 @@ def switched_on(variable: str) -> Iterator[None]:
 def drop_current_folder() -> None:
     """Remove the current folder, if it is not the program's, from the path of ``python -m``."""
     here, program = os.path.realpath(os.curdir), os.path.realpath(__file__)
+    # There any file named like a library would be imported in its place.
     if sys.path and os.path.realpath(sys.path[0] or os.curdir) == here and not program.startswith(here + os.sep):
         del sys.path[0]

@@ -36,6 +36,7 @@ def heed() -> None:
 def _end(number: int, frame: FrameType | None) -> None:
     while frame is not None:
         if frame.f_code.co_filename == LOADER:
+            # Not by ``print``: the signal may have interrupted a write to the same buffer.
             os.write(2, f"remoras: {SAID[signal.Signals(number)]}\n".encode())
             os._exit(128 + number)
         frame = frame.f_back
@@ -81,6 +82,7 @@ class Progress:
         """Report progress."""
         now = time.monotonic()
         if self._first is None:
+            # A resumed job starts above 0: the rate counts from there.
             self._first, self._began = done, now
         rewrites = is_watched()
         if now - self._began < QUIET_S or now - self._last_line < (REWRITTEN_EVERY_S if rewrites else LINE_EVERY_S):
@@ -90,6 +92,7 @@ class Progress:
         left = f", {(self._total - done) / rate:.0f} s left" if rate > 0.0 else ""
         text = f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}, {rate:.2g} per s{left}"
         if rewrites:
+            # A longer line would wrap, and the next one not replace it.
             text = text[: shutil.get_terminal_size().columns - 1]
             self._rewritten = max(self._rewritten, len(text))
             print(f"\r{text:{self._rewritten}}", end="", file=sys.stderr, flush=True)
@@ -109,11 +112,8 @@ COLLECT_AFTER = 1_000_000
 
 @contextmanager
 def rare_collections() -> Iterator[None]:
-    """Collect garbage less often inside the context.
-
-    A run makes many values and hardly any cycles; collection would take a sixth of its time. A rarer setting is kept.
-    Of overlapping contexts the end of the first ends it.
-    """
+    """Collect garbage less often inside the context; of overlapping ones the end of the first ends it."""
+    # A run makes many values and hardly any cycles; collection would take a sixth of its time.
     usual = gc.get_threshold()
     if usual[0] >= COLLECT_AFTER:
         yield

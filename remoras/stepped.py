@@ -54,6 +54,7 @@ def _interrupted_between_steps() -> Iterator[Callable[[], None]]:
     if threading.current_thread() is not threading.main_thread():
         yield check
         return
+    # An exception within a step would leave the fleet between two events.
     before = signal.signal(signal.SIGINT, lambda number, _: asked.append(number))
     try:
         yield check
@@ -138,11 +139,11 @@ class RunSoFar(RunReader):
         return arrow_table(self.fleet.recorder.tables[name], self._settled_rows(name))
 
     def _settled_rows(self, name: str) -> Sequence[Row]:
-        """Return final rows: a packet's row is final after its last reception."""
         rows = self.fleet.recorder.rows(name)
         if name != PACKETS.name or not self.fleet.running:
             return rows
         n = len(rows)
+        # Rows of packets under way still change, and only the newest are.
         while n and max([rows[n - 1][END], *rows[n - 1][ARRIVALS]]) >= self.fleet.now_s:
             n -= 1
         return rows[:n]
@@ -191,7 +192,6 @@ class Stepping:
         return MissionState(self._fleet.now_s, self._fleet.truth.goal_fraction, vehicles, tuple(new))
 
     def _step(self) -> None:
-        """Step one tick; raise OutputError if an earlier step was interrupted."""
         if not self._is_whole:
             raise OutputError("the run was interrupted within a step, so it has no results; restart it")
         self._is_whole = False

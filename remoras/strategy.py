@@ -50,12 +50,12 @@ class Declaration:
         messages: meaning of each message: attributes of the core ontology, ``JOB_DONE``, ``OBJECTIVE`` or
             ``INFLUENCE_SIGNAL``.
         planned_before: True if missions are planned and known before the start; else leaders plan and send them.
-        communicates: True if vehicles send packets. influences: True if vehicles send influence signals. meets: True if
-        vehicles send at rendezvous only; non-participants do not take silence for absence. blocks_per_round: maximum
-        number of blocks per vehicle, consultation round and job. sharing: for upper bounds, the class of instant
-        knowledge, ``remoras.fleet.bound.InstantSharing``; excludes ranking. authorities: changes allowed to members
-        other than the leader; by default only the leader assigns roles. private_jobs: True if vehicles record own jobs
-        privately; contrary beliefs of others are no errors.
+        communicates, influences: whether vehicles send packets and influence signals.
+        meets: vehicles send at rendezvous only; others do not take their silence for absence.
+        blocks_per_round: maximum number of blocks per vehicle, consultation round and job.
+        sharing: for upper bounds, which are never ranked: the class ``remoras.fleet.bound.InstantSharing``.
+        authorities: changes allowed to members other than the leader; by default only the leader assigns roles.
+        private_jobs: vehicles record own jobs privately; contrary beliefs of others are no errors.
     """
 
     source: str
@@ -188,14 +188,14 @@ class Strategy(Protocol):
         """Return the negotiator of ``me`` for the jobs of ``group``; None if not needed."""
 
 
-def faults_of_strategy(found: Any) -> Iterator[str]:
+def faults_of_strategy(candidate: Any) -> Iterator[str]:
     """Yield the deficiencies of an object as a strategy, as text."""
-    yield from faults_of(found, Strategy, ("name", "declaration", "form", "adapt", "negotiator"))
+    yield from faults_of(candidate, Strategy, ("name", "declaration", "form", "adapt", "negotiator"))
     for part, expected in (("name", str), ("declaration", Declaration)):
-        value = getattr(found, part, None)
+        value = getattr(candidate, part, None)
         if value is not None and not isinstance(value, expected):
             yield f"{part} is {type(value).__name__}, expected {expected.__name__}"
-    declaration = getattr(found, "declaration", None)
+    declaration = getattr(candidate, "declaration", None)
     if isinstance(declaration, Declaration) and declaration.sharing is not None:
         if not hasattr(declaration.sharing, "lease_frames"):
             yield f"declaration.sharing is {type(declaration.sharing).__name__}, expected the class InstantSharing"
@@ -215,11 +215,7 @@ def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Grou
 
 
 def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
-    """Call ``strategy.adapt`` and drop assignments of incompatible roles.
-
-    Raises:
-        PluginError: it raises or returns another type.
-    """
+    """Call ``strategy.adapt`` and drop assignments of incompatible roles; errors as ``form_groups``."""
     assignments: tuple[RoleAssignment, ...] = answer(
         f"strategy {strategy.name}",
         "adapt",
@@ -229,6 +225,7 @@ def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
     )
     if not any(role.incompatible for role in work.group.roles):
         return assignments
+    # Strategies need not know of incompatible roles. One after the other, since two new roles may exclude each other.
     allowed, organisation = list[RoleAssignment](), work.organisation
     for assignment in assignments:
         role = work.group.role(assignment.role)

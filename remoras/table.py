@@ -55,7 +55,6 @@ class Section(BaseModel):
 
     @model_validator(mode="after")
     def _in_itself(self) -> Self:
-        """Refuse a table with contradictions."""
         errors: list[InitErrorDetails] = [
             {
                 "type": PydanticCustomError(BETWEEN_KEYS, "{allowed}", {"allowed": allowed}),

@@ -253,6 +253,7 @@ def within_reach(
 
     reachable = set(done) & jobs.keys()
     able = [name for name in jobs if name not in reachable and can_be_done(name)]
+    # A job done may open others: repeat until none is added.
     while opened := [name for name in able if name not in reachable and reachable.issuperset(jobs[name].needs)]:
         reachable.update(opened)
     return frozenset(reachable)
@@ -308,7 +309,6 @@ class HolderCount:
         self.n_wrong += n_wrong
 
     def _counts(self, believed: Sequence[tuple[str, Organisation]]) -> tuple[int, int]:
-        """Return the number of pairs and of wrong ones."""
         if not believed:
             return 0, 0
         jobs = [(g.name, role.name) for g in believed[0][1].groups.values() for role in g.roles if role.job is not None]

@@ -307,7 +307,7 @@ class Work:
         return not is_unable and role.job not in self.short_handed and self._has_what_it_takes(data, role)
 
     def _has_what_it_takes(self, data: VehicleData, role: RoleSpecification) -> bool:
-        """True if the vehicle is able, disregarding ``unable`` and ``short_handed``: it may help."""
+        # Without ``unable`` and ``short_handed``: the vehicle may still help others.
         if self.barred and (data.name, role.name) in self.barred:
             return False
         if role.incompatible and self.organisation.is_excluded(data.name, role):
@@ -363,6 +363,7 @@ class Work:
             if job_j <= for_job_j:
                 affordable.append(role)
                 left_j, outlook = left_j - transit_w * way_s - job_j, after
+            # A successor resumes the rest; with its energy spent, the vehicle takes no further role.
             elif PART * job_j <= for_job_j and is_resumed(self.job(role)):
                 return (*affordable, role)
         return tuple(affordable)
@@ -419,10 +420,7 @@ class Work:
         return self.after_all(outlook, self.database[vehicle], self._held.get(vehicle, ()))
 
     def seen(self, positions_m: Mapping[str, Point], now_s: float) -> Work:
-        """Return the work at another time and positions, sharing cached values.
-
-        Valid only if no vehicle is short of energy. ``now_s`` is the start time of outlooks.
-        """
+        """Return the work at another time (s) and positions; only if no vehicle is short of energy."""
         _ = self.workers, self.open  # cache before copying
         made = copy(self)
         vars(made).update(positions_m=positions_m, now_s=now_s)
@@ -448,7 +446,6 @@ class Work:
         return sorted(roles, key=lambda role: role.job or "")
 
     def _nearest(self, left: list[RoleSpecification], outlook: Outlook) -> RoleSpecification:
-        """Remove and return the role with the nearest job, the first on ties."""
         distances_m = [distance(outlook.position_m, self.job(role).place_m) for role in left]
         return left.pop(distances_m.index(min(distances_m)))
 
