@@ -66,7 +66,7 @@ class InstantSharing(Observer):
         self._early: dict[str, list[tuple[str, Block]]] = {}
 
     def on_start(self, host: Host) -> None:
-        """Store the fleet."""
+        """Keep the fleet, to reach all vehicles."""
         self._fleet = host
 
     def on_tick(self, vehicle: Vehicle) -> None:

@@ -158,7 +158,7 @@ class Conclusions:
         return self._facts_of(findings)
 
     def holds(self, organisation: Organisation, picture: Picture) -> bool:
-        """Return whether the mission's last answer, no findings until a given time, is still valid."""
+        """Return whether the mission's last answer is still valid: no findings until a given time."""
         asked_of = self._asked_of
         if asked_of is None or not picture.body.now_s < self._until_s:
             return False

@@ -515,7 +515,7 @@ def let_in(view: View) -> View:
 
 
 def _follow(view: View, place: RoleKey, holding: Holding, issuer: str) -> tuple[View, list[Request], list[str]]:
-    """Return the view, releases and assignments for the due holders, and waiting vehicles."""
+    """Return the view, requests that lead to the holders by all instructions, and waiting vehicles."""
     holders, waiting = _after(view, place, holding.instructions)
     after = Holding(holding.instructions, frozenset(holders), bool(waiting))
     follows = [Request(issuer, Act.RELEASE, *place, name) for name in sorted(holding.holders - holders)]

@@ -44,12 +44,12 @@ class Question(NamedTuple):
 
 
 def question(slot: int, sender: int, receiver: int, range_m: float) -> Question:
-    """Return the question about a full packet sent at the start of a slot."""
+    """Return the arguments for a full packet sent at the start of a slot."""
     return Question(Transmission(slot, sender, slot * SLOT_S, MODEM.payload_bits), receiver, range_m)
 
 
 def questions(n: int, seed: int = 1) -> Iterator[Question]:
-    """Yield questions about packets in random slots, evenly over links, at uniform distances."""
+    """Yield arguments for packets in random slots, evenly over links, at uniform distances."""
     dice = Random(seed)
     for number in range(n):
         sender, receiver = PAIRS[number % len(PAIRS)]
