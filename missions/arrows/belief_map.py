@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 import numpy.typing as npt
@@ -299,20 +299,13 @@ def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
 
 def total_of(rows: Array | Sequence[Array]) -> Array:
     """Sum of rows, in their order."""
-    total: Array = rows[0].copy()
-    for row in rows[1:]:
-        total += row
-    return total
+    return np.asarray(reduce(np.add, rows))
 
 
 def look_information(chart: Array, rates: Array) -> Array:
     """Mutual information (bits), shape (cells,), of an observation and each cell's content."""
-    p_yes = np.zeros(chart.shape[1])
-    expected = np.zeros(chart.shape[1])
     sure = rates * log2_of(rates) + (1.0 - rates) * log2_of(1.0 - rates)
-    for share, rate, bits in zip(chart, rates, sure, strict=True):
-        p_yes += share * rate
-        expected += share * bits
+    p_yes, expected = total_of(chart * rates[:, None]), total_of(chart * sure[:, None])
     p_no = 1.0 - p_yes
     return np.asarray(np.maximum(expected - p_yes * log2_of(p_yes) - p_no * log2_of(p_no), 0.0))
 
@@ -323,18 +316,12 @@ def entropy(chart: Array) -> Array:
     >>> entropy(np.array([[0.5, 1.0], [0.5, 0.0]])).tolist()
     [1.0, 0.0]
     """
-    bits = np.zeros(chart.shape[1])
-    for share in chart:
-        bits -= share * log2_of(share)
-    return bits
+    return 0.0 - total_of(chart * log2_of(chart))
 
 
 def divergence(chart: Array, other: Array) -> float:
     """Kullback-Leibler divergence of a map from another, summed over cells (bits)."""
-    bits = np.zeros(chart.shape[1])
-    for share, before in zip(chart, other, strict=True):
-        bits += share * (log2_of(share) - log2_of(before))
-    return summed(bits)
+    return summed(total_of(chart * (log2_of(chart) - log2_of(other))))
 
 
 def disagreement(charts: list[Array]) -> float:
@@ -385,10 +372,7 @@ class Chart:
 
     def sites(self, shares: Array) -> Array:
         """Sum of the site kinds in ``shares`` of shape (1 + kinds, ...)."""
-        total: Array = np.zeros_like(shares[0])
-        for number in self._sites:
-            total = total + shares[number]
-        return total
+        return total_of([np.zeros_like(shares[0]), *shares[self._sites]])
 
     def update(self, facts: Known, vehicles: Sequence[str]) -> None:
         """Add known observations of some vehicles; recompute after an exclusion."""

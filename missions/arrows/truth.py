@@ -184,47 +184,24 @@ def sites_of(run: MeasuredRun) -> set[int]:
     return {cell for cell, thing in seafloor.things.items() if thing.name in SITES}
 
 
-def found_at_s(run: MeasuredRun) -> dict[int, float]:
-    """Time of the first detection of each site, by cell."""
-    # Reversed, so that the first detection of a cell is kept.
-    contacts = reversed(run.recorder.rows(CONTACTS.name))
-    return {cell: time_s for time_s, _, _, cell, kind, _, _ in contacts if kind in SITES}
+def reached_s(run: MeasuredRun, milestone: str) -> list[float]:
+    """Time at which each site reached a milestone; of the sites that did."""
+    return [reached.time_s for reached in run.milestones if reached.name == milestone]
 
 
-def identified_at_s(run: MeasuredRun) -> dict[int, float]:
-    """Time of the first correct identification of each site, by cell."""
-    seafloor: Seafloor = run.mission.world(run.seed)
-    grid, things, first = seafloor.grid, seafloor.things, dict[int, float]()
-    for time_s, _, _, identity, _, kind, x_m, y_m in run.recorder.rows(IDENTIFIED.name):
-        if identity != kind or kind not in SITES:
-            continue
-        near = (
-            cell for cell in grid.near((x_m, y_m), 2.0 * grid.cell_m) if cell in things and things[cell].name == kind
-        )
-        cell = min(near, key=lambda name: distance(things[name].position_m, (x_m, y_m)), default=None)
-        if cell is not None:
-            first.setdefault(cell, time_s)
-    return first
-
-
-def found_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of the sites detected."""
+def share_of(run: MeasuredRun, milestone: str) -> float | Absent:
+    """Share of the sites that reached a milestone."""
     sites = sites_of(run)
-    return len(found_at_s(run)) / len(sites) if sites else NOT_APPLICABLE
+    return len(reached_s(run, milestone)) / len(sites) if sites else NOT_APPLICABLE
 
 
-def identified_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of the sites correctly identified."""
-    sites = sites_of(run)
-    return len(identified_at_s(run)) / len(sites) if sites else NOT_APPLICABLE
-
-
-def mean_s(run: MeasuredRun, at_s: dict[int, float]) -> float | Absent:
-    """Mean time over sites; missing ones count with the end of the search."""
-    sites, until_s = sites_of(run), search_s_of(run)
-    if not sites:
+def mean_s(run: MeasuredRun, milestone: str) -> float | Absent:
+    """Mean time of a milestone over sites; missing ones count with the end of the search."""
+    n_sites, until_s, times_s = len(sites_of(run)), search_s_of(run), reached_s(run, milestone)
+    if not n_sites:
         return NOT_APPLICABLE
-    return math.fsum(min(until_s, at_s.get(cell, until_s)) for cell in sorted(sites)) / len(sites)
+    times_s += [until_s] * (n_sites - len(times_s))
+    return math.fsum(min(until_s, time_s) for time_s in times_s) / n_sites
 
 
 def anomalies_mistaken(run: MeasuredRun) -> int:
@@ -297,15 +274,21 @@ def longest_alone_s(run: MeasuredRun) -> float | Absent:
 
 
 METRICS = (
-    Metric("found_fraction", "", Better.HIGHER, "share of sites found", found_fraction, headline=True),
-    Metric("identified_fraction", "", Better.HIGHER, "share of sites identified", identified_fraction, headline=True),
     Metric(
-        "mean_found_s", "s", Better.LOWER, "mean time of finding a site", lambda run: mean_s(run, found_at_s(run)),
+        "found_fraction", "", Better.HIGHER, "share of sites found", lambda run: share_of(run, "site_found"),
+        headline=True,
+    ),
+    Metric(
+        "identified_fraction", "", Better.HIGHER, "share of sites identified",
+        lambda run: share_of(run, "site_identified"), headline=True,
+    ),
+    Metric(
+        "mean_found_s", "s", Better.LOWER, "mean time of finding a site", lambda run: mean_s(run, "site_found"),
         headline=True, note="Sites that were not found count with the end of the search.",
     ),
     Metric(
         "mean_identified_s", "s", Better.LOWER, "mean time of identifying a site",
-        lambda run: mean_s(run, identified_at_s(run)), headline=True,
+        lambda run: mean_s(run, "site_identified"), headline=True,
         note="Sites that were not identified count with the end of the search.",
     ),
     Metric("n_mistaken", "", Better.LOWER, "misidentified anomalies", anomalies_mistaken),

@@ -32,7 +32,8 @@ from missions.arrows.detectors import (
     MagneticSettings,
     shown_of,
 )
-from missions.arrows.truth import LEVELS, draw_maps, found_at_s, looks_known, sites_of
+from missions.arrows.scenario import SITES
+from missions.arrows.truth import LEVELS, draw_maps, looks_known, sites_of
 from missions.runs.results import MemoryResults
 from remoras.sensor import Pose
 
@@ -239,7 +240,7 @@ def test_the_map_shades_cells_by_all_looks_and_marks_sites_by_whether_they_were_
     assert (np.asarray(axes.images[0].get_array()) == tones).all()
     assert len(np.unique(tones)) > 2
     drawn = {line.get_label(): len(line.get_xdata()) for line in axes.lines}
-    found, sites = found_at_s(of).keys(), sites_of(of)
+    found, sites = {row[3] for row in of.recorder.rows("contacts") if row[4] in SITES}, sites_of(of)
     assert (drawn["site, detected"], drawn["site, not detected"]) == (len(sites & found), len(sites - found))
     assert {"AUV01", "AUV02", "AUV03"} <= drawn.keys()
     assert f"{len(sites)} true sites, {len(sites & found)} detected" in caption
