@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from exchange.arithmetic import TAU, distance, length, sincos
@@ -34,38 +37,27 @@ class TruePart:
     upset: str = ""
 
 
-BUCKET_M = 20.0
-
-
 @dataclass(frozen=True)
 class Structure:
     """True parts of a run; ``seed`` is the root of observations."""
 
     things: tuple[TruePart, ...]
     seed: int = 0
-    _buckets: dict[tuple[int, int], list[tuple[int, TruePart, int]]] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
 
-    def __post_init__(self) -> None:
-        for number, thing in enumerate(self.things):
-            for nth, (x_m, y_m) in enumerate(thing.points_m):
-                bucket = math.floor(x_m / BUCKET_M), math.floor(y_m / BUCKET_M)
-                self._buckets.setdefault(bucket, []).append((number, thing, nth))
+    @cached_property  # asked at each image and touch
+    def _points(self) -> list[tuple[int, TruePart, int]]:
+        return [(number, thing, nth) for number, thing in enumerate(self.things) for nth in range(len(thing.points_m))]
+
+    @cached_property  # asked at each image and touch
+    def _points_m(self) -> NDArray[np.float64]:
+        return np.array([thing.points_m[nth] for _, thing, nth in self._points]).reshape(-1, 2).T
 
     def near(self, at_m: Point, within_m: float) -> list[tuple[int, TruePart, int]]:
         """Return points within a distance: (part number, part, point number), sorted."""
-        columns, rows = (
-            range(math.floor((p - within_m) / BUCKET_M), math.floor((p + within_m) / BUCKET_M) + 1) for p in at_m
-        )
-        points = [
-            p
-            for column in columns
-            for row in rows
-            for p in self._buckets.get((column, row), ())
-            if distance(at_m, p[1].points_m[p[2]]) <= within_m
-        ]
-        return sorted(points, key=lambda placed: (placed[0], placed[2]))
+        x_m, y_m = self._points_m
+        east_m, north_m = x_m - at_m[0], y_m - at_m[1]
+        is_near = np.sqrt(east_m * east_m + north_m * north_m) <= within_m
+        return [self._points[place] for place in is_near.nonzero()[0]]
 
 
 LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "int")))
