@@ -1,6 +1,6 @@
 """Channel ``trace``: recorded link outcomes, at sea or in a run, replayed from a file.
 
-The file is CSV with a header, or Parquet, with the columns
+The file is CSV with a header and the columns
 
     time_s    start of a packet, from the start of the run
     sender    name of the sending vehicle
@@ -17,12 +17,11 @@ from __future__ import annotations
 import csv
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 from pydantic import Field
 
@@ -41,7 +40,7 @@ ROUNDING_S = 0.001
 """Tolerance (s) by which a row takes effect early, for times rounded by the writer."""
 KEYS = ("time_s", "sender", "receiver")
 OUTCOMES = {"0": 0.0, "1": 1.0, "false": 0.0, "true": 1.0}
-KINDS = "a CSV or Parquet file"
+KINDS = "a CSV file"
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +102,7 @@ class TraceChannel(ChannelModel):
 
     title = "losses of each link as recorded in channel.file: outcomes, or rates over time"
 
-    file: str = Field("", description="trace: CSV or Parquet file of the columns time_s, sender, receiver, lost or per")
+    file: str = Field("", description="trace: CSV file of the columns time_s, sender, receiver, lost or per")
     repeat: bool = Field(False, description="trace: restart when the file has ended")
     sha256: str = Field(
         "",
@@ -124,7 +123,7 @@ class TraceChannel(ChannelModel):
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """Yield a fault for a missing or unreadable file, or one that does not fit the fleet or the duration."""
         if not self.file:
-            yield SettingFault("file", "", f"missing: a CSV or Parquet file of {', '.join(KEYS)}, and lost or per")
+            yield SettingFault("file", "", f"missing: {KINDS} of {', '.join(KEYS)}, and lost or per")
             return
         try:
             trace = trace_of(self.file, self.sha256)
@@ -161,7 +160,7 @@ def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
 
 
 def trace_of(file: str, sha256: str = "") -> Trace:
-    """Return the trace of a CSV or Parquet file with the hash ``sha256``, if given.
+    """Return the trace of a CSV file with the hash ``sha256``, if given.
 
     Raises LinkFileGoneError for a missing file or another hash, LinkFileError for invalid content.
     """
@@ -170,21 +169,23 @@ def trace_of(file: str, sha256: str = "") -> Trace:
 
 @lru_cache(maxsize=16)  # a file of megabytes, read by each check and run
 def _read(file: str, sha256: str) -> Trace:
-    names, rows = _parquet(file) if file.endswith(".parquet") else _csv(file)
-    kind = "lost" if "lost" in names else "per"
-    missing = [name for name in (*KEYS, kind) if name not in names]
-    if missing or ("lost" in names and "per" in names):
-        raise LinkFileError(
-            f"has the columns {', '.join(names) or 'none'}; needed are {', '.join(KEYS)} and lost or per"
-        )
-    places = [names.index(name) for name in (*KEYS, kind)]
     losses: dict[tuple[str, str], dict[float, float]] = {}
-    for where, row in rows:
-        values = [row[place] if place < len(row) else "" for place in places]
-        time_s, sender, receiver, per = _checked(where, kind, values)
-        if time_s in (of_link := losses.setdefault((sender, receiver), {})):
-            raise LinkFileError(f"{where}: a second one of {sender} to {receiver} at {time_s:g} s")
-        of_link[time_s] = per
+    try:
+        reader = csv.DictReader(Path(file).read_text(encoding="utf-8-sig").splitlines(), restval="")
+        reader.fieldnames = names = [name.strip() for name in reader.fieldnames or ()]
+        kind = "lost" if "lost" in names else "per"
+        if not {*KEYS, kind} <= {*names} or {"lost", "per"} <= {*names}:
+            raise LinkFileError(
+                f"has the columns {', '.join(names) or 'none'}; needed are {', '.join(KEYS)} and lost or per"
+            )
+        for row in reader:
+            where, values = f"line {reader.line_num}", [row[name].strip() for name in (*KEYS, kind)]
+            time_s, sender, receiver, per = _checked(where, kind, *values)
+            if time_s in (of_link := losses.setdefault((sender, receiver), {})):
+                raise LinkFileError(f"{where}: a second one of {sender} to {receiver} at {time_s:g} s")
+            of_link[time_s] = per
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise LinkFileError(f"is no CSV: {error}") from None
     if not losses:
         raise LinkFileError("has no rows")
     links = {link: LossSeries(*zip(*sorted(of_link.items()), strict=True)) for link, of_link in sorted(losses.items())}
@@ -195,32 +196,9 @@ def _read(file: str, sha256: str) -> Trace:
     return replace(trace, until_s=trace.until_s + median(trace.gaps_s or [0.0]))
 
 
-Rows = Iterable[tuple[str, list[Any]]]
-"""Position of each row in its file, and its values."""
-
-
-def _csv(file: str) -> tuple[list[str], Rows]:
-    try:
-        reader = csv.reader(Path(file).read_text(encoding="utf-8-sig").splitlines())
-        names = [name.strip() for name in next(reader, [])]
-        return names, [(f"line {reader.line_num}", line) for line in reader if line]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise LinkFileError(f"is no CSV: {error}") from None
-
-
-def _parquet(file: str) -> tuple[list[str], Rows]:
-    from pyarrow import ArrowException, parquet
-
-    try:
-        table = parquet.read_table(file)
-    except (ArrowException, OSError) as error:
-        raise LinkFileError(f"is no Parquet: {str(error).splitlines()[0]}") from None
-    rows = zip(*(column.to_pylist() for column in table.columns), strict=True)
-    return table.column_names, [(f"row {number}", list(row)) for number, row in enumerate(rows, 1)]
-
-
-def _checked(where: str, kind: str, row: list[Any]) -> tuple[float, str, str, float]:
-    time, sender, receiver, outcome = (str(value).strip() for value in row)
+def _checked(
+    where: str, kind: str, time: str, sender: str, receiver: str, outcome: str
+) -> tuple[float, str, str, float]:
     if not sender or not receiver or sender == receiver:
         raise LinkFileError(f"{where}: from {sender!r} to {receiver!r} is no link of two vehicles")
     time_s = number_in(time)

@@ -56,7 +56,7 @@ def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
         ('"network"\nnetwork = "mission-2021"', "", "network", "did you mean 'mission-2012'?"),
         ('"network"\nnetwork = "harbour.csv"\nnodes = { Boat = "quai" }', "", "nodes.Boat",
          "allowed: quay, buoy; did you mean 'quay'?"),
-        ('"trace"', "", "file", "missing: a CSV or Parquet file of time_s, sender, receiver, and lost or per"),
+        ('"trace"', "", "file", "missing: a CSV file of time_s, sender, receiver, and lost or per"),
         ('"trace"\nfile = "others.csv"', "", "file", "is of vehicle Raft; those of the scenario are "),
         ('"trace"\nfile = "short.csv"', "", "file", "ends at 0 s, the run at"),
     ],
