@@ -123,7 +123,7 @@ BAD_TOML = [
     (TOML, '[[network]]\nname = "harbour"\nper_over_range = [[9, 0.1], [8, 0.2]]', "per_over_range", "longer than"),
     (TOML, '[[network]]\nname = "harbour"', "node", "has to be given"),
     (TOML, "name: harbour", "TOML", "at line 1"),
-    (TOML, "a = " + "[" * 900 + "]" * 900, "TOML", "too deep"),
+    (TOML, "a = " + "[" * 900 + "]" * 900, "TOML", "recursion depth"),
 ]
 
 
