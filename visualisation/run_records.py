@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate, pairwise
@@ -256,18 +255,6 @@ def marker_step_s(length_s: float) -> float:
     """
     steps_s = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
     return float(next((step for step in steps_s if length_s / step <= 10), length_s))
-
-
-NUMBERS = re.compile(r"\d+(\.\d+)?")
-
-
-def kind_of(reason: str) -> str:
-    """Replace numbers of a reason by n, to count refusals by kind.
-
-    >>> kind_of("a packet of node 2 of slot 17 arrives in slot 19.5")
-    'a packet of node n of slot n arrives in slot n'
-    """
-    return NUMBERS.sub("n", reason)
 
 
 def packets_refused(

@@ -6,7 +6,6 @@ the first packet, from the start of the mission. It is undefined while either is
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import permutations
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from missions.figure import RunResults, round_up
 from visualisation import run_records
-from visualisation.run_records import Floats, Span, kind_of, outages, packets_refused
+from visualisation.run_records import Floats, Span, outages, packets_refused
 
 Flags = NDArray[np.bool_]
 
@@ -51,7 +50,6 @@ class RunPackets:
         slot: slot numbers, from 0.
         sender: indices into ``vehicles``.
         out: spans out of the mission, by vehicle.
-        reasons: number of rejections by reason.
     """
 
     vehicles: tuple[str, ...]
@@ -61,7 +59,6 @@ class RunPackets:
     outcome: PacketOutcome
     end_s: float
     out: Mapping[str, Sequence[Span]] = field(default_factory=dict)
-    reasons: Counter[str] = field(default_factory=Counter)
 
     @property
     def lost_shares(self) -> Floats:
@@ -128,8 +125,7 @@ def traffic(results: RunResults) -> RunPackets:
     for index, row in enumerate(rows):
         for flags, names in ((received, row["receivers"]), (lost, row["lost_by"]), (collided, row["collided_at"])):
             flags[index, [number[name] for name in names if name in number]] = True
-    refusals = results.rows("refused")
-    for index, receiver in packets_refused(rows, refusals):
+    for index, receiver in packets_refused(rows, results.rows("refused")):
         if receiver in number:
             refused[index, number[receiver]] = True
     lost |= collided | refused
@@ -141,7 +137,6 @@ def traffic(results: RunResults) -> RunPackets:
         PacketOutcome(received & ~lost, lost, collided, refused),
         run_records.end_s(results),
         outages(results),
-        Counter(kind_of(row["reason"]) for row in refusals),
     )
 
 

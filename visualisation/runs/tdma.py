@@ -20,8 +20,6 @@ ROWS_IN, LANES_IN = (0.055, 0.18, 1.8), (0.075, 0.24, 2.4)
 """Minimum and maximum row height, target panel height: of overviews, of single slots."""
 SLOTS = 36
 """Approximate number of slots shown one by one, in whole frames."""
-MOST_REASONS = 4
-"""Maximum number of rejection reasons in the caption."""
 UNHEARD = style.tint(style.BLACK, 0.08)
 
 
@@ -150,10 +148,7 @@ def _legend(traffic: RunPackets) -> tuple[Line2D | Patch, ...]:
 
 def _caption(results: RunResults, traffic: RunPackets) -> str:
     n_collided = int(traffic.outcome.collided.sum())
-    most = traffic.reasons.most_common(MOST_REASONS)
-    more = traffic.reasons.total() - sum(count for _, count in most)
-    listed = [f"{reason} ({count})" for reason, count in most] + ([f"others ({more})"] if more else [])
-    reasons = words.listed(listed) if listed else ""
+    n_refused = int(traffic.outcome.refused.sum())
     return captions.of_run(
         results,
         "Slots of the acoustic channel, darker is worse, pale where no packet could be received.",
@@ -161,5 +156,5 @@ def _caption(results: RunResults, traffic: RunPackets) -> str:
         "(c) The frames with the highest loss, slot by slot, with a lane for each vehicle.",
         f"{traffic.time_s.size} packets.",
         f"Lost by collision: {n_collided} receptions." if n_collided else "",
-        f"Refused on arrival and counted as lost: {reasons}." if reasons else "",
+        f"Refused on arrival and counted as lost: {n_refused} receptions." if n_refused else "",
     )

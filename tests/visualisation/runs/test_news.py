@@ -113,7 +113,7 @@ def test_the_slots_tell_apart_how_a_packet_was_lost(collisions: Results, tmp_pat
     labels = [text.get_text() for text in legend.get_texts()]
     assert labels == ["sent", "received (up)", "refused (up, hollow)", "lost (down)", "collided (down, grey)"]
     assert "Lost by collision: 25 receptions." in drawn.caption
-    assert "another frame (10), epoch n is older (10) and speaks as me (1)." in drawn.caption
+    assert "Refused on arrival and counted as lost: 20 receptions." in drawn.caption
     (quiet,) = tdma.picture(Fiction().write(tmp_path / "quiet")).figure.legends
     assert [text.get_text() for text in quiet.get_texts()] == ["sent", "received (up)", "lost (down)"]
 
