@@ -4,7 +4,7 @@ IEEE 754 fixes + - * / and the square root to the last bit, but not exp, log, si
 on library, version and processor. These functions use the former alone, in a fixed order; tables come from integer
 arithmetic. Powers are products, lengths are square roots of sums of squares, sums of many floats are ``math.fsum``.
 
-Maximum errors in units in the last place: exp 0.6, expm1 3.0, log 0.8, log1p 1.5, log2 2.0, log10 2.5, power_of_10 3.5,
+Maximum errors in units in the last place: exp 0.6, expm1 3.0, log 0.8, log1p 1.5, log10 2.5, power_of_10 3.5,
 sine 2.5, cosine 2.5, atan2 1.6, length 1.2, erfc 6.0, normal_quantile 6.0, as found at 100,000 random arguments each
 against 40 digits, rounded up. Arguments outside the domain raise ``ValueError``.
 """
@@ -168,14 +168,6 @@ def log1p(x: float) -> float:
 
 
 LN10 = log(10.0)
-
-
-def log2(x: float) -> float:
-    """Binary logarithm; exact for powers of 2."""
-    mantissa, e = frexp(x)
-    if mantissa < 0.7071067811865476:
-        mantissa, e = 2.0 * mantissa, e - 1
-    return e + log(mantissa) / LN2
 
 
 def log10(x: float) -> float:

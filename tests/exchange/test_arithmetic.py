@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange import arithmetic
-from exchange.arithmetic import PI, atan2, erfc, exp, expm1, length, log, log1p, log2, log10, normal_quantile
+from exchange.arithmetic import PI, atan2, erfc, exp, expm1, length, log, log1p, log10, normal_quantile
 
 from exchange.arithmetic import expm1_of, power, power_of_10, sincos  # isort: skip
 
@@ -34,7 +34,6 @@ CASES: dict[str, Case] = {
     ),
     "log": (log, math.log, 0.8, wide + near_1),
     "log1p": (log1p, math.log1p, 1.5, [lambda: (10.0 ** draw(-30.0, 30.0),), lambda: (-(10.0 ** draw(-20.0, -0.1)),)]),
-    "log2": (log2, math.log2, 2.0, wide),
     "log10": (log10, math.log10, 2.5, wide),
     "power_of_10": (
         power_of_10, lambda x: math.pow(10.0, x), 3.5,
@@ -74,7 +73,7 @@ def test_quantiles_are_those_of_the_standard_library() -> None:
         (expm1, 0.0, 0.0), (expm1, -math.inf, -1.0), (expm1, math.inf, math.inf), (expm1, 5e-324, 5e-324),
         (log, 1.0, 0.0), (log, math.inf, math.inf), (log1p, 0.0, 0.0), (log1p, math.inf, math.inf),
         (log1p, 1.0, log(2.0)),
-        (log2, 2.0**-1074, -1074.0), (log2, 1024.0, 10.0), (log10, 1.0, 0.0), (log10, 10.0, 1.0),
+        (log10, 1.0, 0.0), (log10, 10.0, 1.0),
         (power_of_10, 0.0, 1.0), (power_of_10, -7.0, 1e-7), (erfc, 0.0, 1.0), (erfc, math.inf, 0.0),
         (erfc, -math.inf, 2.0), (normal_quantile, 0.5, 0.0),
     ],
@@ -90,7 +89,7 @@ def test_what_is_no_number_stays_none(ours: Callable[[float], float]) -> None:
 
 @pytest.mark.parametrize(
     ("ours", "argument"),
-    [(log, 0.0), (log, -1.0), (log1p, -1.0), (log2, 0.0), (log10, -3.0), (sincos, 1e7), (sincos, math.inf),
+    [(log, 0.0), (log, -1.0), (log1p, -1.0), (log10, -3.0), (sincos, 1e7), (sincos, math.inf),
      (sincos, math.nan), (normal_quantile, 0.0), (normal_quantile, 1.0)],
 )  # fmt: skip
 def test_what_is_out_of_the_domain_is_refused(ours: Callable[[float], Any], argument: float) -> None:
