@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
+from exchange.policy.policies import REPEAT
 from exchange.study.estimates import TrialMean
 from exchange.study.parameters import BOUND
 from exchange.study.study import KINDS, StudyRow
@@ -148,7 +149,7 @@ def _flat(row: StudyRow) -> dict[str, Any]:
         if name in ESTIMATES:
             for part in ("mean", "ci95_low", "ci95_high"):
                 flat[f"{name}_{part}"] = None if value is None else getattr(value, part)
-        elif name not in ("cpu_s", "acknowledgement", "repeats"):
+        elif name != "cpu_s":
             flat[name] = value
     return flat
 
@@ -175,16 +176,18 @@ def _series(axes: Axes, rows: Sequence[StudyRow], x_of: Any, field: str) -> None
 
 
 def _looks(rows: Sequence[StudyRow]) -> dict[str, dict[str, Any]]:
-    kinds = list(dict.fromkeys([*KINDS, *(row.acknowledgement for row in rows)]))
+    policies = dict.fromkeys(row.policy for row in rows)
+    kinds = list(dict.fromkeys([*KINDS, *(policy.removesuffix(REPEAT) for policy in policies)]))
     looks: dict[str, dict[str, Any]] = {}
-    for row in rows:
-        if row.acknowledgement == BOUND.acknowledgement.name:
-            looks[row.policy] = {"color": style.GREY, "linestyle": OF_THE_BOUND, "label": "bound"}
+    for policy in policies:
+        if policy == BOUND.name:
+            looks[policy] = {"color": style.GREY, "linestyle": OF_THE_BOUND, "label": "bound"}
             continue
-        colour, _, marker = style.look(kinds.index(row.acknowledgement))
-        looks[row.policy] = {
-            "color": colour, "marker": marker, "linestyle": REPEATING if row.repeats else "-", "markeredgewidth": 0.8,
-            "markerfacecolor": "white" if row.repeats else colour, "label": row.policy,
+        colour, _, marker = style.look(kinds.index(policy.removesuffix(REPEAT)))
+        repeats = policy.endswith(REPEAT)
+        looks[policy] = {
+            "color": colour, "marker": marker, "linestyle": REPEATING if repeats else "-", "markeredgewidth": 0.8,
+            "markerfacecolor": "white" if repeats else colour, "label": policy,
         }  # fmt: skip
     return looks
 

@@ -16,9 +16,6 @@ from exchange.study.estimates import TrialMean
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.parts import Tally, play_all
 
-NO_COLUMNS = ("acknowledgement", "repeats")
-"""Fields of a row that tables omit."""
-
 
 @dataclass(frozen=True, slots=True)
 class StudyRow:
@@ -56,14 +53,10 @@ class StudyRow:
     false_beliefs: int
     slots_played: int
     cpu_s: float
-    acknowledgement: str
-    repeats: bool
 
     def as_json(self) -> dict[str, Any]:
         """Return plain values; the interval of a relative value becomes a separate field."""
         values = asdict(self)
-        for name in NO_COLUMNS:
-            del values[name]
         for name in ("relative_source", "relative_senders", "relative_delivered"):
             estimate: TrialMean | None = getattr(self, name)
             values[name] = estimate and estimate.mean
@@ -106,8 +99,6 @@ def row_of(study: ExchangeStudy, per: float, policy: AckPolicy, tally: Tally) ->
         false_beliefs=totals[lanes.FALSE_BELIEFS][lanes.SUM],
         slots_played=totals[lanes.SLOTS][lanes.SUM],
         cpu_s=tally.cpu_s,
-        acknowledgement=policy.acknowledgement.name,
-        repeats=policy.repeat,
     )
 
 

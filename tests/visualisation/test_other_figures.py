@@ -84,7 +84,7 @@ def test_what_cannot_be_drawn_is_refused(rows: list[StudyRow], kind: str, format
 
 def test_a_policy_from_outside_is_drawn_with_a_look_of_its_own(rows: list[StudyRow], tmp_path: Path) -> None:
     """Its acknowledgement has a colour that no shipped one has; nothing has to be told to the figures."""
-    outside = [replace(row, policy="sparse", acknowledgement="sparse", repeats=False) for row in rows[:1]]
+    outside = [replace(row, policy="sparse") for row in rows[:1]]
     write_figure([*rows, *outside], "source", tmp_path, "outside")
     looks = policies._looks([*rows, *outside])
     assert looks["sparse"]["color"] not in {look["color"] for name, look in looks.items() if name != "sparse"}

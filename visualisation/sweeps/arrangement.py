@@ -17,6 +17,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
+from exchange.policy.policies import REPEAT
 from missions.comparison import Comparison, Rank
 from missions.metric import Metric
 from visualisation import style, words
@@ -145,7 +146,6 @@ STRATEGIES = (
 )  # fmt: skip
 POLICIES = ("ack", "m-ack", "mps-ack", "holdings", "adaptive")
 """Names with fixed look and legend position; a policy may end in ``-repeat``."""
-REPEAT = "-repeat"
 WORDS = {
     UNFORESEEN: "unforeseen events",
     "fleet.size": "number of vehicles",

@@ -16,13 +16,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from exchange.policy.policies import REPEAT
 from missions.comparison import Comparison
 from missions.comparison.effects import ALL, MainEffect
 from missions.metric import Metric
 from visualisation import page, style, words
 from visualisation.sweeps.arrangement import (
     POLICIES,
-    REPEAT,
     STRATEGIES,
     Arrangement,
     Measure,
