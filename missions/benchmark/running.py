@@ -199,7 +199,7 @@ class Contest:
                 cells[cell] = []
                 for repeat in range(self.repeats):
                     study, number, at_most = self.suite.place(index, repeat, place, len(self.strategies))
-                    # A deterministic configuration is run once, and its run stands for all repeats.
+                    # A deterministic configuration has fewer runs, of which the last stands for all later repeats.
                     made = schedules[study].repeats(number, summaries[study])
                     key = schedules[study].key(number, min(at_most, made - 1))
                     if key not in ledgers[study]:

@@ -117,7 +117,7 @@ class WorkLeft:
                     break
             elif share == 0.0:
                 done.append(job)
-        # Cells never become unmapped, so a finished area needs no further look-up.
+        # Unless an operator excludes observations, cells stay mapped: a finished area needs no further look-up.
         for job in done:
             self._jobs.remove(job)
         return most
@@ -239,7 +239,7 @@ class ZigzagExploring(Behaviour):
         return self._survey.slack_m - CAPTURE_M
 
     def _brake_m(self, passage: _Passage) -> float:
-        # A vehicle that can brake on the first half swath of the row loses no cell by doing so.
+        # Braking on the first half swath of a row loses no cell: the slowed sensor reaches back as far.
         least_m = min(self._swath_m / 2.0, distance(passage.begin_m, passage.end_m))
         return self._braking_m if least_m < self._braking_m else 0.0
 

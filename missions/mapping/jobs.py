@@ -304,8 +304,8 @@ class SurveyJob:
 
     def left(self, facts: Known) -> SurveyJob:
         """Return the survey of the cells not known to be mapped."""
-        # The world model keeps one growing set per area, so only its new indices need work. The weak reference drops
-        # the entry together with the set, before another object can have the same identity.
+        # The set of an area grows in place until values are invalidated, so only its new indices need work. The weak
+        # reference drops the entry together with the set, before another object can have the same identity.
         mapped = facts.values(("mappedCell", self.name))
         key, left = id(mapped), self._left
         known = left.get(key)

@@ -407,7 +407,7 @@ class MappingMission(JobMission):
             case "Positioning":
                 place, leaders, group = parameters
                 return positioning(place, leaders, group, data, settings.formation_spacing_m, self._room_m)
-        # A vehicle judges the remaining work by the areas that it can map itself: it may not reach the others.
+        # Needs follow from groups, so that a vehicle may receive no facts about areas that it cannot map.
         if (behaviour := self.meeting.behaviour(activity, data)) is not None:
             return AfterWork(behaviour, self._goal_known(_own(self._surveys, self.swaths_m, data.name)))
         raise _unknown(activity.name)

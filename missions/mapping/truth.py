@@ -152,7 +152,7 @@ class MappingTruth(MeetingTruth):
         """Record what the active sensors cover; return True on progress of the fleet."""
         x_m, y_m = vehicle.position_m
         x_min, y_min, x_max, y_max = self._beside_m
-        if not (x_min <= x_m <= x_max and y_min <= y_m <= y_max):  # no swath reaches an area from there
+        if not (x_min <= x_m <= x_max and y_min <= y_m <= y_max):  # usual on the way to and from the areas
             return False
         name, changed = vehicle.name, False
         swaths, covered = self._swaths.get((name, sensing)), self._covered[name]
