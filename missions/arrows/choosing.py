@@ -191,11 +191,8 @@ def goes_on(
 ) -> bool:
     """Return True if a return after a leg gains more than one now, or neither gains.
 
-    Args:
-        finds: unreported to the identifying vehicles.
-        takes_s: time to identify finds of the leg.
-        left_s: until the search ends.
-        busy_s: until the identifying vehicles are free.
+    ``finds`` are unreported, ``takes_s`` is the time to identify those of the leg. The search ends in ``left_s``, the
+    identifying vehicles are free in ``busy_s``.
 
     >>> leg, finds, back = Leg((500.0, 0.0), 0.04, 100.0), [Find(0.9, 200.0)], Return(400.0, 400.0)
     >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 0.0)

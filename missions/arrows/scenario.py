@@ -118,7 +118,7 @@ class ArrowsScenario(JobScenario):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of possible contents by number: nothing first."""
+        """Names of possible contents by number, that of an empty cell first."""
         return (NOTHING, *(kind.name for kind in self.kinds))
 
     @property

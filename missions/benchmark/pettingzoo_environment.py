@@ -124,11 +124,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Sight], Infos]:
-        """Start a run of the suite.
-
-        Args:
-            seed: of the draws of cell and repeat; None for the next draw.
-            options: ``cell`` (name) and ``repeat`` (number) instead of a draw.
+        """Start a run of the suite, drawn by ``seed`` (None: next draw), or set by ``options`` ``cell``, ``repeat``.
 
         Raises OutputError for an unknown cell or repeat, or vehicles without common frames.
         """

@@ -45,13 +45,9 @@ DIGITS = 6
 class CellRun:
     """Result of one run of a cell.
 
-    Attributes:
-        bound_s: lower bound of its time.
-        time_s: its time; the limit if not completed.
-        n_bytes: bytes sent; None if failed.
-        wrong_belief_fraction: share of wrong beliefs about job holders; None if failed.
-        failed: the strategy raised an error or ended its process.
-        silenced: decisions over the time limit; their vehicles send nothing afterwards.
+    ``time_s`` is the limit if not completed. A ``failed`` run raised an error or ended its process; ``n_bytes`` and
+    ``wrong_belief_fraction`` are then None. ``silenced`` counts decisions over the time limit, whose vehicles send
+    nothing afterwards.
     """
 
     repeat: int

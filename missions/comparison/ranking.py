@@ -69,7 +69,7 @@ class Rank:
 
 @dataclass(frozen=True)
 class Contender:
-    """Values and success (1 or 0) of a ranked treatment by repeat; deterministic: ``constant``."""
+    """Values and success (1 or 0) of a ranked treatment by repeat; ``constant`` if deterministic."""
 
     values: Mapping[int, float]
     success: Mapping[int, float]

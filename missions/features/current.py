@@ -50,11 +50,8 @@ class Surge:
 class Current:
     """Velocity of the water.
 
-    Attributes:
-        east_mps, north_mps: at the surface, at the maximum of the tide.
-        shear_depth_m: depth of linear decay to zero; infinite for none.
-        tide_period_s: infinite for none.
-        tide_phase: share of the period at mission start, 0..1.
+    ``east_mps`` and ``north_mps`` hold at the surface at the maximum of the tide. An infinite ``shear_depth_m`` or
+    ``tide_period_s`` means none; ``tide_phase`` is the share of the period at mission start, 0..1.
     """
 
     east_mps: float

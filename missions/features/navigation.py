@@ -54,12 +54,7 @@ SURFACE_M = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Beacon:
-    """Known position that gives fixes within ``range_m``.
-
-    Attributes:
-        position_m: fixed, or a function of the current position, None while silent: a vehicle may serve as a beacon.
-        carrier: name of that vehicle; empty if fixed.
-    """
+    """Known position that gives fixes within ``range_m``; with a ``carrier`` its position, None while silent."""
 
     position_m: Point | Callable[[], Point | None]
     range_m: float
@@ -88,16 +83,10 @@ def takes_s(table: NavigationTable, depth_m: float) -> float:
 
 
 class Navigation:
-    """Navigation error of one vehicle.
+    """Navigation error of one vehicle; ``direction_rad`` samples the drift direction of interval n between fixes.
 
-    Args:
-        depth_m: initial depth.
-        direction_rad: samples the drift direction of interval n between fixes, from 0.
-
-    Attributes:
-        error_m: believed minus true position; unknown to the vehicle.
-        uncertainty_m: bound of the error; known to the vehicle.
-        has_fix: True if the last tick had a fix.
+    The vehicle knows ``uncertainty_m``, the bound of the error, but not ``error_m``, the believed minus the true
+    position. ``has_fix``: True if the last tick had a fix.
 
     >>> adrift = Navigation(NavigationTable(drift=0.01), (Beacon((0.0, 0.0), 50.0),), 20.0, lambda n: 0.0)
     >>> adrift.go((500.0, 0.0), 500.0, 1.0)

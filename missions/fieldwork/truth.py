@@ -70,7 +70,7 @@ class FieldTruth(JobTruth):
 
 
 class LiftTruth(FieldTruth):
-    """Referee of lifts: all ends were taken for the duration of a lift."""
+    """Referee of lifts: a lift is done once all ends were taken for its whole duration."""
 
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, lifts: Mapping[str, Lift], world: SeaField

@@ -235,7 +235,7 @@ def numbered(kind: str, number: int) -> tuple[str, ...]:
 def listed_faults(
     scenario: Scenario, kind: str, *keys: str, taken: Collection[str] = ()
 ) -> Iterator[ConfigurationFault]:
-    """Yield faults: jobs of tables ``[[kind]]`` outside the world (``keys``), ``taken`` names."""
+    """Yield faults of tables ``[[kind]]``: places (``keys``) outside the world, and names in use (``taken``)."""
     tables = getattr(scenario, kind)
     yield from scenario.world.outside((f"{kind}.{t.name}.{key}", getattr(t, key)) for t in tables for key in keys)
     yield from names_apart(scenario, (kind,), taken)

@@ -42,13 +42,9 @@ if TYPE_CHECKING:
 class NodePlan:
     """Inputs of a single vehicle, except the packets that it receives.
 
-    Attributes:
-        scenario: resolved scenario as TOML text.
-        epoch: number of earlier restarts without memory.
-        begins_s: start of the vehicle (s of the mission).
-        until_s: end of its actions.
-        end_s: end of its exchange.
-        is_steered: True for a real body instead of a simulated one (``missions.nodes.frontseat``).
+    ``scenario`` is resolved TOML text, ``epoch`` the number of earlier restarts without memory. The vehicle starts at
+    ``begins_s``, acts until ``until_s`` and exchanges until ``end_s`` (s of the mission). ``is_steered``: True for a
+    real body instead of a simulated one (``missions.nodes.frontseat``).
     """
 
     scenario: str

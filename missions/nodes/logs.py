@@ -88,7 +88,7 @@ class Began(NamedTuple):
 
 
 class NodeLog:
-    """Log being written to a new file in ``folder``; ``began`` is None without machine time.
+    """Log being written to a new file in ``folder``; ``began`` is None unless the node goes by its machine's clock.
 
     Raises OutputError if the file exists or is not writable.
     """

@@ -41,13 +41,9 @@ class Mishaps:
 class NodeOutcome:
     """Final state of a node.
 
-    Attributes:
-        packets_lost, packets_doubled: by draws at this receiver.
-        items, open: stored items, and outstanding ones.
-        digest: highest contiguous sequence and mask of later ones, by origin, with suffix ``.eN`` for later epochs.
-        is_alive: has energy and is not removed by a fault.
-        late_s: maximum delay behind the pace (s of the mission).
-        packets_withheld: not sent because of clock uncertainty.
+    Packets are lost and doubled by draws at this receiver, withheld because of clock uncertainty. ``items`` are stored,
+    ``open`` ones outstanding. ``digest`` has the highest contiguous sequence and the mask of later ones by origin, with
+    suffix ``.eN`` for later epochs; ``late_s`` is the maximum delay behind the pace (s of the mission).
     """
 
     vehicle: str

@@ -305,7 +305,7 @@ class WorkingOnPart(Acting):
         return self._part.work_s / self._pace
 
     def work(self, facts: Known) -> list[Fact]:
-        """Done when the tool senses the end; resisted if it senses nothing while on station."""
+        """Done when the tool senses the end; the part resists if the tool senses nothing while on station."""
         part, share = self._part, facts.get(("workedShare", self._part.of))
         if self._felt_there_s is None or share != self._share:
             self._share, self._felt_there_s = share, self._there_s

@@ -254,12 +254,8 @@ TOOLS = "arm", "wrench"
 class PlannedPart:
     """Planned part with its service task: a ``remoras.work.Job``.
 
-    Attributes:
-        points_m: one place; many for chains.
-        work_s: time per point, or of a tool.
-        resists: valve known to need a wrench.
-        dead: (vehicle, tool) of tools known to be dead.
-        vehicles: that report dead tools; empty without plan repair.
+    ``work_s`` is the time per point, or of a tool; ``resists`` marks a valve known to need a wrench. ``dead`` has
+    (vehicle, tool) known to be dead, as ``vehicles`` report, none without plan repair.
     """
 
     of: str

@@ -65,7 +65,7 @@ def is_to_be_surveyed(facts: FactsLike, block: str, recovery: str) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class OnServices:
-    """Base of jobs on reporting ``services``, some ``failed``; see ``remoras.work.HinderedJob``."""
+    """Base of jobs that depend on ``services``, some reported as ``failed``; see ``remoras.work.HinderedJob``."""
 
     needs: tuple[str, ...] = ()
     services: tuple[str, ...]
