@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from exchange.policy.policies import REPEAT
 from exchange.study.estimates import TrialMean
 from exchange.study.parameters import BOUND
 from exchange.study.study import KINDS, StudyRow
 from visualisation import output, page, style, words
 from visualisation.output import DrawingError, check_format, unknown
+from visualisation.words import REPEAT
 
 BODY_IN, LOADED_BODY_IN = 2.3, 1.75
 LEGEND_COLUMNS = 3

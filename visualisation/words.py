@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+REPEAT = "-repeat"
+"""Suffix of a policy under which others repeat items."""
+
 
 def axis(label: str, unit: str = "") -> str:
     """Return an axis label with its unit; ``1`` is no unit.

@@ -13,8 +13,6 @@ from exchange.policy.acknowledgement import Acknowledgement, fields
 from exchange.policy.planning import COUNT_BITS, END_BITS
 from worldmodel import suggestion
 
-REPEAT = "-repeat"
-"""Suffix of a policy under which others repeat items."""
 PARTS = ("carries", "header")
 """Functions of an acknowledgement."""
 
@@ -100,7 +98,7 @@ class AckPolicy:
     @property
     def name(self) -> str:
         """Name of the acknowledgement, with `-repeat` if nodes repeat items uncoded."""
-        return self.acknowledgement.name + (REPEAT if self.repeat and not self.acknowledgement.codes else "")
+        return self.acknowledgement.name + ("-repeat" if self.repeat and not self.acknowledgement.codes else "")
 
     @property
     def title(self) -> str:

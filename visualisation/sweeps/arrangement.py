@@ -17,11 +17,11 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
-from exchange.policy.policies import REPEAT
 from missions.comparison import Comparison, Rank
 from missions.metric import Metric
 from visualisation import style, words
 from visualisation.output import SWEEP_KINDS, DrawingError
+from visualisation.words import REPEAT
 
 RANKED = "mission_time_s"
 """Default metric of a ranking."""

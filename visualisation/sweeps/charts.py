@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from exchange.policy.policies import REPEAT
 from missions.comparison import Comparison
 from missions.comparison.effects import ALL, MainEffect
 from missions.metric import Metric
@@ -30,6 +29,7 @@ from visualisation.sweeps.arrangement import (
     Series,
     policy_place,
 )
+from visualisation.words import REPEAT
 
 BODY_IN, TRADE_OFF_BODY_IN, OVERVIEW_BODY_IN = 2.1, 2.5, 1.45
 LEAST_PANEL_IN = 2.3
