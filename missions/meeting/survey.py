@@ -85,7 +85,7 @@ def length_m(waypoints: Sequence[Point]) -> float:
 
 
 def contains(corners: Sequence[Point], point: Point) -> bool:
-    """Return True if the point is inside (even-odd rule); on a border it belongs to the area east or north of it."""
+    """Return True if the point is inside (even-odd rule); a border counts for the polygon east or north of it."""
     return sum(x > point[0] for x in _crossings(corners, 1, point[1])) % 2 == 1
 
 
