@@ -349,35 +349,11 @@ def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) ->
     return channel.model_copy(update=changes)
 
 
-ROUNDING_S = 1e-6
-
-
 def most_apart_s(scenario: Scenario) -> float:
     """Greatest difference (s) between two clocks that guard and tolerances cover."""
     return max([feature.apart_s(scenario) for feature in used_in(scenario)], default=0.0)
 
 
-def least_guard_s(scenario: Scenario) -> float:
-    """Travel time over the whole range plus clock difference (s)."""
-    return scenario.communication.range_m / scenario.sound_speed_mps + most_apart_s(scenario)
-
-
 def guard_s(scenario: Scenario) -> float:
-    """Slot guard (s): as given, or the least."""
-    given_s = scenario.communication.guard_s
-    return least_guard_s(scenario) if given_s is None else given_s
-
-
-def guard_faults(scenario: Scenario) -> list[ConfigurationFault]:
-    """Return a fault for a guard with which packets run into the next slot."""
-    given_s, least_s = scenario.communication.guard_s, least_guard_s(scenario)
-    if given_s is None or given_s >= least_s - ROUNDING_S:
-        return []
-    range_m, speed_mps = scenario.communication.range_m, scenario.sound_speed_mps
-    apart_s = most_apart_s(scenario)
-    allowed = (
-        f"{least_s:.4g} s or more: communication.range_m = {range_m:g} at {speed_mps:g} m/s takes "
-        f"{range_m / speed_mps:.4g} s, and clocks differ by communication.clocks.apart_s = {apart_s:g} s; "
-        "leave the key out, or lower one of these"
-    )
-    return [ConfigurationFault("communication.guard_s", f"{given_s:g}", allowed)]
+    """Slot guard (s): travel time over the whole range plus clock difference."""
+    return scenario.communication.range_m / scenario.sound_speed_mps + most_apart_s(scenario)

@@ -10,7 +10,7 @@ from typing import Any
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Figure, Layer, Mark, Place
 from missions.files import is_named
-from missions.scenarios.channel import channel_faults, guard_faults
+from missions.scenarios.channel import channel_faults
 from missions.scenarios.communication import communication_faults, modem_faults
 from missions.scenarios.faults import draw_faults, fault_table_faults, own_faults
 from missions.scenarios.features import used_in
@@ -67,7 +67,6 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
     yield from draw_faults(scenario.fault, database, groups)
     for feature in used_in(scenario):
         yield from feature.made_checks(scenario, made)
-    yield from guard_faults(scenario)
 
 
 def _role_jobs(scenario: Scenario, database: AUVDatabase, jobs: Mapping[str, Job]) -> Faults:

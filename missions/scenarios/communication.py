@@ -123,7 +123,6 @@ class Communication(Sparse):
         {
             "count_listening",
             "crc_bits",
-            "guard_s",
             "key_file",
             "needs_follow",
             "queue_limit",
@@ -166,12 +165,6 @@ class Communication(Sparse):
     carrier_evidence: bool = Field(True, description="implicit acknowledgement by a peer that sends an item")
     time_resolution_s: float = Field(
         0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
-    )
-    guard_s: float | None = Field(
-        None,
-        ge=0.0,
-        le=86_400.0,
-        description="silence after the longest packet of a slot; as needed if absent",
     )
     clock_tolerance_s: float = Field(
         1.0,

@@ -45,8 +45,6 @@ def slot_s(record: Record) -> float | None:
     if record.packet_s is None or record.modem is None or speed_mps is None:
         return None
     longest_s = record.packet_s[0] + 8 * int(record.modem["payload_bytes"]) * record.packet_s[1]
-    if communication.get("guard_s") is not None:
-        return longest_s + float(communication["guard_s"])
     return longest_s + float(communication["range_m"]) / speed_mps
 
 

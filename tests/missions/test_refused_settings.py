@@ -68,8 +68,6 @@ REFUSED = [  # scenario, settings, what is said
     (RENDEZVOUS, "decision.weight_continuing=3", r"weight_continuing\) = 3: must be below 3 = 1 \+ weight_external"),
     (RENDEZVOUS, "guidance.separation_m=0.5", r"--set \(guidance\.separation_m\)"),
     (RENDEZVOUS, "damage.share=0.3", r"damage\.share\) = 0\.3: .*crc_bits.*key_file.*damage\.unchecked = true"),
-    (RENDEZVOUS, "communication.guard_s=0.7;communication.clocks.apart_s=0.3",
-     r"communication.guard_s\) = 0.7: 0.9667 s or more: .* leave the key out"),
     (RENDEZVOUS, "communication.key_file='nowhere.key'", r'\.key_file\) = ".*nowhere\.key": cannot be read'),
     # policies
     (RENDEZVOUS, "communication.policy=mps-ak", "allowed: ack, .*did you mean 'mps-ack'"),

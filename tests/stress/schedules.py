@@ -337,7 +337,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "communication.lease_frames": (3, 5, 20, 100), "communication.carrier_evidence": (False,),
     "communication.queue_limit": (3, 10, 100), "communication.value": ("goby", "age", "deadline"),
     "communication.modem": tuple(sorted(modems())), "communication.range_m": (300, 1000, 3000),
-    "communication.guard_s": (1.0, 3.0), "communication.crc_bits": (8, 16, 32),
+    "communication.clock_tolerance_s": (1.0, 3.0), "communication.crc_bits": (8, 16, 32),
     "communication.time_resolution_s": (0.01, 0.5, 1.0), "communication.count_listening": (True,),
     "communication.needs_follow": ("groups",), "communication.relaying": (False,), "communication.parking": (False,),
     "communication.needs.mappedCell": (1, 20, 60), "communication.needs.playsRole": (1, 20, 60),

@@ -62,7 +62,7 @@ def test_a_call_that_has_faded_away_is_0_as_it_is_written_and_has_a_source_still
     scenario = {
         "scenario": {"tick_s": 1.0, "duration_s": 600.0}, "strategy": {"name": "remoras"},
         "decision": {"signal_memory_frames": 8.5, "weight_external": 2.0}, "group": [],
-        "channel": {"name": "perfect"}, "world": {"sound_speed_mps": 1500.0}, "communication": {"guard_s": 0.5},
+        "channel": {"name": "perfect"}, "world": {"sound_speed_mps": 1500.0}, "communication": {"range_m": 750.0},
         "vehicle": [{"name": "A", "slot": 0}, {"name": "B", "slot": 1}],
     }  # fmt: skip
     row = FADING | {"time_s": 10.0 + age_s}
