@@ -60,7 +60,7 @@ class Feature:
         words: Turtle files of the vocabulary, loaded only if used.
         states: attributes sent to all vehicles at the highest urgency.
         metrics: not applicable without the feature; ``last_metrics`` follow those of every run in the summary.
-        on_demand: attributes exchanged once needed.
+        needed: attributes that some vehicle needs, which are exchanged for it.
         apart_s: greatest clock difference that the slots tolerate (s).
         ahead_s: greatest lead of any clock (s).
         made_checks: called with a fault-free scenario and its mission; yields faults.
@@ -81,7 +81,6 @@ class Feature:
     last_metrics: Sequence[Metric] = ()
     instances: Callable[[Scenario], Sequence[tuple[str, str]]] = lambda scenario: ()
     needed: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
-    on_demand: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
     apart_s: Callable[[Scenario], float] = lambda scenario: 0.0
     ahead_s: Callable[[Scenario], float] = lambda scenario: 0.0
     made_checks: Callable[[Scenario, Mission], Iterable[ConfigurationFault]] = lambda scenario, made: ()

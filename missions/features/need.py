@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from remoras.organisation import Organisation
     from remoras.sensor import Fact
 
-KEY, ON_DEMAND, PER_VEHICLE = "need", "on_demand", "needs_per_vehicle"
+KEY = "need"
 NEED = "InformationNeed"
 NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE = "neededBy", "neededAttribute", "neededOfClass", "neededOfInstance"
 PRIORITY, TIME_TO_LIVE, BLACKOUT = "needPriority", "needTimeToLive", "needBlackout"
@@ -236,34 +236,20 @@ def _class_of(model: WorldModel, uid: int) -> int | None:
 # Scenario settings ------------------------------------------------------------------------------
 
 
-def states_needs(scenario: Scenario) -> bool:
-    """True if vehicles of the scenario may state needs."""
-    return bool(scenario.of_feature(KEY)) or scenario.communication.of_feature(PER_VEHICLE) > 0
-
-
 def words(scenario: Scenario) -> Sequence[Path]:
-    """Return the Turtle file that defines needs if vehicles may state any."""
-    return (ontology_path("needs"),) if states_needs(scenario) else ()
+    """Return the Turtle file that defines needs."""
+    return (ontology_path("needs"),)
 
 
 def instances_of(scenario: Scenario) -> Sequence[tuple[str, str]]:
     """Return class and name of all needs that vehicles may state; each vehicle has equally many."""
-    if not states_needs(scenario):
-        return ()
-    most = scenario.communication.of_feature(PER_VEHICLE) + len(scenario.of_feature(KEY))
-    vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
-    return [(NEED, need_name(vehicle.name, number + 1)) for vehicle in vehicles for number in range(most)]
+    vehicles, n_needs = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot), len(scenario.of_feature(KEY))
+    return [(NEED, need_name(vehicle.name, number + 1)) for vehicle in vehicles for number in range(n_needs)]
 
 
 def needed(scenario: Scenario) -> list[str]:
     """Return the attributes that a ``[[need]]`` requests."""
     return [table.attribute for table in scenario.of_feature(KEY)]
-
-
-def on_demand(scenario: Scenario) -> Sequence[str]:
-    """Return the attributes exchanged once a vehicle needs them."""
-    tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
-    return (*scenario.communication.of_feature(ON_DEMAND), *(table.attribute for table in tables))
 
 
 def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> tuple[StatedNeed, ...]:
@@ -303,8 +289,6 @@ def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configur
             )
             for name in [*names, *([] if table.acknowledged else ["acknowledged"])]:
                 yield ConfigurationFault(f"{key}.{name}", "", allowed)
-    for name in communication.of_feature(ON_DEMAND):
-        yield from one_of("communication.on_demand", name, attributes)
 
 
 def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]:
@@ -347,7 +331,7 @@ class StatedNeeds(Observer):
             for need in self._stated
             if need.from_s == 0.0
         }
-        self._kept = [joining.tbox.attribute_named(name).uid for name in on_demand(joining.scenario)]
+        self._kept = [joining.tbox.attribute_named(name).uid for name in needed(joining.scenario)]
 
     def on_start(self, host: Host) -> None:
         """Schedule statements and withdrawals."""
@@ -361,44 +345,18 @@ class StatedNeeds(Observer):
         return NeedsInForce(model, common, self._agreed, self._kept)
 
 
-def observer_of(joining: Joining) -> StatedNeeds | None:
-    """Return the run hooks; None if vehicles cannot state needs."""
-    return StatedNeeds(joining) if states_needs(joining.scenario) else None
-
-
 def _named(facts: Iterable[Fact]) -> Callable[[Beliefs], list[Named]]:
     return lambda beliefs: [beliefs.fact(*fact) for fact in facts]
 
 
 FEATURE = Feature(
-    {
-        "": {KEY: (tuple[NeedTable, ...], ())},
-        "communication": {
-            PER_VEHICLE: (
-                int,
-                Field(
-                    0,
-                    ge=0,
-                    le=100,
-                    description="needs that a vehicle may state during the mission, beside those of [[need]]",
-                ),
-            ),
-            ON_DEMAND: (
-                tuple[str, ...],
-                Field(
-                    (),
-                    description="attributes without a need at the start: their facts are stored for later needs",
-                ),
-            ),
-        },
-    },
-    observer_of,
+    {"": {KEY: (tuple[NeedTable, ...], ())}},
+    StatedNeeds,
     need_faults,
     words,
     NEED_ATTRIBUTES,
     metrics=(Metric("n_expired", "", Better.LOWER, "expired items", n_expired, note="Too old, or queue full."),),
     instances=instances_of,
     needed=needed,
-    on_demand=on_demand,
     made_checks=of_faults,
 )

@@ -267,9 +267,9 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     recorder_of_mission(mission, [sensors_of(data) for data in database.values()])
     own = own_metrics(scenario)
     urgency = priorities(scenario, strategy, mission, tbox)
-    on_demand = [name for feature in used for name in feature.on_demand(scenario)]
     ahead_s = max([feature.ahead_s(scenario) for feature in used], default=0.0)
-    exchanged = {*urgency, *(tbox.attribute_named(name).uid for name in on_demand)}
+    needed = [name for feature in used for name in feature.needed(scenario)]
+    exchanged = {*urgency, *(tbox.attribute_named(name).uid for name in needed)}
     return Setup(
         scenario=scenario,
         mission=mission,

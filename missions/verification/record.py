@@ -496,6 +496,4 @@ class Record:
     @property
     def all_need_all(self) -> bool:
         """True if every vehicle needs all items throughout the run."""
-        communication = self.of("communication")
-        is_limited = self.scenario.get("need") or communication.get("on_demand")
-        return communication.get("needs_follow", "all") == "all" and not is_limited
+        return self.of("communication").get("needs_follow", "all") == "all" and not self.scenario.get("need")

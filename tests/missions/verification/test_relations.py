@@ -49,7 +49,7 @@ def test_parts_of_a_block_that_was_dropped_come_again_with_the_last_of_them(seco
     """Parts 0-4 and 0-4.1 are heard at 10 and 20 s; at 50 s the second one again, which brings both."""
     scenario = {
         "vehicle": [{"name": "A", "slot": 0}, {"name": "B", "slot": 1}], "strategy": {"name": "remoras"},
-        "communication": {"policy": "ack", "on_demand": True},
+        "communication": {"policy": "ack"}, "need": [{}],
     }  # fmt: skip
     uids, received = ["0-4", "0-4.1"], ["observed"] * 2 + ["received"] * 4
     tables = {
