@@ -136,7 +136,7 @@ class SurgeTable(Section):
 class CurrentTable(Sparse):
     """The table ``[current]``."""
 
-    UNSAID = frozenset({"surge", "lost_stay"})
+    UNSAID = frozenset({"surge"})
 
     east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the east at the surface")
     north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the north at the surface")
@@ -148,11 +148,6 @@ class CurrentTable(Sparse):
     )
     tide_phase: float = Field(
         0.0, ge=0.0, le=1.0, description="elapsed share of the period at the start: 0 full, 0.25 slack, 0.5 reversed"
-    )
-    lost_stay: bool = Field(
-        False,
-        description="true: a lost, switched-off or empty vehicle stays in place; else it floats and drifts with "
-        "the surface current",
     )
     surge: tuple[SurgeTable, ...] = Field((), description="temporary changes, a table each")
 
@@ -269,8 +264,8 @@ def in_current(layer: FunctionalLayer, current: Current) -> None:
 class MovingWater(Observer):
     """Run hooks that move all vehicles with the current, and disabled ones from their next tick on."""
 
-    def __init__(self, current: Current, tick_s: float, lost_stay: bool) -> None:
-        self._current, self._tick_s, self._lost_stay = current, tick_s, lost_stay
+    def __init__(self, current: Current, tick_s: float) -> None:
+        self._current, self._tick_s = current, tick_s
         self._since_s: dict[str, float] = {}
 
     def on_start(self, host: Host) -> None:
@@ -284,8 +279,6 @@ class MovingWater(Observer):
     def on_tick(self, vehicle: Vehicle) -> None:
         """Move an inoperative vehicle by the surface current, once per tick."""
         now_s = self._host.now_s
-        if self._lost_stay:
-            return
         if vehicle.is_alive or not vehicle.condition.is_there:
             self._since_s.pop(vehicle.name, None)
         elif now_s - self._since_s.setdefault(vehicle.name, now_s) > self._tick_s - SAME_TIME_S:
@@ -299,7 +292,7 @@ def observer_of(joining: Joining) -> MovingWater | None:
     """Return the run hooks; None for still water."""
     table: CurrentTable = joining.scenario.of_feature(KEY)
     current = table.water(joining.seed)
-    return None if current is None else MovingWater(current, joining.scenario.scenario.tick_s, table.lost_stay)
+    return None if current is None else MovingWater(current, joining.scenario.scenario.tick_s)
 
 
 def current_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:

@@ -1,14 +1,11 @@
 """A vehicle that is lost, off or without energy floats: the current at the surface carries it, and nobody meets it."""
 
 from functools import partial
-from pathlib import Path
 
 import pytest
 from varied import Varied
 
-from missions.runs.results import write_results
 from missions.runs.run import Run
-from missions.verification import verify
 
 CURRENT = ("current.east_mps=0.3", "current.north_mps=-0.2", "current.shear_depth_m=40.0", "scenario.duration_s=300.0")
 LOST = 'fault=[{kind="lost",vehicle="AUV02",at_s=100}]'
@@ -35,17 +32,5 @@ def test_who_is_lost_or_without_energy_drifts_with_the_water_at_the_surface(befa
     assert way_m(done, 200.0, 300.0) == pytest.approx((30.0, -20.0))
 
 
-@pytest.mark.parametrize("keys", [(*CURRENT, "current.lost_stay=true"), ("scenario.duration_s=300.0",)])
-def test_it_stays_at_anchor_and_in_water_that_stands(keys: tuple[str, ...]) -> None:
-    assert way_m(flown(*keys, LOST), 150.0, 250.0) == (0.0, 0.0)
-
-
-def test_a_reader_sees_who_drifts_where_it_is_to_stay(tmp_path: Path) -> None:
-    write_results(flown(*CURRENT, LOST), tmp_path / "run")
-    manifest = tmp_path / "run" / "manifest.json"
-    text = manifest.read_text(encoding="utf-8")
-    assert "shear_depth_m = 40.0" in text
-    manifest.write_text(
-        text.replace("shear_depth_m = 40.0", "shear_depth_m = 40.0\\nlost_stay = true"), encoding="utf-8"
-    )
-    assert any(found.check == "away" for found in verify(tmp_path / "run").findings)
+def test_it_stays_in_water_that_stands() -> None:
+    assert way_m(flown("scenario.duration_s=300.0", LOST), 150.0, 250.0) == (0.0, 0.0)
