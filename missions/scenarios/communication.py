@@ -109,9 +109,8 @@ def modem_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
     for name in own.keys() & modems():
         yield ConfigurationFault(f"{MODEMS}.{name}", "", "is the name of a shipped profile; give it another")
     modem = modem_in(scenario)
-    counts = communication.count_listening and communication.receive_power_w is None
-    if counts and modem is not None and modem.receive_w is None:
-        allowed = f"the profile {modem.name} has no receive_w; set communication.receive_power_w (W)"
+    if communication.count_listening and modem is not None and modem.receive_w is None:
+        allowed = f"the profile {modem.name} has no receive_w (W); name a modem that has one, or [modem.NAME]"
         yield ConfigurationFault("communication.count_listening", "", allowed)
 
 
@@ -126,7 +125,6 @@ class Communication(Sparse):
             "key_file",
             "needs_follow",
             "queue_limit",
-            "receive_power_w",
             "value",
         }
     )
@@ -140,15 +138,9 @@ class Communication(Sparse):
         description="operating range: sets the guard of a slot; no reception beyond, except on the channel acoustic",
     )
     transmit_power_w: NotNegative = Field(10.0, description="power of the modem while sending")
-    receive_power_w: float | None = Field(
-        None,
-        gt=0.0,
-        le=1000.0,
-        description="power of the modem while listening, at all times: in addition to hotel_w",
-    )
     count_listening: bool = Field(
         False,
-        description="the modem draws the receive power of its profile, unless receive_power_w is set; false: "
+        description="the modem draws the receive power of its profile at all times, in addition to hotel_w; false: "
         "hotel_w has it",
     )
     policy: str = Field(description="exchange policy, see `remoras list policies`")

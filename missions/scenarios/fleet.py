@@ -312,8 +312,7 @@ def sensors_of(vehicle: VehicleTable, kinds: Mapping[str, type[SensorSettings]])
 
 def listening_w(communication: Communication, modem: Modem | None) -> float:
     """Power (W) of the listening modem in addition to ``hotel_w``."""
-    profile_w = modem.receive_w if modem is not None and communication.count_listening else None
-    return communication.receive_power_w or profile_w or 0.0
+    return (modem.receive_w or 0.0) if modem is not None and communication.count_listening else 0.0
 
 
 def equipment_of(

@@ -107,7 +107,7 @@ def floats(record: Record, name: str, track: Track) -> Array:
     """Return for each tick if a vehicle drifts with the water: lost, off or without energy."""
     afloat: Array = record.during(name, FLOATING, track.time_s[1:]) & record.during(name, FLOATING, track.time_s[:-1])
     afloat &= ~record.during(name, ("joins",), track.time_s[:-1])  # late vehicles are not yet in the water
-    return afloat & (not record.of("current").get("lost_stay", False))
+    return afloat
 
 
 def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
@@ -183,8 +183,6 @@ def _check_depth(record: Record, name: str, own_m: float, track: Track, report: 
 def listening_w(record: Record) -> float | None:
     """Return the additional listening power (W); None if unknown."""
     communication = record.of("communication")
-    if communication.get("receive_power_w"):
-        return float(communication["receive_power_w"])
     if not communication.get("count_listening"):
         return 0.0
     return None if record.modem is None else float(record.modem.get("receive_w") or 0.0)

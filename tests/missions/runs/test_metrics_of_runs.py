@@ -150,9 +150,8 @@ def test_what_is_estimated_is_near_to_what_is_used() -> None:
 @pytest.mark.parametrize(
     ("modem", "settings", "listening_w", "head_s"),
     [
-        ("s2c-18-34", ["communication.receive_power_w=3"], 3.0, 0.1576),
+        ("s2c-18-34", [], 0.0, 0.1576),
         ("whoi-psk-1", ["communication.count_listening=true"], 2.0, 0.0),
-        ("whoi-psk-1", ["communication.count_listening=true", "communication.receive_power_w=0.5"], 0.5, 0.0),
         ("whoi-psk-1", [], 0.0, 0.0),
     ],
 )

@@ -30,7 +30,7 @@ RUNS = {
         "mapping-corridor",
         ["uncertainty.p_miss=0.2", "uncertainty.speed_spread=0.2", "navigation.drift=0.01"],
     ),
-    "acoustic": ("mapping-rendezvous", ["channel.name=acoustic", "communication.receive_power_w=0.5"]),
+    "acoustic": ("mapping-rendezvous", ["channel.name=acoustic", "communication.count_listening=true"]),
     "adrift beyond the border": ("mapping-rendezvous", [ADRIFT, "current.north_mps=-1.0"]),
     "slower than the water": ("mapping-rendezvous", [SLOWED, "current.north_mps=-1.2"]),
     "a sensor that no role uses": ("mapping-inspection", ["vehicle.ASV00.sensor={swath_m=30,speed_limit_mps=2}"]),
