@@ -279,12 +279,6 @@ REFUSED = [
     ("ex:south a ex:Field . ex:W1 ex:in ex:south . ex:in a owl:FunctionalProperty .",
      "its links by in lead to 2 things"),
     ("ex:W2 ex:in ex:north . ex:in a owl:InverseFunctionalProperty .", "ex:north: its links by in come from 2 things"),
-    ("ex:Leaky owl:disjointWith ex:Dry . ex:W1 a ex:Dry ; ex:leaks true . "
-     "ex:Dry a owl:Class ; rdfs:subClassOf ex:Well .",
-     "ex:W1: it is Dry and Leaky, which are disjoint"),
-    (f"{FOUND} rdfs:subClassOf ex:Well ; owl:disjointWith ex:Near . ex:W1 a ex:Found ; ex:near ex:W2 . "
-     f"ex:Near a owl:Class ; owl:equivalentClass {on('ex:near', 'someValuesFrom ex:Well')} .",
-     "ex:W1: it is Found and Near, which are disjoint"),
     # files
     ("<https://w3id.org/remoras/situation#x> a owl:Class .", "in the namespace of the situation vocabulary"),
     ("[] a owl:AllDisjointClasses ; owl:members ( rm:AUV rm:Sensor ) .",

@@ -582,35 +582,6 @@ class _Reader:
         for c in tbox.classes:
             if tbox.are_disjoint(c.uid, c.uid):
                 self.fault(URIRef(c.iri), "it is disjoint with itself", "superclasses that are not disjoint")
-        iris = {_local_name(str(iri)): iri for iri in self.stated}
-        for name, mask in _classes_of_individuals(tbox).items():
-            held = [c for c in tbox.classes if mask >> c.uid & 1]
-            for c, d in combinations(held, 2):
-                if tbox.are_disjoint(c.uid, d.uid):
-                    wrong = f"it is {c.name} and {d.name}, which are disjoint"
-                    self.fault(iris[name], wrong, "what the axioms leave")
-
-
-def _classes_of_individuals(tbox: TBox) -> dict[str, int]:
-    rules = tbox.rules
-    links = {(i.name, attribute, target) for i in tbox.individuals for attribute, target in i.links}
-    masks = {i.name: tbox.ancestor_mask(i.class_uid) for i in tbox.individuals}
-    for i in tbox.individuals:
-        met = [c for c in rules.conditions if c.filler is None and (c.attribute, c.value) in i.values]
-        masks[i.name] |= sum(map(rules.bit_of, met))
-    size = -1
-    while size != (size := len(links)):
-        links |= {(t, b, s) if flipped else (s, b, t) for s, a, t in links for b, flipped in rules.entailed[a]}
-        leading = [link for link in links if link[1] in rules.transitive]
-        links |= {(s, a, u) for s, a, t in leading for v, b, u in leading if (t, a) == (v, b)}
-    before: dict[str, int] = {}
-    while before != masks:
-        before = dict(masks)
-        for source, a, target in sorted(links):
-            met = [c for c in rules.conditions if c.attribute == a and c.filler is not None]
-            masks[source] |= sum(rules.bit_of(c) for c in met if masks[target] >> (c.filler or 0) & 1)
-        masks = {name: rules.closed(mask) for name, mask in masks.items()}
-    return masks
 
 
 def _stored(attribute: Attribute, term: Node) -> Value | None:
