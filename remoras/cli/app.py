@@ -150,15 +150,6 @@ def as_typed(path: Path) -> str:
     return shlex.quote(str(path))
 
 
-def give_up(message: str, as_json: bool) -> None:
-    """Report a fault and exit the process at once, from any thread."""
-    _report(CommandFault(message), as_json)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    # From another thread, ``sys.exit`` would end that thread only.
-    os._exit(USAGE)
-
-
 def _report(error: Exception, as_json: bool) -> None:
     message = shortened(str(error))
     if isinstance(error, OSError) and error.filename is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, FigureFormat, Json, aligned, command, fail, figure_format, give_up, show, show_json
+from remoras.cli.app import FAILED, FigureFormat, Json, aligned, command, fail, figure_format, show, show_json
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -158,7 +157,7 @@ def query(
 
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
-    with time_limit(timeout_s, functools.partial(give_up, as_json=as_json)):
+    with time_limit(timeout_s):
         # One more row shows whether the limit omits any.
         columns, rows = results.query(text, vehicle, at, limit + 1)
     if len(rows) > limit:

@@ -1,15 +1,13 @@
 """SPARQL over world models, with a time limit.
 
-An alarm signal interrupts Python code, regular expressions included. On Windows and outside the main thread there is
-none: ``give_up``, which may end the process, is called shortly after the limit.
+An alarm signal interrupts Python code, regular expressions included, in the main thread of a Unix process.
 """
 
 from __future__ import annotations
 
 import re
 import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
 from functools import lru_cache
@@ -141,8 +139,6 @@ class _Shown:
 
 AGAIN_S = 0.5
 """Interval (s) at which the alarm repeats, since rdflib may catch the first."""
-LATER_S = 1.0
-"""Delay (s) of ``give_up`` after the limit."""
 
 
 class _TimeIsUp(BaseException):
@@ -154,29 +150,18 @@ def _ring(*_: Any) -> None:
 
 
 @contextmanager
-def time_limit(limit_s: float | None, give_up: Callable[[str], None] | None = None) -> Iterator[None]:
-    """Abort the enclosed block after ``limit_s`` (s) with QueryError; None for no limit.
-
-    ``give_up`` is called with a message, in another thread, if the alarm cannot end the block; None for no call.
-    """
-    if limit_s is None:
+def time_limit(limit_s: float) -> Iterator[None]:
+    """Abort the enclosed block after ``limit_s`` (s) with QueryError; without alarm signals there is no limit."""
+    if not hasattr(signal, "setitimer"):
         yield
         return
-    message = f"the query is not answered within {limit_s:g} s; ask for less, or allow more time"
-    has_alarm = hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
-    last = threading.Timer(limit_s + LATER_S, lambda: give_up(message) if give_up is not None else None)
-    last.daemon = True
-    last.start()
-    before: Any = signal.signal(signal.SIGALRM, _ring) if has_alarm else None
+    before = signal.signal(signal.SIGALRM, _ring)
     try:
-        if has_alarm:
-            signal.setitimer(signal.ITIMER_REAL, limit_s, AGAIN_S)
+        signal.setitimer(signal.ITIMER_REAL, limit_s, AGAIN_S)
         yield
     except _TimeIsUp:
-        raise QueryError(message) from None
+        raise QueryError(f"the query is not answered within {limit_s:g} s; ask for less, or allow more time") from None
     finally:
-        if has_alarm:
-            # First the alarm, then its handler: the default one would end the process.
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, before)
-        last.cancel()
+        # First the alarm, then its handler: the default one would end the process.
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
