@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from missions.errors import ConfigurationFault, one_of
-from missions.figure import Figure, Layer, Mark, Place
+from missions.figure import Figure, Layer, Mark
 from missions.files import is_named
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.communication import communication_faults, modem_faults
@@ -191,33 +191,12 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
     """Yield faults: hooks of a mission that raise or return an unexpected value."""
     jobs = f"objects by name, each with {', '.join(PARTS_OF_JOB)}"
     tasks = f"a remoras.htn.Domain whose elementary tasks are among {', '.join(ELEMENTARY_TASKS)}"
-    count = "a whole number, 0 or more"
+    figures = "a tuple of Figure, Layer and Mark of missions.figure"
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
         ("jobs", jobs, lambda value: all(_has(job, PARTS_OF_JOB) for job in value.values()), lambda: made.jobs),
-        ("world", "what its sensors perceive", lambda value: True, lambda: made.world(0)),
-        (
-            "nature",
-            "None, or a function called with the fleet and the time",
-            lambda value: value is None or callable(value),
-            lambda: made.nature(made.world(0)),
-        ),
         ("social_domain", tasks, _is_domain, lambda: made.social_domain),
         ("founding_objectives", "a list of Objective", _all_are(Objective), made.founding_objectives),
-        (
-            "figures",
-            "a tuple of Figure, Layer and Mark of missions.figure",
-            _all_are(Figure, Layer, Mark),
-            lambda: made.figures,
-        ),
-        ("places", "a list of missions.figure.Place", _all_are(Place), lambda: made.places),
-        (
-            "instances",
-            "a list of (class, name), both texts",
-            lambda value: all(isinstance(kind, str) and isinstance(name, str) for kind, name in value),
-            lambda: made.instances,
-        ),
-        ("instances_found_per_vehicle", count, _is_count, lambda: made.instances_found_per_vehicle),
-        ("most_observations", count, _is_count, lambda: made.most_observations),
+        ("figures", figures, _all_are(Figure, Layer, Mark), lambda: made.figures),
         (
             "truth",
             f"an object with {', '.join(PARTS_OF_TRUTH)}",
@@ -225,17 +204,11 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
             lambda: made.truth(Recorder(made.tables), made.world(0)),
         ),
     )
-    raised: set[str] = set()
     for hook, expected, is_expected, asked in hooks:
         try:
             answer("its", hook, expected, is_expected, asked)
         except PluginError as error:
-            text = str(error).removeprefix("its: ")
-            cause = repr(error.__cause__)
-            if error.__cause__ is not None and cause in raised:
-                continue  # reported for the hook that it calls
-            raised.add(cause)
-            yield ConfigurationFault("scenario.mission", f'"{reference}"', text)
+            yield ConfigurationFault("scenario.mission", f'"{reference}"', str(error).removeprefix("its: "))
 
 
 def _all_are(*kinds: type) -> Callable[[Any], bool]:
@@ -244,10 +217,6 @@ def _all_are(*kinds: type) -> Callable[[Any], bool]:
 
 def _has(value: Any, parts: Iterable[str]) -> bool:
     return all(hasattr(value, part) for part in parts)
-
-
-def _is_count(value: Any) -> bool:
-    return isinstance(value, int) and value >= 0
 
 
 def _is_domain(value: Any) -> bool:
