@@ -226,20 +226,6 @@ def test_a_table_whose_names_are_no_text_is_damaged(folder: Path, tmp_path: Path
         Results.read(broken).table("roles")
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("mission_time_s", None), ("mission_time_s", True), ("milestones", None), ("milestones", [["gathered", 3.0]])],
-)
-def test_a_summary_with_other_than_numbers_and_milestones_is_damaged(
-    folder: Path, tmp_path: Path, key: str, value: object
-) -> None:
-    broken = copy_of(folder, tmp_path / "broken")
-    summary = json.loads((broken / "summary.json").read_text(encoding="utf-8"))
-    (broken / "summary.json").write_text(json.dumps({**summary, key: value}), encoding="utf-8")
-    with pytest.raises(OutputError, match=rf"summary\.json: damaged: {key}"):
-        _ = Results.read(broken).summary
-
-
 def test_what_is_missing_or_not_finite_stays_so() -> None:
     """A number that is large stays exact; a step of a unit holds beside a null, and in lists; joules are whole."""
     columns = (Column("depth_m", "float", "m"), Column("beams_m", "floats", "m"), Column("used_j", "float", "J"))
