@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -52,12 +52,6 @@ class ModemTable(Section, Profile):
             if snr_db <= before_db:
                 yield CURVE, f"{snr_db:g} dB comes behind {before_db:g} dB; sort its points by rising SNR, each once"
                 break
-        for marked in self.unverified:
-            yield from _allowed("unverified", marked, sorted(self.model_fields_set - {"unverified"}))
-
-
-def _allowed(key: str, value: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:
-    yield from ((key, fault.allowed) for fault in one_of(key, value, names))
 
 
 def modem_named(name: str, own: Mapping[str, ModemTable]) -> Modem:

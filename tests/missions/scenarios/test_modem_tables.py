@@ -79,7 +79,6 @@ def test_a_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
         ("= 48", "= 16", r"communication\.policy = \"ack\": its acknowledgements .*take ack or another modem"),
         ("= 48", "= 48\nframe_bytes = 49", r"modem\.quay\.frame_bytes = 49: allowed: up to payload_bytes = 48"),
         ("= 48", '= 48\nequipment = "Sonar"', r"modem\.quay\.equipment = \"Sonar\": allowed: AcousticModem, FSKModem"),
-        ("= 48", '= 48\nunverified = ["ratebps"]', r"modem\.quay\.unverified = \[\"ratebps\"\]: allowed: .*'rate_bps'"),
         ("= 48", '= 48\nmodulation = "table"', r"modem\.quay\.per_at_snr: 0 points; modulation = \"table\" needs 2"),
         ("= 48", f"= 48\n{CURVE}[[1.0, 0.5], [0.0, 0.7]]", r"mine\.toml:\d+: .*0 dB comes behind 1 dB; sort its"),
         ('"quay"', '"quai"', r"communication\.modem = \"quai\": allowed: quay, nanomodem-v3, .*did you mean 'quay'"),
