@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -71,14 +70,11 @@ class BlackoutTable(Sparse):
     )
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield times in the wrong order, sides beside a vehicle, and a vehicle on two sides."""
+        """Yield times in the wrong order, and sides beside a vehicle."""
         if self.from_s >= self.until_s:
             yield "until_s", f"must be above from_s = {self.from_s}"
         if self.between is not None and self.vehicle is not None:
             yield "between", "not together with vehicle: leave one of them out"
-        for name, times in Counter(name for side in self.between or () for name in side).items():
-            if times > 1:
-                yield "between", f"names {name} twice: a vehicle is on one side"
 
 
 class NamedTable(Section):

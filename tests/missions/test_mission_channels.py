@@ -119,8 +119,6 @@ ONE_FAULT = [
      "the link from Diver to Boat is listed twice"),
     (LINKED, "per = 1.0", "per = 1.1", "link.2.per", "1.1", "less than or equal to 1"),
     (LINKED, "until_s = 900.0", "until_s = 600.0", "blackout.1.until_s", "600.0", "above from_s = 600.0"),
-    (APART, '["Diver"]', '["Boat", "Diver"]', "blackout.1.between", '[["Boat"], ["Boat", "Diver"]]',
-     "names Boat twice: a vehicle is on one side"),
     (APART, '["Diver"]', "[]", "blackout.1.between.2", "[]", "at least 1 item"),
     (APART, '["Diver"]]', '["Diver"]]\nvehicle = "Boat"', "blackout.1.between", '[["Boat"], ["Diver"]]', "leave one"),
     (BURSTS, "p_good_to_bad = 0.1", "p_good_to_bad = 0.8", "p_good_to_bad", "0.8", "at most 1, not 1.1"),
