@@ -59,10 +59,7 @@ def with_ontologies(table: WorldModelTable, folder: Path) -> tuple[WorldModelTab
                 read[name] = text_of(path)
             except ConfigurationError as error:
                 faults += [ConfigurationFault(KEY, shown(name), fault.allowed) for fault in error.faults]
-    for name in sorted(texts.keys() - read.keys() - set(names)):
-        allowed = f"the text of no file; allowed: names in {KEY}, which are {', '.join(names) or 'none'}"
-        faults.append(ConfigurationFault("worldmodel.ontology_text", shown(name), allowed))
-    return table.model_copy(update={"ontology_text": read}) if read else table, faults
+    return table.model_copy(update={"ontology_text": read}), faults
 
 
 def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
