@@ -1,28 +1,9 @@
 """Decision: satisfaction of roles, motivation of activities, best combination (REMORAS, section V).
 
-The model follows Simonin and Ferber (SAB 2000) as used in the REMORAS paper: personal satisfaction follows the
-perceived progress of a role's task and is sent to the group as a signed byte; a dissatisfied peer moves others to
-respond. The published equations were not at hand; docs/model/decision.md declares these and their constants.
-
-Personal satisfaction P of a role, -128..127, over a time dt, with the progress a of its objective, -1..1 (1 as fast as
-planned, 0 no progress, negative a setback)::
-
-    P <- clip(P + rate dt),   rate = a gain + (1 - a) tedium,         a >= 0
-                                     |a| dismay + (1 - |a|) tedium,   a < 0
-    P <- P moved towards 0 by at most fade dt,   if no progress of the role is perceived.
-
-Motivation of an activity of role r, from the three sources of the paper::
-
-    importance * stimulus                               (1) importance and perception of stimuli
-    + w_continuing * (P_r + 128) / 255                  (2) only while it is being performed in a role
-    + w_external * max(0, C_r * answers - own)          (3) only for collective activities
-
-    C_r = max over signals S addressed to r (or to an own role of the group with the same activity)
-          of max(0, -S) / 128 * exp(-age / tau)
-    own = max over the individual activities performed of stimulus * max(0, P) / 127
-
-Altruism thus weighs a call against the satisfaction with own work, whose stimulus falls with the remaining work, and by
-the effect of responding. Without a stimulus the motivation is 0: the activity cannot be done.
+Satisfaction-altruism model of Simonin and Ferber (SAB 2000), as used in the REMORAS paper: personal satisfaction
+follows the perceived progress of a role's task and is sent to the group as a signed byte; a dissatisfied peer moves
+others to respond. The paper prints no equations: ``docs/model/decision.md`` has these, with the constants of
+``DecisionTable``.
 
 Simultaneous activities form an ``ActivitySet``. Vital sets with a stimulus are taken first, by order, not by weight. A
 combination holds at most one activity of each type and whole sets, each with the activity it needs, and is *maximal*:
@@ -117,9 +98,7 @@ def contentment(stimulus: float, satisfaction: float) -> float:
 
 
 def answered(strongest_call: float, answers: float, own: float) -> float:
-    """Return the effect 0..1 of a call: its strength times effect of responding, minus ``own``.
-
-    Altruism by Simonin and Ferber: a vehicle responds to a call stronger than its own satisfaction, all 0..1.
+    """Return the effect 0..1 of a call: its strength times effect of responding, minus ``own`` satisfaction.
 
     >>> answered(0.75, 1.0, 0.25), answered(0.75, 0.25, 0.25)
     (0.5, 0.0)
@@ -136,8 +115,7 @@ def motivation(
 ) -> float:
     """Return the motivation of an activity.
 
-    ``satisfaction`` is that in its role while performed, else None; ``heeded`` the effect of calls, 0..1
-    (``answered``), 0 for individual and vital activities.
+    ``satisfaction`` is that in its role while performed, else None; ``heeded`` the effect of calls (``answered``).
 
     >>> motivation(0.5, 1.0, 127.0, 0.0, DecisionConstants(weight_continuing=0.25))
     0.75

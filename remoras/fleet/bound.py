@@ -1,7 +1,4 @@
-"""Instant sharing for an upper bound: all vehicles know each statement and true speed.
-
-Declared by a strategy, see ``remoras.strategies.oracle``.
-"""
+"""Instant sharing for an upper bound (``remoras.strategies.oracle``): all vehicles know each statement at once."""
 
 from __future__ import annotations
 

@@ -26,9 +26,7 @@ from remoras.truth import FleetView, HolderCount, Truth
 class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
     """Mission run; ``truth`` observes it and decides when the mission is complete.
 
-    ``make_vehicles`` makes all vehicles in node order.
-    ``nature`` changes the world of the run (``remoras.mission.Mission.nature``). Features that change depths replace
-    ``separation``, the monitor of distances between vehicles in one depth layer.
+    ``make_vehicles`` makes all vehicles in node order. ``nature`` changes the world (``remoras.mission.Mission``).
     """
 
     def __init__(

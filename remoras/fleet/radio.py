@@ -76,11 +76,7 @@ def note_position(peers: Peers, name: str, position_m: Point) -> None:
 
 
 class Radio:
-    """Sending and receiving of one vehicle.
-
-    Only this class writes ``peers``. ``needs`` are given if they may change; ``top_speeds_mps``, by node, serve the
-    filter for position outliers.
-    """
+    """Sending and receiving of one vehicle; only this class writes ``peers``."""
 
     def __init__(
         self,

@@ -361,6 +361,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         for no_plan in deliberation.impossible:
             self._run_log.fault(now_s, "no plan", str(no_plan.task))
         facts, is_sent = deliberation.facts, not self.social.is_cut_off
+        # A block is accepted whole: one large block would start no vehicle before its last fragment arrives.
         for part in [facts] if self.radio.manager.fits(facts) else deliberation.parts:
             self.conclude(part, now_s, is_sent)
 

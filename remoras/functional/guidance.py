@@ -2,10 +2,8 @@
 
 The reference of the guiding activity gives a velocity through the water. Signals of nearby vehicles attract and repel
 (``remoras.motion.attraction``), which gives the preferred velocity; avoidance has the last word
-(``remoras.motion.avoidance``).
-
-Avoidance looks a few seconds ahead, so a vehicle stops before a gap between two others that is too narrow. After
-`STUCK_S` it turns right of its course for a few separations, the next time left, then back and right from there.
+(``remoras.motion.avoidance``). It looks a few seconds ahead, so a vehicle stops before a gap between two others that is
+too narrow, and makes a ``Detour``.
 
 Headway: a current may exceed the speed that a fault has left. A vehicle that comes no nearer to its target for
 `NO_WAY_S` leaves its job; on the way to a rally point or home, it withdraws from the mission. Holding a place or being

@@ -214,12 +214,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class NoPlan:
-    """Result of a search without a decomposition.
-
-    Attributes:
-        task: first root task.
-        rests_on: keys of all facts read by the search.
-    """
+    """Result of a search without a decomposition: first root task, keys of all facts read by the search."""
 
     task: Task
     rests_on: frozenset[Any]

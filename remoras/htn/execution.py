@@ -229,10 +229,7 @@ class Execution:
     # Repair --------------------------------------------------------------------------------------
 
     def fail(self, place: int, facts: FactsLike) -> bool:
-        """Mark the step at ``place`` as failed and replan the lowest ancestor with an alternative.
-
-        Return True if one was found, for ``advance``; False if the whole plan has failed.
-        """
+        """Mark a step as failed and replan the lowest ancestor with an alternative; return False if none has one."""
         self.branches[place].status, self.branches[place].expected = Status.FAILED, None
         self._running.pop(place, None)
         while (place := self.branches[place].parent) != ROOT:

@@ -1,25 +1,13 @@
 """Attraction and repulsion: effect of influence signals on guidance (REMORAS, section V.B).
 
 The paper: "a goal vector is selected and a vector combination is performed to avoid obstacles and repulsive signals
-sent by others". At most one activity of a decision guides; signal vectors add to it. Obstacles are handled by
-``remoras.motion.avoidance``. A signal expresses dissatisfaction. From the holder of another role it requests help, from
-a vehicle of equal rank passage. Two roles have equal rank if they are one that addresses itself, or address each other
-and one of them has a job. With u_j the direction to vehicle j::
-
-    v = v_goal + attraction |v_goal| a_j u_j
-    v = - min(1, repulsion) v_greatest (u_k turned left by a quarter of pi)     while yielding to k
-
-* a_j, 0..1, is the motivation by the call of j, if the guiding activity answers it and j has the strongest call.
-* k is the nearest vehicle ahead. The vehicle backs away from it, and to its right if there is space. The strength of
-  the call decides whether it yields, not its speed.
-
-Interactive satisfaction, after Simonin and Ferber (SAB 2000): a vehicle ahead on the same course does not obstruct, and
-one queued behind it neither progresses nor complains. A vehicle ahead on another course obstructs and is obstructed.
-The more satisfied one yields, on a tie the later name, until the other one is content or out of its way.
+sent by others". ``docs/model/vehicle.md`` has the vectors and the right of way. A signal expresses dissatisfaction.
+From the holder of another role it requests help, from a vehicle of equal rank passage. Two roles have equal rank if
+they are one that addresses itself, or address each other and one of them has a job.
 
 A yielding vehicle with another one behind it *relays the call*, one step weaker. A follower on the same course without
-a stronger call yields to that and relays it in turn, so a row clears a passage, and no vehicle yields to its own call.
-The lowest bit of a signal distinguishes them: own calls are even, relayed ones odd, see ``own_signal``.
+a stronger call yields to that and relays it in turn, so a row clears a passage. The lowest bit of a signal
+distinguishes them: own calls are even, relayed ones odd, see ``own_signal``.
 
 Signals act within sonar range and only on a sonar contact. A vehicle that withdraws or queues perceives no progress;
 else its dissatisfaction would exceed that of the other vehicle and it would turn back.

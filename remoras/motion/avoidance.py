@@ -8,21 +8,10 @@ takes half of u, they stay clear, so a neighbour allows the half-plane of veloci
 
     (v - (v_own + u / 2)) . n >= 0,   n the outward normal where the obstacle is left.
 
-The result is the allowed velocity nearest to the preferred one within the speed limit, by incremental linear
-programming in two dimensions (section 5.1). If the half-planes are infeasible, it minimises the greatest violation
-(section 5.2).
-
-Four additions suit vehicles that turn like AUVs:
-
-* a turning margin, as in Alonso-Mora et al., DARS 2010: r is 1.1 times the separation plus the turning radius at the
-  current speed, so stationary vehicles may be close together;
-* a right-hand bias, after COLREG rules 14 and 15: with a vehicle in the way, the preferred velocity turns to the right,
-  and slows for one on the right-hand side. Without the turn, symmetric encounters deadlock; without slowing, two
-  vehicles that change sides run on side by side;
-* the borders of the area of operations are walls: vehicles do not leave it to avoid others;
-* the velocity is executed as far as a tick allows, see ``remoras.motion.follow``.
-
-A neighbour that does not avoid is avoided too: every tick takes half of the rest.
+The result is the allowed velocity nearest to the preferred one within the speed limit (section 5.1), else the one with
+the least greatest violation (section 5.2). A turning margin (Alonso-Mora et al., DARS 2010), a right-hand bias (COLREG
+rules 14 and 15) and the borders of the area as walls suit it to AUVs, see ``docs/model/vehicle.md``. A neighbour that
+does not avoid is avoided too: every tick takes half of the rest.
 """
 
 from __future__ import annotations

@@ -2,14 +2,8 @@
 
 If a group has no leader, the first in the succession claims it under the greatest known term plus one. Vehicles may see
 different peers, so several may claim. Of the valid claims the greatest wins, by term, then by lower node, in any order
-of reception. The previous leader then steps down and acknowledges the new one.
-
-A claim may be valid for some vehicles only: the claimant may hold a role that was reassigned while it was out of reach,
-or miss a leader that others receive. Then their leader claims again under a greater term.
-
-An order is valid if its issuer led when it was given, whether the order or the leadership is received first. Leadership
-is thus a function of the received facts and of the peers this vehicle has missed. Founding leaders precede all claims.
-Of the valid claims made by a given time, the greatest leads. A leader that has left its role leads no longer.
+of reception. The previous leader then steps down and acknowledges the new one. An order is valid if its issuer led when
+it was given, so leadership is a function of the received facts and of the peers this vehicle has missed.
 
 A present leader blocks claims. A claim is valid only if all leaders of that time that still lead are presumed absent:
 the receiver of the claim has not received them for a lease since. Of two claims for one vacancy, the one that did not
@@ -135,10 +129,7 @@ def stepping_down(vehicle: str, organisation: Organisation, database: AUVDatabas
 
 
 def yielding_above(group: Group, role: str, heads: Collection[str], organisation: Organisation) -> tuple[str, ...]:
-    """Return holders of ``role`` that yield to the new leader of the group below.
-
-    They are the sole holder and former leaders ``heads``, except leaders of another group by that role.
-    """
+    """Return holders of ``role`` that yield to the new leader of the group below."""
     demands = group.role(role)
     is_sole = demands is not None and demands.maximum == 1
     leads = {
@@ -148,6 +139,7 @@ def yielding_above(group: Group, role: str, heads: Collection[str], organisation
         if lead.head and lead.played_by == (group.name, role)
         for name in organisation.members(below.name, lead.name)
     }
+    # A former leader leaves the role, unless it leads another group by it; a sole holder leaves it in any case.
     gone = set(heads) - leads
     return tuple(name for name in organisation.members(group.name, role) if is_sole or name in gone)
 
@@ -162,10 +154,8 @@ def excluded_by_leading(group: Group, vehicle: str, organisation: Organisation) 
 
 
 def playing(organisation: Organisation, vehicle: str, group: str, roles: Iterable[str]) -> Organisation:
-    """Return the organisation as of a claim: the claimant holds roles that it has left since.
-
-    Otherwise a claim would be valid only for vehicles that receive it before the claimant is replaced.
-    """
+    """Return the organisation as of a claim: the claimant holds roles that it has left since."""
+    # Otherwise a claim would be valid only for vehicles that receive it before the claimant is replaced.
     for role in roles:
         for other in organisation.members(group, role):
             organisation, _ = organisation.leave_role(other, group, role)

@@ -1,22 +1,15 @@
 """Membership as a lease: present members as one vehicle sees them.
 
 A peer is absent if no evidence of it, direct or second-hand, arrived for a lease. Absence is a view of one vehicle, not
-a fact: the organisation stays unchanged, and new evidence makes the peer present again. The start counts as evidence.
-A vehicle that has received no peer for a lease is isolated: it has left, whatever it believes of others.
-
-A failure detector suspects a peer earlier if losses do not explain its silence. It counts TDMA frames with evidence of
-any peer, since in others the vehicle itself may have been deaf. From the share of these frames without evidence of the
-peer while present follows the silence that losses cause with a stated probability: accrual, after Hayashibara et al.,
-The phi accrual failure detector, SRDS 2004.
+a fact: the organisation stays unchanged, and new evidence makes the peer present again. A vehicle that has received no
+peer for a lease is isolated: it has left, whatever it believes of others. A failure detector suspects a peer earlier if
+losses do not explain its silence: accrual, after Hayashibara et al., The phi accrual failure detector, SRDS 2004.
 
 Isolation grace period (`Patience`): an isolated vehicle cannot know whether others are lost or out of reach. It does
 its own jobs and goes to the rendezvous of its groups. Until the others should have finished and arrived, their jobs
-stay theirs; by then it meets with any that have come, seen or not. If this brings no contact either, it presumes the
-others lost and does all jobs not reported done.
-
-Jobs have owners: their holders, else the vehicles named by the strategy's messages, else those that follow from data
-known before the mission (`owners`), so that all isolated vehicles agree. This applies after part of a lease without
-reception: no peer would know of a job taken between then and the end of the lease.
+stay theirs. Jobs have owners: their holders, else the vehicles named by the strategy's messages, else those that follow
+from data known before the mission (`owners`), so that all isolated vehicles agree. Constants:
+``docs/model/organisation.md``.
 """
 
 from __future__ import annotations
@@ -139,11 +132,7 @@ class Membership:
         heard_s: Mapping[str, float],
         word_s: float = 0.0,
     ) -> Changes:
-        """Update membership at the end of a TDMA frame.
-
-        ``heard_s`` is the last evidence of each peer, or its last expected silence; ``word_s`` the last evidence of any
-        peer.
-        """
+        """Update membership at the end of a TDMA frame, by the last evidence (s) of each peer, and of any one."""
         if now_s - self.looked_s > self._away_s:
             # It was away itself, so the silence of others proves nothing.
             self._since_s = now_s
@@ -156,6 +145,7 @@ class Membership:
             self.missed = frozenset({self._me, *missed})
         absent = absent_peers(self._peers, heard_s, self._since_s, now_s, self._lease.longest_s)
         if self._lease.false_absence and word_s > self._word_s:
+            # Frames without evidence of any peer do not count: the vehicle itself may have been deaf.
             self._word_s, self._n_frames = word_s, self._n_frames + 1
         if self._lease.false_absence:
             absent |= self._silent_beyond_loss(heard_s)

@@ -1,29 +1,9 @@
 """Information needs that follow from groups and roles, as one vehicle believes.
 
-A fact concerns a group, whose members need it; other vehicles neither relay nor store it:
-
-==========================  =========================================================================================
-fact about                  needed by
-==========================  =========================================================================================
-a job                       members of the groups that have a role with this job; where the leader holds the group's
-                            knowledge, leaders and holders of such a role
-a job that is done          members of those groups, leaders of the groups that supervise them
-an objective of a role,     members of its group
-bids for roles
-a role taken or left        the vehicle; current and former members of the group; supervising leaders; members of
-                            groups with a role that its holder has to play
-a group                     its members, leaders of the groups that supervise it
-the leader of a group       the same; former members; members of the groups that it supervises, and of the group to
-                            which its leader has to belong
-a vehicle                   members of all its groups; all vehicles if it is in none
-exclusion of a vehicle,     all vehicles
-anything else
-==========================  =========================================================================================
-
-Facts about a group formed at run time also concern the members of the forming group, which may join it.
-
-A vehicle knows changes only in its own groups, so it may err about others: it then sends to vehicles that have left, or
-omits new members, until it receives the change.
+A fact concerns a group, whose members need it; other vehicles neither relay nor store it. ``docs/model/exchange.md``
+has the table of facts and vehicles. Facts about a group formed at run time also concern the members of the forming
+group, which may join it. A vehicle knows changes only in its own groups, so it may err about others: it then sends to
+vehicles that have left, or omits new members, until it receives the change.
 """
 
 from __future__ import annotations

@@ -22,10 +22,9 @@ GATHERED_AT = "gatheredAt"
 
 
 class Gatherings:
-    """Groups that one vehicle believes gathered.
+    """Groups that one vehicle believes gathered: none that must meet before (``meets_after``) has gathered later.
 
-    A gathering is valid only if no group that must meet before (``meets_after``) has gathered later. One inferred by an
-    isolated vehicle is valid only while the vehicle is isolated.
+    A gathering inferred by an isolated vehicle is valid only while the vehicle is isolated.
     """
 
     def __init__(self, beliefs: Beliefs, groups: Iterable[str], meets_after: Mapping[str, tuple[str, ...]]) -> None:
@@ -101,11 +100,8 @@ class Conclusions:
     def taken_back(
         self, objectives: Iterable[Objective], gatherings: Gatherings, workload: Workload, negotiation: Negotiation
     ) -> set[Key]:
-        """Return keys of facts invalidated by objectives assigned after their group gathered.
-
-        A leader assigns such an objective only if it was not reached. This invalidates its completion, the gathering
-        and the division of jobs; ``gatherings``, ``workload`` and ``negotiation`` are updated.
-        """
+        """Return keys of facts invalidated by objectives assigned after their group gathered; update the arguments."""
+        # A leader assigns such an objective only if it was not reached.
         over: set[Key] = set()
         met_s = {objective: self._beliefs.observed_s((GATHERED_AT, objective.group)) for objective in objectives}
         for objective, before_s in met_s.items():

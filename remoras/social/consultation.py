@@ -2,22 +2,19 @@
 
 In a TDMA frame every vehicle transmits once. Vehicles that receive assignments in different slots therefore start
 together, and none acts on half a discussion. Requests take effect in the world model's order of facts, not in the order
-of reception, and only if ``remoras.authority`` permits them. For the role of a vehicle, an objective of a
-role and the mission of a group, the newest request is valid. Missions take effect at once: planning them takes the rest
-of the frame. Requests are deferred while facts that may still arrive could permit them: the leadership of the issuer,
-the membership of the assignee. Claims to lead a group whose leader is present are deferred as well
-(``remoras.organisation.leadership``).
+of reception, and only if ``remoras.authority`` permits them; the newest one about a subject is valid. Missions take
+effect at once: planning them takes the rest of the frame. Requests are deferred while facts that may still arrive could
+permit them: the leadership of the issuer, the membership of the assignee, the absence of a leader.
 
-A formation of a group at run time has a number, one more than the last; its dissolution has the same. Of several
-formations with one number, the lowest node wins. The greatest one received is valid, in any order of reception:
-formations are a join. A request older than the newest formation refers to an earlier one and is ignored.
+A formation of a group at run time has a number, one more than the last; its dissolution has the same. The greatest one
+received is valid, of equal ones that of the lowest node: formations are a join. A request older than the newest
+formation refers to an earlier one and is ignored.
 
 Requests of an isolated vehicle take effect for that vehicle alone. When it reconnects, it undoes its role changes and
 sends the objectives and missions that it gave.
 
 Holders of a role with a job or a limited number of holders are a function of all valid instructions, in any order of
-reception. An assignment gets a vacancy or waits. When a holder leaves, the newest waiting vehicle is admitted, but a
-later assignment displaces it. Where only leaders assign jobs, their assignment displaces holders from before their term
+reception (``holders_after``). Where only leaders assign jobs, their assignment displaces holders from before their term
 or restart: the leader may not know the earlier assignment.
 """
 
@@ -409,7 +406,8 @@ def holders_after(
 ) -> tuple[set[str], list[str]]:
     """Return holders after all instructions, and waiting vehicles, newest first.
 
-    ``led_since`` gives the start of the term of an instruction's leader, or None; it displaces earlier holders.
+    An assignment gets a vacancy or waits; when a holder leaves, the newest waiting vehicle is admitted. ``led_since``
+    gives the start of the term of an instruction's leader, which displaces earlier holders; None without one.
     """
     holders: dict[str, bool] = {}  # True: admitted from the waiting vehicles
     waiting: dict[str, Age] = {}
@@ -424,6 +422,7 @@ def holders_after(
             if name in holders or len(holders) < room:
                 holders[name] = False
             elif let_in:
+                # An admission is provisional: a later assignment displaces it, back to the waiting vehicles.
                 del holders[let_in[0]]
                 waiting[let_in[0]] = given_at[let_in[0]]
                 holders[name] = False
@@ -446,11 +445,9 @@ def is_of_earlier_life(before: Age, after: Age) -> bool:
 
 
 def is_limited(view: View, asked: Request) -> bool:
-    """Return whether a request concerns a role with a job or a limited number of holders.
-
-    The leader's role of a group with a succession is excluded: no vehicle waits for it, the successor claims it.
-    """
+    """Return whether a request concerns a role with a job or a limited number of holders."""
     group = view.group(asked.group)
+    # No vehicle waits for the leader's role of a group with a succession: the successor claims it.
     is_claimed = asked.role == group.head_role and bool(group.succession)
     if asked.act not in (Act.ASSIGN, Act.RELEASE) or is_claimed:
         return False

@@ -1,13 +1,8 @@
 """Social layer: the flotilla as an organisation and its missions (REMORAS, section IV).
 
-Modules by the paper's names:
-
-* AUV database: ``database``;
-* optimiser of organisational performances: ``strategy``, which allocates roles;
-* groups and roles: ``organisation``;
-* missions: ``missions`` of each group;
-* mission planner: ``MissionPlanner``, which derives objectives from the missions of groups this vehicle leads;
-* individual objectives of a vehicle and collective objectives of a role: ``objectives_of``.
+Names of the paper: AUV database (``database``), optimiser of organisational performances (``strategy``), groups and
+roles (``organisation``), missions of each group (``missions``), mission planner (``MissionPlanner``: objectives from
+the missions of groups that this vehicle leads), individual and collective objectives (``objectives_of``).
 
 Organisational data travel as facts of the world model. ``consultation`` determines when they take effect,
 ``membership`` the present members. The vehicle acts on the agreed organisation without absent members. An isolated
@@ -237,6 +232,7 @@ class SocialLayer:
         """Basis for planning the work of its groups."""
         if not self.is_in_doubt:
             return Footing(self.present, self.takes_no_jobs, False)
+        # No peer would know of a job taken between now and the end of the lease.
         if not self.is_cut_off:
             return Footing(self.present, self.takes_no_jobs, False, self._patience.barred)
         if not self.is_patient:
@@ -637,10 +633,7 @@ class SocialLayer:
         )
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
-        """Return receivers that must acknowledge an own block, with the roles that it gives them.
-
-        Objectives alone concern all members of the group, unless planned before the mission.
-        """
+        """Return receivers that must acknowledge an own block, with the roles that it gives them."""
         receivers: dict[str, set[str]] = {}
         groups: set[str] = set()
         for fact in change.block.facts:
@@ -653,6 +646,7 @@ class SocialLayer:
             else:
                 groups.add(role.split(".")[0])
         if not receivers and not self._declaration.planned_before:
+            # Objectives alone concern all members of the group.
             receivers = {member: set() for group in groups for member in self.present.members(group)}
         receivers.pop(self.me, None)
         return receivers

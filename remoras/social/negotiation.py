@@ -41,10 +41,7 @@ def negotiated_attributes(strategy: Strategy, jobs: Mapping[str, Job], tbox: TBo
 
 
 class Negotiation:
-    """Negotiators of one vehicle, one for each of its groups that has jobs.
-
-    Messages of vehicles excluded by ``rules`` are ignored. ``attributes`` are the uids of negotiation attributes.
-    """
+    """Negotiators of one vehicle, one for each of its groups that has jobs; ``attributes`` are uids of messages."""
 
     def __init__(
         self,
@@ -109,13 +106,10 @@ class Negotiation:
     def heard_or_expected_s(
         self, heard_s: Mapping[str, float], names: Collection[str], now_s: float
     ) -> Mapping[str, float]:
-        """Return the later of last reception and last expected silence of each vehicle (s).
-
-        The plan expects silence during distant work. A vehicle without a negotiator expects any silence up to the
-        longest such work.
-        """
+        """Return the later of last reception and last expected silence of each vehicle (s)."""
         expected: Collection[str] = self._expected
         if not self.takes_part:
+            # Without a negotiator it does not know the plan: it expects any silence up to the longest distant work.
             expected = [name for name in names if now_s - heard_s.get(name, 0.0) < self._longest_away_s]
         self._expected_s.update(dict.fromkeys(expected, now_s))
         return {name: max(heard_s.get(name, 0.0), self._expected_s.get(name, 0.0)) for name in names}
@@ -188,8 +182,7 @@ class Negotiation:
 
         Args:
             now_s: as quantised in messages.
-            unheard: unacknowledged roles, by peer.
-            calls: dissatisfaction of peers by their influence signals.
+            unheard, calls: as in ``remoras.strategy.Situation``.
             missions: groups with a known mission; others have nothing to divide yet.
             is_news: False if roles and missions are unchanged since the last round.
 

@@ -3,14 +3,7 @@
 A plan is executed as a tree (``remoras.htn.execution``). Its steps allocate roles, give missions and assign objectives;
 the latter run until their effects hold. If the role of a running step becomes vacant, the step fails and its branch is
 replanned. If a fact changes on which the plan depends, or members outside running steps come or leave, the whole
-mission is replanned. Proposed or valid facts are not stated again.
-
-A block is accepted whole or not at all, so one large block would start no vehicle before its last fragment arrives.
-Each vehicle with work therefore gets its own part: its roles and their individual objectives. Then follow facts for
-all, such as the rally point, then collective objectives of new roles.
-
-Objectives in the mission's activity domain are pursued by executing a plan; the mission maps running steps to
-activities. If a behaviour fails, its branch is replanned if an alternative exists.
+mission is replanned. Objectives in the mission's activity domain are pursued in the same way.
 """
 
 from __future__ import annotations
@@ -399,14 +392,12 @@ class Orders:
     # Steps ---------------------------------------------------------------------------------------
 
     def form(self, group: str, work: Mapping[str, Work], number: int) -> list[Fact]:
-        """Form a group under the able member of its forming group that is nearest to the work.
-
-        The forming leader takes the lead only if no other vehicle can.
-        """
+        """Form a group under the able member of its forming group that is nearest to the work."""
         group_to_form, former = self._at_sea[group], work[self._at_sea[group].formed_by or ""]
         able = [name for name in former.members if is_able_to_lead(former.database, name, group_to_form)]
         if number > LAST_FORMATION or not able:
             return []
+        # The forming leader takes the lead only if no other vehicle can: it leads its own group.
         head = min(able, key=lambda name: (name == self._me, *nearness(replace(former, group=group_to_form), name)))
         return self._say(self._beliefs.fact(group, FORMED_UNDER, head), self._beliefs.fact(group, FORMATION, number))
 

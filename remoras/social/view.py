@@ -1,7 +1,7 @@
 """Immutable view of the organisation as one vehicle knows it, updated round by round.
 
 A view follows from its predecessor, the requests since, and the peers taken for absent
-(``remoras.social.consultation``). It records nothing, sends nothing and reads no clock.
+(``remoras.social.consultation``).
 
 Availability follows from each vehicle's statements about itself, in any order of reception. Isolated or resigned
 vehicles take no jobs until they state otherwise; one with failed sensors takes none that need them. Jobs assigned
@@ -221,8 +221,7 @@ class Isolated(NamedTuple):
 class Now(NamedTuple):
     """Observations of a vehicle at the end of a round.
 
-    It was itself away until ``began_s`` and cannot judge the presence of leaders before; ``missed`` are the vehicles
-    not received since, itself included.
+    It was itself away until ``began_s``; ``missed`` are the vehicles not received since, itself included.
     """
 
     absent: frozenset[str] = NOBODY

@@ -57,8 +57,7 @@ def scarce_energy_j(
 class Workload:
     """Cache of jobs and work as one vehicle sees them, updated by facts that jobs depend on.
 
-    ``blind`` vehicles report failed sensors, and ``database`` has none for them; ``frugal`` ones may lack energy before
-    ``until_s``.
+    ``blind`` vehicles report failed sensors; ``frugal`` ones may lack energy before ``until_s``.
     """
 
     def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, until_s: float) -> None:

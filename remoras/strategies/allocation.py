@@ -1,14 +1,7 @@
 """Allocator shared by all shipped strategies: cost, assignment and order of jobs.
 
-Strategies differ in the deciding vehicle, its knowledge and its messages; the decision rule is common:
-
-* ``Work.after`` gives the completion time of the known remainder of a job. Jobs are ordered nearest first.
-* A present vehicle keeps a begun job; its expected end precedes all new jobs (``Expectations``).
-* Two construction heuristics and a local search minimise the makespan (``Search``).
-* A plan under way changes only if the makespan falls by a margin (``revised``).
-* A vehicle without a job helps at a job with a vacancy if that saves enough time (``helped``).
-* Ties fall by job name and vehicle node: neither file order nor vehicle names matter.
-
+Strategies differ in the deciding vehicle, its knowledge and its messages; the decision rule is common, see
+``docs/model/organisation.md``. Ties fall by job name and vehicle node: neither file order nor vehicle names matter.
 Expectations use the static data shared by the fleet; true speeds may differ. The method is ours: the papers leave it
 open.
 
@@ -19,8 +12,8 @@ vehicle and another one while the makespan falls, or the total time at equal mak
 turn is moved and the descent repeated (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS``
 paths are evaluated. On 13 patches and three vehicles the makespan is within 1 % of the best of 300 random restarts.
 
-Source of the assignment: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by threshold;
-linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016.
+Source of the assignment: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by threshold; linear sum
+assignment by shortest augmenting paths, in the rectangular form of Crouse 2016.
 """
 
 from __future__ import annotations
@@ -209,10 +202,7 @@ def helped(
 ) -> Iterator[RoleAssignment]:
     """Assign vehicles without work to other vehicles' jobs with a vacancy, largest saving first.
 
-    If n vehicles need another T for a job, one more with travel time w saves (T - w) / (n + 1).
-
     Args:
-        idle: vehicles that neither have work nor can be given any.
         ends_s: expected end of each job, by role name.
         least_s: minimum saving (s).
         n_holders: number of vehicles per job; the holders of its role if None.
@@ -244,6 +234,7 @@ def helped(
 
 def _saving_s(work: Work, data: VehicleData, role: RoleSpecification, left_s: float, n_holders: int) -> float:
     way_s = distance(work.position_m(data.name), work.job(role).place_m) / data.transit_speed_mps
+    # If n vehicles need another T for a job, they end it with one more, after its way w, at (n T + w) / (n + 1).
     return (left_s - way_s) / (n_holders + 1)
 
 
@@ -260,11 +251,9 @@ def job_plan(work: Work) -> AllocationPlan:
 
 
 def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]:
-    """Return the assignments of ``job_plan``, plus help for idle vehicles if it saves ``help_s``.
-
-    Vehicles with the latest expected end come first, since roles sent at run time take effect in that order.
-    """
+    """Return the assignments of ``job_plan``, plus help for idle vehicles if it saves ``help_s``."""
     plan = job_plan(work)
+    # The latest expected end first, since roles sent at run time take effect in that order.
     jobs = tuple(sorted(assignments(work, plan), key=lambda assignment: -plan.ends_s[assignment.vehicle]))
     ends_s = {}
     for name, roles in plan.roles.items():

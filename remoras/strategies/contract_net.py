@@ -3,16 +3,12 @@
 After a change, the group leader announces unassigned open jobs if a member has free capacity. Members bid their
 expected completion times. At the end, the announcer plans with the bids by the shared allocator. It awards each bidder
 the first jobs of its part, up to ``queue`` held ones. With ``looks_ahead`` off, the lowest bids win, one per bidder.
-The winner accepts by stating the role; after ``accept_rounds`` without acceptance, the award is cancelled and the job
-auctioned again.
+The winner accepts by stating the role; after ``accept_rounds`` without acceptance the job is auctioned again. If an
+open job stays unannounced for ``initiative_rounds``, another vehicle announces it. A vehicle also re-announces a queued
+job that another one would end earlier by ``margin`` of the time left. Of two holders of a job, the later one leaves.
 
-If an open job stays unannounced for ``initiative_rounds``, another vehicle announces it, the lowest node first. A
-vehicle also re-announces a queued job that another one would end earlier by ``margin`` of the time left. Of two holders
-of a job, the later one leaves. Announcements and bids are repeated in every frame of an auction, unacknowledged;
-awards, acceptances and results are acknowledged facts.
-
-Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: initiative, precedence, time-outs,
-re-auction). Awarding by a plan is ours; Smith leaves the choice to the announcer.
+Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: initiative, precedence, time-outs, re-
+auction). Awarding by a plan is ours; Smith leaves the choice to the announcer.
 """
 
 from __future__ import annotations
@@ -46,12 +42,10 @@ class Sayings:
     left_s: set[float] = field(default_factory=set)
 
     def claim(self) -> RoleClaim:
-        """Return the claim: held since the first statement after the last release.
-
-        A claim based on more statements is newer.
-        """
+        """Return the claim: held since the first statement after the last release."""
         withdrawn_s = max(self.left_s, default=-1.0)
         since_s = min((s for s in self.held_s if s > withdrawn_s), default=None)
+        # A claim based on more statements is newer, in any order of reception.
         return RoleClaim(len(self.held_s) + len(self.left_s), 0 if since_s is None else EARLIEST - round(since_s))
 
 

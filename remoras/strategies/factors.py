@@ -1,19 +1,7 @@
 """Factors: dimensions of strategies, for factorial studies.
 
-Each shipped strategy is a named point of this table. Switches of shared code are parameters of the strategies; other
-factors are fixed by the deciding component, and setting them is refused by name.
-
-===============  ===============================================  =================================================
-factor           levels                                           set by
-===============  ===============================================  =================================================
-``common_plan``  ``none``, ``missions``, ``jobs``                 ``common_plan``, with decisions at run time
-``decides``      ``head``, ``each``, ``all``, ``nobody``          the choice of the strategy
-``plan``         ``all``, ``own``                                 ``plans_for_all``, ``looks_ahead``
-``announces``    ``plan``, ``next-jobs``, ``claims``, ``bids``,   ``announces`` of a leader
-                 ``states``, ``meetings``, ``nothing``
-``helps``        ``yes``, ``no``                                  ``help_s``: ``NO_HELP_S`` disables help
-``repairs``      ``changes``, ``calls``, ``never``                ``repairs`` of a leader
-===============  ===============================================  =================================================
+Each shipped strategy is a named point of the table in ``docs/strategies.md``. Switches of shared code are parameters of
+the strategies (``SETTINGS``); other factors are fixed by the deciding component, and setting them is refused by name.
 """
 
 from __future__ import annotations
@@ -113,11 +101,7 @@ def known_from(common_plan: str, declaration: Declaration) -> Declaration:
 
 
 def refusal(strategy: Strategy, name: str, others: Mapping[str, Strategy]) -> str | None:
-    """Explain why a factor is no parameter of the strategy; None if ``name`` is no factor.
-
-    Args:
-        others: all shipped strategies by name.
-    """
+    """Explain why a factor is no parameter of the strategy; None if ``name`` is no factor."""
     own = factors_of(strategy)
     if own is None or name not in SETTINGS:
         return None

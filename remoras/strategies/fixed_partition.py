@@ -97,10 +97,7 @@ def _in_order(roles: list[RoleSpecification], work: Work) -> tuple[RoleSpecifica
 
 
 def chained(work: Work) -> Work:
-    """Replace the unfinished part of each chain by one job of its first role.
-
-    A begun chain stays with its vehicle: no part of it is vacant.
-    """
+    """Replace the unfinished part of each chain by one job of its first role."""
     longer = [chain for chain in chains(work) if len(chain) > 1]
     if not longer:
         return work
@@ -111,6 +108,7 @@ def chained(work: Work) -> Work:
         if not left:
             continue
         is_begun = any(work.holders(role) for role in chain)
+        # A begun chain stays with its vehicle: no part of it is vacant.
         unseen.update(role.name for role in left[0 if is_begun and not work.holders(left[0]) else 1 :])
         within = {role.job for role in chain}
         needs = tuple(need for role in left for need in work.job(role).needs if need not in within)

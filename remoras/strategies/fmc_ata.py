@@ -47,9 +47,7 @@ BIDS_PER_BLOCK = 13
 def responses(worth: Mapping[str, float], shares: Mapping[str, float], elasticity: float) -> dict[str, float]:
     """Return one buyer's next bids as shares of its budget, by proportional response.
 
-    Args:
-        worth: of each whole good to the buyer, above 0; shares: allotted share of each good, 0..1.
-        elasticity: exponent of the utility, in (0, 1]; 1 is linear.
+    ``worth`` is that of each whole good, above 0; ``elasticity`` the exponent of the utility, in (0, 1].
     """
     bought = {good: worth[good] * shares[good] for good in worth}
     gains = {good: exp(elasticity * log(gain)) if gain > 0.0 else 0.0 for good, gain in bought.items()}
@@ -71,12 +69,9 @@ def in_whole_parts(bids: Mapping[str, float], money: int, most: int) -> dict[str
 
 
 def allotted(bids: Mapping[str, float], room: int | None, least_share: float) -> dict[str, float]:
-    """Return the shares of one good by buyer: bid over price, within its capacity.
+    """Return the shares of one good by buyer: bid over price, within its capacity ``room``; None: unlimited.
 
-    Args:
-        bids: above 0; of equal bids the first wins.
-        room: maximum number of buyers; None: unlimited.
-        least_share: smaller shares are dropped, except for the greatest.
+    Shares below ``least_share`` are dropped, except for the greatest; of equal bids the first wins.
     """
     greatest = sorted(bids, key=lambda buyer: -bids[buyer])[:room]
     price = math.fsum(bids[buyer] for buyer in greatest)

@@ -147,10 +147,7 @@ class _Founders:
         self._eligible = {(group.name, role.name): self._suited(group, role) for group, role in self._founding}
 
     def needed(self) -> Organisation:
-        """Fill the minimum of each founding role, greedily in order.
-
-        If a role stays unfilled or a vehicle is doubled, solve the exact problem and take the better result.
-        """
+        """Fill the minimum of each founding role: greedily in order, or exactly if that leaves a flaw."""
         greedy = Organisation.of(self._groups)
         for group, role in self._founding:
             for data in self._able(greedy, group, role)[: _n_needed(role)]:
@@ -239,10 +236,7 @@ def _in_order(founding: list[Founding]) -> Iterator[Founding]:
 def common_roles(work: Work, working: Collection[str] | None = None) -> tuple[RoleAssignment, ...]:
     """Return roles without a job for able members that lack them, within each role's maximum.
 
-    It is ``adapt`` of strategies that divide jobs at run time.
-
-    Args:
-        working: vehicles in need of the roles; others only fill a minimum. All if None.
+    ``working`` are vehicles in need of the roles, all if None; others only fill a minimum.
     """
     group, organisation, database = work.group, work.organisation, work.database
     members = [name for name in database.names if organisation.is_member(name, group.name)]

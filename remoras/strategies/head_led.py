@@ -47,10 +47,9 @@ CALLS = {INFLUENCE_SIGNAL: "one signed byte for every role that the sender plays
 
 
 class Dispatcher(Member["HeadLed"]):
-    """Job assignment by the leader. Every member has one, since any may succeed the leader.
+    """Job assignment by the leader: it replans jobs not yet begun, and states differences only.
 
-    On a change (job done; member without work, gone, absent or not acknowledging), the leader replans the jobs not yet
-    begun. It states the differences only, and at most ``queue`` jobs per member.
+    Every member has one, since any may succeed the leader.
     """
 
     def __init__(self, me: str, group: Group, strategy: HeadLed) -> None:
@@ -261,13 +260,11 @@ class HeadLed(DividedAtSea):
         return Factors(self.common_plan, "head", "all", self.announces, helps(self.help_s), self.repairs)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Return common roles, and all open jobs unless the leader assigns next jobs only.
-
-        If missions are sent at run time, only vehicles with a job get common roles, since each role takes time to send.
-        """
+        """Return common roles, and all open jobs unless the leader assigns next jobs only."""
         if self.common_plan == "missions" or (self.repairs == "never" and work.is_begun):
             return common_roles(work)
         jobs = all_jobs(work, self.help_s) if self.announces == "plan" else ()
         if self.common_plan == "jobs" or not work.roles:
             return common_roles(work) + jobs
+        # Missions are sent at run time: only vehicles with a job get common roles, since each takes time to send.
         return jobs + common_roles(work, {assignment.vehicle for assignment in jobs})

@@ -66,16 +66,13 @@ class DividedAtSea:
 
 
 class KnownFromStart(DividedAtSea):
-    """Strategy with ``common_plan``; ``planned`` is its declaration with missions known at 0 s.
-
-    ``deciders`` and ``content`` are the levels of the factors ``decides`` and ``announces``.
-    """
+    """Strategy with ``common_plan``; ``planned`` is its declaration with missions known at 0 s."""
 
     __slots__ = ()
     common_plan: AtSea
     planned: ClassVar[Declaration]
-    deciders: ClassVar[str] = "each"
-    content: ClassVar[str]
+    deciders: ClassVar[str] = "each"  # level of the factor ``decides``
+    content: ClassVar[str]  # level of ``announces``
 
     @property
     def declaration(self) -> Declaration:

@@ -1,17 +1,15 @@
 """Reorganising: a group that changes its strategy in mid-mission, depending on conditions.
 
 It starts under ``plan-and-dispatch``. Each vehicle estimates the age of information (``news_age_s``) and detects
-deviations: jobs early or late, lost members, unforeseen jobs. On a deviation with fresh information, the leader
-proposes ``status-broadcast``, where no vehicle waits for another. With old information, the common plan is worth more
-than messages.
+deviations (``Foreseen``). On a deviation with fresh information, the leader proposes ``status-broadcast``, where no
+vehicle waits for another. With old information, the common plan is worth more than messages.
 
 A proposal is a number: the count of changes, which also names the strategy. Members repeat and follow the greatest
-number received, so vehicles with the same messages agree, and of two leaders of a divided group the greater number
-wins. On a change, a vehicle keeps its current job, leaves the others, and assumes each peer at the first of its held
-jobs. A leader without the proposal may still assign jobs: members that have changed leave them and report their state.
+number received, so vehicles with the same messages agree. On a change, a vehicle keeps its current job and leaves the
+others. A leader without the proposal may still assign jobs: members that have changed leave them and report their
+state.
 
-Source: ours; the strategies have their own sources. Measurements of ``fathom-1``: loss, group and work decide which is
-best.
+Source: ours; the strategies have their own. Measurements of ``fathom-1``: loss, group and work decide which is best.
 """
 
 from __future__ import annotations
