@@ -8,10 +8,10 @@ takes half of u, they stay clear, so a neighbour allows the half-plane of veloci
 
     (v - (v_own + u / 2)) . n >= 0,   n the outward normal where the obstacle is left.
 
-The result is the allowed velocity nearest to the preferred one within the speed limit (section 5.1), else the one with
-the least greatest violation (section 5.2). A turning margin (Alonso-Mora et al., DARS 2010), a right-hand bias (COLREG
-rules 14 and 15) and the borders of the area as walls suit it to AUVs, see ``docs/model/vehicle.md``. A neighbour that
-does not avoid is avoided too: every tick takes half of the rest.
+The result is the allowed velocity nearest to the preferred one within the speed limit (section 5.1), else the one
+with the least greatest violation (section 5.2). A turning margin (Alonso-Mora et al., DARS 2010), a right-hand bias
+(COLREG rules 14 and 15) and borders of the area of operations as walls suit it to AUVs, see
+``docs/model/vehicle.md``. A neighbour that does not avoid is avoided too: every tick takes half of the rest.
 """
 
 from __future__ import annotations
