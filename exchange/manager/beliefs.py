@@ -240,6 +240,7 @@ class Beliefs:
         ``by_alarm``: another node reported it; else this node sends the alarm.
         """
         is_new = self.peers.doubt(node, frame)
+        # Peers may have acknowledged the packet of one vehicle for that of the other: beliefs about all are void.
         for peer in range(self.n_nodes) if is_new or node == self.me else (node,):
             if peer != self.me:
                 self.forget(peer)
@@ -331,6 +332,7 @@ def summary_of(life: Life, held: int) -> Summary:
     >>> summary_of((2, 0), 0b1011)
     Summary(origin=2, epoch=0, highest=1, mask=1)
     """
+    # ``~held & held + 1`` isolates the lowest zero bit, the first gap.
     n_first = (~held & held + 1).bit_length() - 1
     return Summary(*life, n_first - 1, held >> n_first + 1 & FULL_MASK)
 
@@ -390,6 +392,7 @@ class Summaries:
         A summary that reports a discarded block is repeated until the block arrives, in case its sender missed it.
         """
         beliefs, sent = self._beliefs, self._told
+        # First those never sent, then by time of transmission, as ``_take`` moves a summary to the end.
         for life in (*[life for life in sorted(beliefs.blocks) if life not in sent], *sent):
             held, given_up, before = beliefs.blocks.get(life, 0), beliefs.discarded.get(life), sent.get(life, _NEVER)
             is_told = before.times == TIMES_TOLD
@@ -425,6 +428,7 @@ class Summaries:
         """Apply a peer's summary to the beliefs; return the items (set) that it turns out to lack."""
         beliefs, noted, life = self._beliefs, self._noted.setdefault(sender, {}), (summary.origin, summary.epoch)
         known, noted[life] = noted.get(life), summary
+        # Blocks below the previous summary are believed already; a summary below it means that the peer discarded some.
         first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
         holds = lacks = 0
         end = min(summary.highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
@@ -434,6 +438,7 @@ class Summaries:
                 items |= 1 << column
             if sequence <= summary.highest or (summary.mask and summary.holds(sequence)):
                 holds |= items
+            # A block of which the peer holds some parts is no contradiction: summaries cover whole blocks only.
             elif items and not items & ~beliefs.held[sender] and beliefs.is_whole((*life, sequence)):
                 lacks |= items
         beliefs.held[sender] |= holds

@@ -84,6 +84,7 @@ class HoldingsReports:
         """
         n_nodes = self._n_nodes
         statements = [self._statement(origin) for origin in range(n_nodes)]
+        # Items of different origins are disjoint, so the sum is their union.
         window = sum([self._items(statement.life, statement.listed) for statement in statements])
         candidates = open_items | (window if self._codes_repairs else 0)
         me, uids = self._me, self._beliefs.uids  # own first: with equal values, nodes choose different items
@@ -104,12 +105,14 @@ class HoldingsReports:
         """Return the largest statement about the present incarnation of an origin."""
         life = origin, self._peers.epochs[origin]
         held = self._beliefs.blocks.get(life, 0)
+        # A discarded block may lie below the cached number.
         first = 0 if self._beliefs.discarded.get(life) else self._first.get(life, 0)
         lacked = self._beliefs.lacked(self._beliefs.origins[origin])
         while held >> first & 1 and not item_set(self._beliefs.parts((*life, first))) & lacked:
             first += 1
         self._first[life] = first
         rest = held >> first
+        # A statement of own items has no mask, so it ends at the first gap.
         length = rest.bit_length() if origin != self._me else (~rest & rest + 1).bit_length() - 1
         length = min(length, MOST_STATED) if life not in self._beliefs.shared else 0
         is_known_to_all = not self._items_below(life, first) & ~self._beliefs.held_by_all()
@@ -364,6 +367,7 @@ class HoldingsReports:
         if received:
             self._confirmed |= self._told & self._beliefs.origins[peer]
         self._reckon_fate(peer, self._me, bool(received))
+        # After the correction, which needs the delivery rate that the lack was estimated with.
         self._reception[peer] = self._peers.reception(peer)
 
     def _reckon_fate(self, peer: int, sender: int, is_received: bool) -> None:
@@ -397,6 +401,7 @@ class HoldingsReports:
         """Believe that a peer lacks what its statement omits; return the items (set) believed held before."""
         life, beliefs, lacked = statement.life, self._beliefs, 0
         end = beliefs.ends.get(life, 0)
+        # A mask of full length does not say whether items behind it are held.
         if statement.length == MOST_STATED:
             end = min(end, statement.first + statement.length)
         for number in range(statement.first, end):
@@ -416,6 +421,7 @@ class HoldingsReports:
         """Return the items recovered from the symbols of this and earlier packets."""
         beliefs = self._beliefs
         decoded: dict[Guid, bytes] = {}
+        # A block that arrived uncoded since may determine the others of its symbols.
         for guid in self._decoder.unknown:
             if beliefs.is_whole(guid):
                 decoded |= self._decoder.learn(guid, self._bytes_of(guid))
@@ -449,6 +455,7 @@ class HoldingsReports:
         plain = {fragment.guid for fragment in packet.fragments}
         for statement in packet.account.statements:
             life = statement.life
+            # The term of an omitted block would remain in the symbols and corrupt all that is decoded from them.
             if statement.epoch != self._peers.epochs[statement.origin] or life in self._beliefs.shared:
                 return []
             over += [(*life, number) for number in members(statement.listed) if (*life, number) not in plain]

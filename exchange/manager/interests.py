@@ -128,6 +128,7 @@ class Interests:
 
     def decide(self, now_s: float) -> None:
         """Evaluate again the items about instances of unknown class."""
+        # ``_judge`` records again the items that remain undecided.
         undecided, self.undecided = self.undecided, {}
         for column in undecided:
             self._take_up(column, now_s)
@@ -211,6 +212,7 @@ class Interests:
     def _judge(self, column: int, entry: Sendable) -> bool:
         """Update priority and needs of an item; return True if another node is to receive it."""
         nodes, entry.priority, _ = self.of(entry.about)
+        # A part goes to all nodes that need its block, with the priority of its own facts.
         if entry.fragment.facts is not entry.about:
             entry.priority = self.of(entry.fragment.facts).priority or entry.priority
         mine = nodes >> self._me & 1 or entry.fragment.origin == self._me

@@ -207,6 +207,7 @@ class ExchangeManager:
             try:
                 decoded = self._codec.decode(data, frame, start_s, era)
             except DefinitionFault:
+                # A peer that restarted may be in another era, which changes the hash byte.
                 decoded = self._codec.decode(data, frame, start_s, self._era_now(data, sender, frame, era))
             packet = decoded.packet
             if not schedule.may_arrive(slot, now_s, self._model.clock_tolerance_s):
@@ -220,6 +221,7 @@ class ExchangeManager:
                 _refuse_future(packet, now_s, self._model)
             if decoded.wrong is not None:  # the world model would refuse its block
                 raise PeerFault(decoded.wrong)
+            # Last of the checks, since it counts the packet as presence of its sender and as a sample of the link.
             met = self._peers.meet(sender, packet.epoch, frame)
         except PeerFault as fault:
             self.n_faults += 1
@@ -312,6 +314,7 @@ class ExchangeManager:
         spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits
         summary_bits = sum(map(codec.summary_bits, summary))
+        # ``_room_bits`` assumes the largest header; a smaller one leaves its bits to the sections.
         room_bits = self._room_bits + spared_bits - signals_bits - summary_bits
         if (reports := self._receiver.reports) is not None:
             room_bits -= self._let_plan(reports, room_bits)
@@ -331,6 +334,7 @@ class ExchangeManager:
             else:
                 status.append(candidate.uid)
         is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
+        # While the own id is ambiguous, an acknowledgement may be for the other vehicle's packet: record no items.
         rows = self._beliefs.log.compose(slot, 0 if is_doubted else content, self._beliefs.held)
         if relaying is not None:
             relaying.rows[self._me].append(rows[self._me])
@@ -338,9 +342,11 @@ class ExchangeManager:
         acks, wired = header.encode(self._me, rows, frame), packing.wired()
         n_acks = acks[0].bit_count()
         if reports is not None and codec.accounts is not None:
+            # ``_let_plan`` suspended all items outside of the plan, which would not count as open until the next slot.
             self.queue.rest(self._left_to_relays)
             said_bits = sum([candidate.size_bits for candidate in chosen if candidate.column == STATUS_COLUMN])
             self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
+            # Urgent summaries were deducted before the packing was made.
             left_bits = packing.left_bits - (summary_bits if is_spare else 0)
             acks = joined(acks, codec.accounts.encode(reports.account(content, slot, left_bits), self._me))
         data = codec.assembled(head, start_s, acks, wired, signals, summary)

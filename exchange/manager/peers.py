@@ -3,13 +3,11 @@
 *Incarnations.* A restarted vehicle has a higher epoch; beliefs about its earlier incarnation are void. A third vehicle
 may not know the new epoch and acknowledge items for the old one. Acknowledgements about a restarted peer are therefore
 accepted only from senders known to have received the new epoch: they acknowledged a packet of it in their own row.
-Their acknowledgements in turn rest on rows accepted by the same rule. A restarted vehicle is known to have received no
-epoch but its own. An older epoch is refused; received twice in succession, it shows that the newer one was damage.
+Their acknowledgements in turn rest on rows accepted by the same rule.
 
-*Links.* Each slot of a peer is a sample of the incoming link: received or lost, counted at its next packet. Silence too
-long for loss is absence and no sample. A sample of the outgoing link is the peer's acknowledgement bit for the own last
-packet; it is independent of the way back. A sample weighs ``KEPT`` to the power of its age in samples: estimates follow
-a link within about 64 packets.
+*Links.* Each slot of a peer is a sample of the incoming link: received or lost, counted at its next packet. A sample of
+the outgoing link is the peer's acknowledgement bit for the own last packet; it is independent of the way back. A sample
+weighs ``KEPT`` to the power of its age in samples: estimates follow a link within about 64 packets.
 
 *Duplicate node ids.* Evidence is two packets of one sender and slot, or a packet in the own name. Acknowledgements of
 that name are ambiguous: they are neither sent nor accepted until the ambiguity has lasted for some frames. Beliefs
@@ -60,6 +58,7 @@ class Link(NamedTuple):
 
     def longest_silence(self, unlikely: float) -> int:
         """Packets lost in succession whose probability falls below ``unlikely``."""
+        # Losses are taken as independent: p ** n < unlikely.
         return math.ceil(log(unlikely) / log(self.p_reckoned))
 
 
@@ -167,6 +166,7 @@ class PeerStates:
             before, n_before = self._older[sender]
             n_now = n_before + 1 if before == epoch else 1
             self._older[sender] = epoch, n_now
+            # Received in succession, an older epoch shows that the newer one was damage.
             if n_now < REPEATED_EPOCHS:
                 raise PeerFault(f"node {sender} in its epoch {epoch}, after its epoch {known}")
         self._older[sender] = 0, 0
@@ -189,6 +189,7 @@ class PeerStates:
         self.epochs[node] = epoch
         for peer, known in enumerate(self._informed_of):
             self._informed_of[peer] = known | 1 << node if peer == self._me else known & ~(1 << node)
+        # A restarted vehicle has lost its memory, so that it is known to have received no epoch but its own.
         self._informed_of[node] = 1 << node
 
     def is_over(self, origin: int, epoch: int) -> bool:
@@ -198,6 +199,7 @@ class PeerStates:
     def _note_missed(self, sender: int, n_missed: int) -> None:
         """Count missed packets of a peer, unless it was absent."""
         incoming = self._incoming[sender]
+        # A silence too long for loss is absence, which says nothing about the link.
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
             for _ in range(n_missed):
                 incoming.note(LOST)

@@ -101,6 +101,7 @@ class Receiver:
             begun = self._lives_told(packet)
         for node, epoch in begun:
             self._begin(node, epoch)
+        # After ``_begin``, since beliefs that a new incarnation restores are no gain of this packet.
         beliefs.before = beliefs.held.copy()
         missed = decoded.heard & ~(log.heard | 1 << sender | 1 << self._me)
         evidence = self._told(packet, missed, now_s) if missed or decoded.relays else ()
@@ -110,6 +111,7 @@ class Receiver:
         is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
         if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
             is_late, own, answers = slot < log.slot, packet.rows[sender], peers.answers(sender, frame)
+            # A frame or more after the own packet, the bit is about a later own slot, which passed without one.
             is_answer = answers and log.sent_slot is not None and 0 < slot - log.sent_slot < beliefs.n_nodes
             is_answer = is_answer and not (is_late and log.own_slot > slot)
             heeded = peers.heed(sender, own, frame, is_answer)
@@ -318,6 +320,7 @@ class Parking:
         before = peers.away
         peers.away |= sum([1 << node for node in parked])
         is_alone = self._all and peers.away == self._all
+        # Silence of all peers is a fault of the own receiver, or distance: there is no peer to settle items for.
         if is_alone:
             peers.away, peers.is_alone = 0, True
             peers.heard_frame[:] = [frame] * len(peers.heard_frame)

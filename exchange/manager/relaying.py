@@ -83,6 +83,7 @@ class Relaying:
             if receiver != self._me and not away >> receiver & 1:
                 relayed |= self._cut_off_from(worth[receiver], joined(tree, self._me, 1 << receiver), away)
         cut_off = [(peer, path) for peer, path in ways if worth[peer][path[-1]] > FAVOUR * worth[peer][self._me]]
+        # Any node of the path will do: each that passes on an item has it on its way to the peer.
         self.left = [(peer, by) for peer, path in cut_off for by in path]
         self._receiver.relay(relayed, now_s)
 
