@@ -72,6 +72,7 @@ class TdmaSchedule:
         25
         """
         first, period = head.frame % FRAMES_TOLD * self.n_nodes + head.sender, FRAMES_TOLD * self.n_nodes
+        # Half a slot is the middle of the arrivals in a slot, so that early and late ones are tolerated alike.
         lap = round((arrival_s / self.slot_s - first - 0.5) / period)
         return first + max(0, lap) * period
 

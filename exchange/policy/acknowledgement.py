@@ -141,10 +141,10 @@ class PacketLog:
         """Advance to a slot; clear its ring place and those of slots passed since.
 
         5.3: "Just before the beginning of every TDMA slot k, each peer clears the bits in the ACK matrices it holds
-        where the ACKed peer j = k, as well as the entire ACK matrix last received from peer k". Such a matrix is about
-        earlier packets, whose places are cleared by the time it can no longer be reported: the second clearing is
-        implied.
+        where the ACKed peer j = k, as well as the entire ACK matrix last received from peer k".
         """
+        # The second clearing is implied: a matrix is about earlier packets, whose places are cleared before it can
+        # no longer be reported. Slots more than a ring ago share their places with later ones.
         n_nodes, ring = self.n_nodes, self._ring
         for passed in range(max(self.slot + 1, slot + 1 - ring), slot + 1):
             sender, place = passed % n_nodes, passed % ring
@@ -228,6 +228,7 @@ class PacketLog:
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
             facts &= ~self._void(later)
         if self._kind.relays:
+            # The product repeats the mask at each ring place.
             self._reported |= facts & heeded * self._each
         while places:
             place = places.bit_length() - 1

@@ -163,6 +163,7 @@ class Additive:
 
     def place(self, waiting: Waiting) -> QueuePlace:
         """Group by priority; ranks are integers, as in the policy study."""
+        # The value is this rank plus priority times own slots, so that equal priorities keep their order.
         return QueuePlace(waiting.priority, waiting.credit - waiting.priority * waiting.since_slot)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
@@ -382,12 +383,14 @@ class QueueLimits:
         """Register the deadline of an entry with a finite time to live."""
         if math.isfinite(candidate.terms.time_to_live_s):
             self._n_deadlines += 1
+            # The counter breaks ties, since candidates have no order.
             heappush(self._deadlines, (_deadline_s(candidate), self._n_deadlines, candidate))
 
     def overdue(self, now_s: float) -> Iterator[Candidate]:
         """Yield queued entries past their deadline; remove each before the next."""
         while self._deadlines and self._deadlines[0][0] < now_s:
             at_s, _, candidate = heappop(self._deadlines)
+            # A different deadline belongs to terms that have changed since.
             if candidate.line is not None and _deadline_s(candidate) == at_s:
                 yield candidate
 

@@ -128,6 +128,7 @@ class Decoder(Generic[Name]):
         """
         terms = dict(unknown)
         for row, of_row in self._rows:
+            # The first item of a row is its pivot, which occurs in no other row.
             factor = terms.get(next(iter(row)), 0)
             if factor:
                 terms, data = self._less(terms, data, row, of_row, factor)
@@ -137,6 +138,7 @@ class Decoder(Generic[Name]):
         by = inverse(terms[pivot])
         terms = {pivot: 1} | {name: times(by, factor) for name, factor in terms.items() if name != pivot}
         data = scaled(data, by)
+        # Reduced form: eliminate the new pivot from all earlier rows.
         for at, (row, of_row) in enumerate(self._rows):
             if pivot in row:
                 self._rows[at] = self._less(row, of_row, terms, data, row[pivot])

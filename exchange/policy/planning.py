@@ -231,6 +231,7 @@ def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) 
             wanted += plan.size_bits[c]
     if wanted == 0:
         return room_bits
+    # Without a reserve, new items in every packet would keep out statements for ever.
     most, reserved = 0.0, 0
     for o in range(n_nodes):
         worth = statement_worth(plan, o)
@@ -315,10 +316,7 @@ def add_lacked(plan: PacketPlan, n_nodes: int, o: int) -> None:
 
 
 def symbols_worth(plan: PacketPlan, n_nodes: int, o: int, n_symbols: int) -> float:
-    """Expected gain of symbols if the items of origin ``o`` are coded too; -1 for no origin.
-
-    With a known number of lacked items it is the minimum of both numbers; with its mean only, a smooth approximation.
-    """
+    """Expected gain of symbols if the items of origin ``o`` are coded too; -1 for no origin."""
     begin, end, total = 0, 0, 0.0
     if o >= 0:
         begin, end = plan.begin[o], plan.end[o]
@@ -330,6 +328,7 @@ def symbols_worth(plan: PacketPlan, n_nodes: int, o: int, n_symbols: int) -> flo
                     lacked += plan.lacks[c * n_nodes + r]
                     worth += plan.weight[c] * plan.lacks[c * n_nodes + r]
             if n_symbols > 0:
+                # The minimum of both numbers if the number lacked is known; with its mean, a smooth approximation.
                 worth *= n_symbols / math.sqrt(lacked * lacked + n_symbols * n_symbols)
             else:
                 worth = 0.0
@@ -377,6 +376,7 @@ def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: i
     if size_bits > 1:
         current = symbols_worth(plan, n_nodes, -1, number_of_symbols(left, size_bits))
     while True:
+        # A gain within rounding must not add a statement.
         chosen, most = -1, current + 1e-9
         for o in range(n_nodes):
             if plan.with_code[o] == 0 and plan.statement_bits[o] <= left:

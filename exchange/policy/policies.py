@@ -170,6 +170,7 @@ def policy_fault(policy: object) -> str | None:
         return f"period_frames must be a whole number of 1 or more, not {kind.period_frames!r}"
     for part in PARTS:
         function, expected = getattr(kind, part), getattr(ACK, part)
+        # The policy study compiles both parts, and Numba compiles plain functions only.
         if not isinstance(function, FunctionType):
             return f"its {part} must be a plain function of a module, not {_kind_of(function)}"
         if function.__code__.co_argcount != expected.__code__.co_argcount:

@@ -97,6 +97,7 @@ class Lines:
             entry = heappop(line.entries)
             if room.add(candidate.fragment):
                 chosen.append(candidate)
+                # Only entries skipped before a chosen one were too large; the others may be of lower value.
                 n_too_large = len(passed)
                 if line.shared is not None:
                     line.shared.note_sent(moment)
@@ -165,6 +166,7 @@ class Lines:
         if place is None:
             key, rank = (priority, "alone", candidate.tie), 0.0
         else:
+            # Equal sizes share a line: if one entry does not fit, the others of its line need no trial.
             key, rank = (priority, candidate.size_bits, place.group), place.rank
         if terms.newest_first:
             key, rank = (priority, "newest", candidate.about[1]), candidate.observed_s
@@ -301,6 +303,7 @@ class Queue:
     def choose(self, room: Room, now_s: float) -> list[Candidate]:
         """Fill the packet of an own slot at ``now_s``; return its entries, most valuable first."""
         self._update(now_s)
+        # Weights grow before the choice, as in the cooperation paper (section IV, steps 5 to 7).
         self._n_slots += 1
         moment = Moment(now_s, self._n_slots)
         chosen, self.unsaid = self._lines.choose(room, moment)
