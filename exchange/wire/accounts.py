@@ -42,6 +42,7 @@ class AccountCodec:
         parts = [(1, 1), (one.origin, self._fragments.origin_bits), (int(one.epoch == 0), 1)]
         if one.epoch:
             parts.append(codes.natural(one.epoch, EPOCH_BITS))
+        # The bit of the sender, itself a holder, is left out.
         others = one.holders >> sender + 1 << sender | one.holders & (1 << sender) - 1
         number = codes.natural(one.sequence, self._fragments.sequence_bits)
         return joined(*parts, number, (others, self._n_nodes - 1))
@@ -118,6 +119,7 @@ class AccountCodec:
 
     def block_bytes(self, block: Block) -> bytes:
         """Encode a block independently of any packet."""
+        # The closing 1 bit separates the block from the zeros that pad it in symbols of longer blocks.
         facts = self._fragments.facts.of_all(block.facts)
         return padded(joined(self._fragments.encode_time(block.time_s), facts, (1, 1)))
 
@@ -128,6 +130,7 @@ class AccountCodec:
         origin, epoch, sequence = guid
         block = Block(origin, sequence, time_s, facts, epoch)
         written = self.block_bytes(block)
+        # Symbols have no checksum of their own; a wrong solution shows as bytes that no block is encoded by.
         if reader.is_beyond or data[: len(written)] != written or any(data[len(written) :]):
             raise PeerFault(f"the bytes decoded as block {sequence} of node {origin} are not a valid block")
         return block

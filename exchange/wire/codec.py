@@ -480,6 +480,7 @@ def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) 
     """Copy a codec with other salts (see ``Seal``), for another mission under the same key."""
     copied = copy(codec)
     copied._seal = None if codec._seal is None else codec._seal.renewed(salt_of)
+    # The cached method of the original is bound to the original and so to its salts.
     copied.decode = lru_cache(maxsize=32)(copied._decode)
     return copied
 

@@ -126,6 +126,7 @@ def rest_of(number: int) -> Bits:
     >>> rest_of(0), rest_of(5)
     ((0, 6), (10, 8))
     """
+    # Elias gamma code with the length in binary instead of unary.
     n_bits = (number + 1).bit_length() - 1
     return n_bits << n_bits | number + 1 - (1 << n_bits), LENGTH_BITS + n_bits
 
@@ -167,6 +168,7 @@ def whole(number: int, width_bits: int) -> Bits:
         return number, width_bits
     if not -LARGEST <= number <= LARGEST:
         raise ConfigurationError(f"{number} steps cannot be sent; allowed: {-LARGEST} to {LARGEST}")
+    # -1 maps to 0, so that each number has one code.
     rest, size_bits = rest_of(number - ones if number >= 0 else -number - 1)
     return ((ones << 1 | (number < 0)) << size_bits) | rest, width_bits + 1 + size_bits
 
@@ -188,6 +190,7 @@ def step(before: int, number: int, width_bits: int) -> Bits:
     if ahead == 1:
         return 0, 1
     if 0 <= ahead <= NEAR_STEPS:
+        # A step of 1 has the short code, so that its place here stands for 0: a further part of the same block.
         return 0b10 << NEAR_STEP_BITS | (ahead - 1 if ahead else 0), 2 + NEAR_STEP_BITS
     bits, size_bits = natural(number, width_bits)
     return 0b11 << size_bits | bits, 2 + size_bits

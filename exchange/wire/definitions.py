@@ -22,8 +22,7 @@ A receiver accepts a salt if the list repeats its own: the introduction was made
 holder, in this slot. Replays fail: another mission repeats another salt, this mission names another slot.
 
 A vehicle introduces itself in its first slot, to each node that lacks it, and on a packet of a node whose salt it
-lacks. Forged packets of a known peer trigger none. Introductions are an odd number of frames apart, so that other
-packets use even and odd frames, whose headers may differ. After the first two, other packets always get slots between.
+lacks. Forged packets of a known peer trigger none.
 
 Sans-io, as the manager: bits and ``now_s`` in, bits out; a log replays it.
 """
@@ -70,6 +69,7 @@ class ComparedDefinitions:
         if self._agreed.get(peer) == ALL_BYTES:
             return False
         self._differs.setdefault(peer, frame % HASH_BYTES)
+        # A peer without an agreed byte may be in a later era, as long as its bytes match one.
         may_be_era = peer in self._claims and peer not in self._agreed
         if peer in self._strangers or may_be_era:
             return False
@@ -180,6 +180,8 @@ class Introductions:
         return body + self._tag(body, slot)
 
     def _may_go(self, frame: int) -> bool:
+        # An odd distance leaves even and odd frames, whose headers may differ, to other packets; after the first two
+        # introductions these always get slots between.
         since = frame - self._made[-1] if self._made else LEAST_FRAMES
         return since % 2 == 1 and (since >= LEAST_FRAMES or len(self._made) < N_AT_ONCE)
 
@@ -197,6 +199,7 @@ class Introductions:
         if not is_true or head.sender == self._me or not self._schedule.may_arrive(slot, now_s, self._tolerance_s):
             return False
         salt_at, lacks_at = self._head_bytes, self._head_bytes + SALT_BYTES
+        # Recorded before it is accepted, since the own introduction repeats it to the sender.
         salt = self._claims[head.sender] = body[salt_at:lacks_at]
         if int.from_bytes(body[lacks_at : self._list_at], "big") >> self._me & 1:
             self._owed[head.sender] = None

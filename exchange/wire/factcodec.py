@@ -194,6 +194,7 @@ def _read_number(field: Field, reader: Reader) -> float:
     steps = reader.take(size_bits)
     if steps == (1 << size_bits) - 1:
         steps = read_beyond(reader.take, size_bits)
+    # Recorded only: an escaped number may be valid, so the codec checks all values of such a packet afterwards.
     if not 0 <= steps < field.n_values:
         reader.is_beyond = True
     return field.grid.value_at(steps)

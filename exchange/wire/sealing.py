@@ -36,6 +36,7 @@ CRC_BITS = (0, 8, 16, 32)
 """Sizes of a checksum."""
 KEY_SIZES = (16, 24, 32)
 """Bytes of a key."""
+# RFC 3610: 15 bytes less the 2 of CCM's length field.
 NONCE_BYTES = 13
 SALT_BYTES = 8
 """Two of a million runs under one key share a salt with probability 3e-8."""
@@ -199,6 +200,7 @@ def key_in(path: Path) -> bytes:
     """
     try:
         with path.open(encoding="ascii") as file:
+            # Of the opened file, so that its path cannot be exchanged between check and reading.
             mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
             if os.name == "posix" and mode & OPEN_TO_OTHERS:
                 raise ConfigurationError(f"is open to others (mode {mode:03o}): chmod 600 {path}")
