@@ -137,6 +137,7 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
     for source in sorted(sources - {""}):
         digest.update(Path(source).read_bytes())
     for function in functions:
+        # Numba freezes global numbers, which may come from files that are not among the sources.
         numbers = [value for value in _globals_named(function) if isinstance(value, bool | int | float | tuple)]
         digest.update(f"{function.__module__}.{function.__qualname__} {numbers}".encode())
     base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME")
@@ -194,6 +195,7 @@ def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgeme
 
 def compiled(kind: Acknowledgement, say: Say) -> SlotLoop:
     """Return the compiled slot loop of a kind; raise ConfigurationError if it does not compile."""
+    # All other properties of a kind are arguments of the loop.
     key = kind.header, kind.states
     if key not in _ready:
         folder = cache_folder(kind, version("numba"))
@@ -213,6 +215,7 @@ def _compile(kind: Acknowledgement, folder: Path | None) -> SlotLoop:
     make_compilable(kind)
     with _settings(numba.config, CACHE_DIR=str(folder or ""), **SETTINGS):
         header: Any = numba.njit(forceinline=True, error_model="numpy", **WITHOUT_MEMORY)(kind.header)
+        # Numba takes globals as constants: a copy of the entry with other globals has the rules built in.
         built_in = {**run_trials.__globals__, "HEADER": header, "SLOT_RULE": slot_rule_of(kind)}
         of_kind = FunctionType(run_trials.__code__, built_in, run_trials.__name__)
         of_kind.__module__, of_kind.__qualname__ = run_trials.__module__, run_trials.__qualname__

@@ -58,6 +58,7 @@ def mean(products: Moments) -> TrialMean | None:
     if count == 0:
         return None
     value = total / count
+    # Partial derivatives of total / count; the residuals sum to 0, so the constant term is 0.
     return _estimate(value, (0.0, 1.0 / count, -value / count, 0.0, 0.0), rows)
 
 

@@ -124,6 +124,7 @@ def allocated(state: type[_State], sizes: Mapping[str, int], *given: Any) -> _St
 
 def lane_bit(lane: int) -> int:
     """Bit of the lane in a signed word."""
+    # The last lane is the sign bit, and 1 << 63 exceeds a signed word.
     return 1 << lane if lane < LANES - 1 else -1 << lane
 
 
@@ -224,6 +225,7 @@ def draw(case: Case, lanes: Lanes, frame: int, first: int, playing: int) -> None
             is_cached = at < len(lanes.received)
             if is_cached:
                 word = lanes.received[at, lanes.trials[lane]]
+            # Not cached, or all lost: drawn again, the latter is 0 again.
             if word == 0:
                 word = draw_word(case, lanes, lane, own_frame * case.n_nodes, first, n_slots)
                 if is_cached:

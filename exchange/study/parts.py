@@ -96,6 +96,7 @@ def play_all(
     batches = [(setting, first) for setting in range(len(matrices)) for first in range(0, study.trials, TRIALS_AT_ONCE)]
     pool = ThreadPoolExecutor(jobs)
     try:
+        # Both yield in the order of the batches, so that sums of floats do not depend on threads.
         results = map(played, batches) if jobs == 1 else pool.map(played, batches)
         for done, ((setting, _), of_batch) in enumerate(zip(batches, results, strict=True), start=1):
             earlier = tallies[setting]
@@ -117,6 +118,7 @@ def play_batch(
     baseline = np.empty(0, np.int64)
     tallies: dict[AckPolicy, Tally] = {}
     for policy, loop in loops.items():
+        # Of this thread only: process time would include the other batches.
         began_s = time.thread_time()
         case = case_of(study, policy)._replace(first_trial=first_trial)
         outcomes = play(loop, policy.acknowledgement, case, p_loss, received)

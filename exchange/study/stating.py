@@ -351,6 +351,7 @@ def note_fate(fleet: Fleet, statements: Statements, case: Case, node: int, owner
     statements.weight[node, owner] = KEPT * weight + 1.0
     for column in columns_of(case, owner if received else case.n_sources):
         statements.confirmed[node, column] |= statements.told[node, column]
+    # With the delivery rate before this sample, which the lack was estimated with.
     reckon_fate(fleet, statements, node, owner, node, reception_of(lost, weight))
 
 
@@ -481,6 +482,7 @@ def hear(
         for peer in range(n_nodes):
             statements.before[column, peer] = fleet.holders[node, column, peer]
     if statements.received[node] != UNKNOWN:
+        # Before its first slot a node has no packet to be acknowledged.
         if slot.number > node:
             note_fate(fleet, statements, case, node, owner)
         note_fates_of_others(n_nodes, fleet, statements, node, owner, slot.number)

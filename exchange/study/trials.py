@@ -437,9 +437,11 @@ def run_trials(
         fleet, lanes: new ones.
     """
     n_nodes, n_trials, word_slots = case.n_nodes, len(lanes.outcomes), slots_of_word(case.n_nodes)
+    # Plans of policies with received sets are numbers, not bits: one trial at a time.
     usable = 1 if case.states else ALL_LANES
     n_begun = playing = frame = 0
     while n_begun < n_trials or playing != 0:
+        # Lanes share one header layout, so trials begin with its period.
         if n_begun < n_trials and playing != usable and frame * 2 * n_nodes % len(layouts.n_bits) == 0:
             begun, n_begun = begin(case, fleet, lanes, frame, n_begun, usable & ~playing)
             playing |= begun
@@ -452,6 +454,7 @@ def run_trials(
                 slot_rule(header, layouts, case, state, fleet, lanes, slot, heard, playing, noted)
                 note_false_beliefs(case, fleet, lanes, playing)
                 last = note_progress(case, fleet, lanes, slot.number, playing)
+                # Under Poisson load or at the limit, a trial may end in a slot that settles no item.
                 if case.rate != 0.0 or slot.number + 1 >= case.max_slots:
                     last = playing
                 if last != 0:
