@@ -26,10 +26,7 @@ EFFECTIVE = frozenset({ActivityType.GUIDANCE, ActivityType.PLANNING, ActivityTyp
 
 
 class ActivityKind(Enum):
-    """Source of an activity's motivation: own aims, group aims, own integrity.
-
-    Vital activities take precedence, see ``remoras.executive.decision``.
-    """
+    """Source of an activity's motivation: own aims, group aims, own integrity (these take precedence)."""
 
     INDIVIDUAL = "individual"
     COLLECTIVE = "collective"
@@ -53,10 +50,7 @@ class Activity:
 
     @property
     def has_effect(self) -> bool:
-        """True if it guides, plans, sends, or switches on a sensor.
-
-        Other activities are ignored by the decision, also in its mean.
-        """
+        """True if it guides, plans, sends, or switches on a sensor; others are ignored by the decision."""
         return bool(self.sensors) or self.type in EFFECTIVE
 
 
@@ -124,9 +118,6 @@ class WeighedSet(NamedTuple):
     """Activity set as evaluated by a decision.
 
     Attributes:
-        of: the set.
-        stimulus: 0..1.
-        motivation: of each of its activities.
         external: part of the motivation due to an influence signal.
         source, slot: sender and slot of that signal; empty and None without one.
         best_mean: mean motivation of the best combination with this set; the highest one is performed. None for vital

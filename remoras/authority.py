@@ -62,7 +62,7 @@ class Request:
     """Change of the organisation that a vehicle requests.
 
     Attributes:
-        issuer: vehicle; empty for agreements before the mission.
+        issuer: empty for agreements before the mission.
         role: empty for changes of the group itself.
         assignee: vehicle that gets or loses the role; the issuer for a leadership claim.
         argument: of the objective; for a mission its name.
@@ -131,8 +131,7 @@ class Ruling:
 class Rules:
     """Rules of the whole fleet, known before the mission.
 
-    By group, ``supervisors`` are the groups whose leaders give it its mission; groups ``at_sea`` are formed at run
-    time.
+    ``supervisors`` of a group are the groups whose leaders give it its mission; groups ``at_sea`` form at run time.
     """
 
     database: AUVDatabase

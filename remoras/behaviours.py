@@ -287,9 +287,6 @@ def awaited(group: str, picture: Picture) -> float:
 class Homing(Behaviour):
     """Go to a rally point and wait there until the group is gathered.
 
-    An arrived vehicle goes on towards the point while the sonar detects one that has not arrived; else first arrivals
-    would block the rim.
-
     Args:
         radius_m: radius of arrival.
         after: groups of the vehicle that gather before.
@@ -342,6 +339,7 @@ class Homing(Behaviour):
         # Within the radius for certain; with a greater error, at the point itself.
         if to_go_m > max(self._radius_m - picture.body.uncertainty_m, min(CAPTURE_M, self._radius_m)):
             return self._way
+        # Towards the point while the sonar detects a vehicle outside: else first arrivals would block the rim.
         makes_room = to_go_m > CAPTURE_M and any(
             distance(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m
         )
@@ -355,9 +353,6 @@ class Homing(Behaviour):
 
 class Gap:
     """Hysteresis on the distance to another vehicle, evaluated only on a new position of it.
-
-    Approaching its last received position is no approach to the vehicle, which has moved on. So a leader and its
-    followers, which move in steps of received positions, do not alternate at each step.
 
     Args:
         open_m: distance above which the gap opens.
@@ -373,6 +368,8 @@ class Gap:
 
     def is_open(self, name: str, to_go_m: float, picture: Picture) -> bool:
         """True while the gap to a vehicle at a distance of ``to_go_m`` is open."""
+        # Approaching a last received position is no approach to the vehicle, which has moved on: a leader and its
+        # followers would alternate at each step.
         if (n_positions := picture.peers.n_positions.get(name, 0)) != self._n_positions:
             self._n_positions = n_positions
             behind_m = self._speed_mps * picture.frame_s if self._speed_mps else 0.0

@@ -55,15 +55,11 @@ class _Rung(BaseException):
 
 
 class _Watch:
-    """Timer and audit hook of this process.
-
-    ``until_s`` is the thread CPU time at which a decision is late, infinite between decisions; ``fault`` its forbidden
-    act.
-    """
+    """Timer and audit hook of this process."""
 
     def __init__(self) -> None:
-        self.until_s = math.inf
-        self.fault = ""
+        self.until_s = math.inf  # thread CPU time at which a decision is late; infinite between decisions
+        self.fault = ""  # forbidden act of a decision
         if self._can_ring():
             signal.signal(signal.SIGPROF, self._ring)
         sys.addaudithook(self._seen)
@@ -117,14 +113,10 @@ Late = Callable[[str, str, str, float], None]
 
 
 class InTime:
-    """Strategy with a CPU limit on its decisions.
+    """Strategy with a CPU limit on its decisions; its methods raise PluginError if one changes files.
 
-    Args:
-        late: callback for late decisions at run time; their method returns nothing from then on. If None, and for
-            ``form`` and ``negotiator``, DecidedTooLate is raised.
-
-    Raises:
-        PluginError: by its methods, if a decision changes files.
+    ``late`` is called on late decisions at run time; their method returns nothing from then on. If it is None, and for
+    ``form`` and ``negotiator``, DecidedTooLate is raised.
     """
 
     def __init__(self, strategy: Strategy, cpu_s: float = MOST_CPU_S, late: Late | None = None) -> None:

@@ -240,8 +240,7 @@ def say_at(
 ) -> None:
     """Schedule a statement of a vehicle at a true time (s), if finite and the vehicle is simulated here.
 
-    ``facts`` builds it from the beliefs of the vehicle. ``unsaid`` is kind and detail of the fault row if the vehicle
-    is not alive by then; no row if empty.
+    ``unsaid`` is kind and detail of the fault row if the vehicle is not alive by then; no row if empty.
     """
 
     def say(host: Host) -> None:

@@ -25,7 +25,6 @@ class Fault:
     Attributes:
         until_s: infinite if permanent.
         leaves: effect on the vehicle meanwhile.
-        detail: of its first row in the table of faults.
         remembers: the vehicle restarts at the end, with its memory if True; None without a restart.
     """
 

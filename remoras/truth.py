@@ -228,10 +228,6 @@ def within_reach(
 
     A vehicle needs the abilities of the job and a role with it; a job without a role is open to all. A job for several
     vehicles needs as many in contact, now or later.
-
-    Args:
-        groups: with the roles that have jobs.
-        done: names of finished jobs.
     """
     paths: dict[str, list[tuple[str, str]]] = {}
     for group in groups:
@@ -262,13 +258,10 @@ def within_reach(
 def reachable_by_jobs(
     reached: float, jobs: Mapping[str, Job], groups: Iterable[Group], fleet: FleetView, done: Collection[str]
 ) -> float:
-    """Return the achievable share of a goal, from the share of open jobs within reach.
-
-    With half of four jobs done and one of the others achievable, it is 0.75. Without open jobs, the rest is achievable
-    by any remaining vehicle.
-    """
+    """Return the achievable share of a goal: with half of four jobs done and one other achievable, 0.75."""
     n_open = sum(name not in done for name in jobs)
     if not n_open:
+        # Without open jobs, any remaining vehicle can do the rest.
         return 1.0 if left(fleet) else reached
     n_within = sum(name not in done for name in within_reach(jobs, groups, fleet, done))
     if not n_within:
@@ -277,10 +270,7 @@ def reachable_by_jobs(
 
 
 def reachable_fraction(truth: Truth, jobs: Mapping[str, Job], groups: Iterable[Group], fleet: FleetView) -> float:
-    """Return the share of a mission's goal reached or achievable, 0..1.
-
-    The truth may define it; else it follows from the jobs, with objectives finished by any vehicle as done.
-    """
+    """Return the share of a mission's goal reached or achievable, 0..1, by its truth or else by its jobs."""
     reached, own = truth.goal_fraction, getattr(truth, "reachable_fraction", None)
     if own is not None:
         return max(reached, float(own(fleet)))
@@ -289,10 +279,7 @@ def reachable_fraction(truth: Truth, jobs: Mapping[str, Job], groups: Iterable[G
 
 
 class HolderCount:
-    """Count of beliefs about job holders, per vehicle and job of another, and of the wrong ones.
-
-    Unknown holders are not wrong. Vehicles with private claims, as in auctions by consensus, name none.
-    """
+    """Count of beliefs about job holders, per vehicle and job of another, and of the wrong ones."""
 
     def __init__(self) -> None:
         self.n_believed = 0
@@ -319,6 +306,7 @@ class HolderCount:
     def _counts_of_role(believed: Sequence[tuple[str, Organisation]], group: str, role: str) -> tuple[int, int]:
         named = {name: organisation.members(group, role) for name, organisation in believed}
         holders = {name for name, own in named.items() if name in own}
+        # Unknown holders are not wrong: vehicles with private claims name none.
         of_others = [own for name, own in named.items() if own and own != (name,)]
         return len(of_others), sum(not holders.issuperset(own) for own in of_others)
 

@@ -389,13 +389,8 @@ class Work:
     ) -> float:
         """Return the share of a caller's wait at a place that a vehicle ends by going there now, 0..1.
 
-        It is 1 - T / T_else. T is the travel time; T_else is the time until enough members have done their jobs and
-        come, the vehicle included if it has jobs. It is 0 if enough others come as soon.
-
-        Args:
-            vehicle: that might go; caller: that waits.
-            waiting: waiting members, not available before; the caller may be missing.
-            n_helpers: number of members needed.
+        It is 1 - T / T_else. T is the travel time; T_else is the time until ``n_helpers`` members have done their jobs
+        and come, the vehicle included if it has jobs. Members ``waiting`` are not available before.
         """
         way_s = distance(self.position_m(vehicle), place_m) / self.database[vehicle].transit_speed_mps
         come_s = []

@@ -1,8 +1,7 @@
 """Exchange after the mission, until all vehicles in contact have the same knowledge.
 
-Vehicles stay where they are, send outstanding items in their slots and process packets. They neither sense, decide,
-record facts nor use energy, and faults do not change. Receptions go to a separate table, so no other table, metric or
-ground truth is affected; refused packets count as faults.
+Vehicles only send outstanding items in their slots and process packets; faults do not change. Receptions go to a
+separate table, so no other table, metric or ground truth is affected; refused packets count as faults.
 """
 
 from __future__ import annotations

@@ -86,14 +86,10 @@ class Sensed(NamedTuple):
 
 
 class Sensing:
-    """Switch and read the sensors of one vehicle.
-
-    ``looking`` names the sensors that were on and worked in the last motion tick. ``misses`` returns whether a sensor
-    yields nothing at a time (s).
-    """
+    """Switch and read the sensors of one vehicle; ``misses`` returns whether one yields nothing at a time (s)."""
 
     def __init__(self, vehicle: str, sensors: Mapping[str, Sensor], world: Any) -> None:
-        self.looking: tuple[str, ...] = ()
+        self.looking: tuple[str, ...] = ()  # names of sensors that were on and worked in the last motion tick
         self._vehicle = vehicle
         self._sensors = sensors
         self._world = world
@@ -341,8 +337,7 @@ class FunctionalLayer:
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
         """Return stimulus and progress of every activity set; the same list while nothing but deadlines changes.
 
-        Behaviours whose last perception is valid are not asked, see ``Behaviour.perceive``. Raises PluginError if a
-        behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
+        Behaviours whose last perception is valid are not asked. Raises PluginError for a wrong answer.
         """
         body, reference = self.picture.body, self.held
         if self.positioning is not None:
@@ -427,10 +422,7 @@ class FunctionalLayer:
         self._rests_on = None
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
-        """Move for ``dt_s`` as guidance and neighbours allow; slow down to a stop without guidance.
-
-        Raises PluginError if the guiding behaviour raises, or returns anything but a finite Reference or None.
-        """
+        """Move for ``dt_s`` as guidance and neighbours allow; raise PluginError for a wrong reference."""
         reference, believed, motion = self.held, self.believed, self.motion
         if reference is not None:
             (x_m, y_m), _, holds_m, _ = reference

@@ -42,7 +42,6 @@ class Branch:
 
     Attributes:
         method: chosen method; None for an elementary task.
-        parent: index of the parent, or ROOT.
         children: indices of the current subtasks, without those of earlier decompositions.
         status: valid for elementary, failed and dropped tasks; for others see ``Execution.statuses``.
         expected: expected effort, set at the start; None before, or if unknown.

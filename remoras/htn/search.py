@@ -44,12 +44,7 @@ _Choice = tuple[Agenda, int, Iterator[Decomposition], int, int]
 class _Search:
     """Depth-first search for one plan, with backtracking.
 
-    Attributes:
-        nodes: of the plan; None without one.
-        may_have_missed: True if expansions or depth did not suffice.
-
-    Args:
-        depth_limit: prunes deeper tasks; None: prunes cycles.
+    ``may_have_missed`` one if expansions or depth did not suffice. ``depth_limit`` prunes deeper tasks; None: cycles.
     """
 
     def __init__(

@@ -58,7 +58,6 @@ class RoleSpecification:
     """Demands of a role: ``minimum``..``maximum`` holders, each able to play it.
 
     Attributes:
-        name: as in the papers, for example ``LeftWinger``.
         maximum: None means any number.
         head: the holder leads the group: it plans its mission and allocates its roles.
         founding: held from the start; other roles are allocated during the mission.

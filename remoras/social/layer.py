@@ -58,19 +58,13 @@ from worldmodel import Block, Change
 
 
 class Considered(NamedTuple):
-    """Effects of changed facts, or of the end of a round, on this vehicle.
-
-    Attributes:
-        events: ("absent" or "present", peer).
-        facts: to state at isolation and reconnection.
-        passed_on: statements of vehicles now absent, to relay one by one.
-    """
+    """Effects of changed facts, or of the end of a round, on this vehicle."""
 
     activities_due: bool
     rulings: Sequence[Ruling]
-    events: Sequence[tuple[str, str]] = ()
-    facts: Sequence[Fact] = ()
-    passed_on: Sequence[Fact] = ()
+    events: Sequence[tuple[str, str]] = ()  # ("absent" or "present", peer)
+    facts: Sequence[Fact] = ()  # to state at isolation and reconnection
+    passed_on: Sequence[Fact] = ()  # statements of vehicles now absent, to relay one by one
 
 
 NOTHING_CONSIDERED = Considered(False, ())
