@@ -168,7 +168,7 @@ def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any
     n_rows = len(record["organisation"])
     derived["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
     changes = any(group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"])
-    if changes or record.scenario.get("compatible"):
+    if changes or any(role.get("incompatible") for role in record.declared_roles.values()):
         del derived["malformed_s"]
         report.skip("malformed_s", "subgroups, groups formed at run time and incompatible roles are not derived")
     return derived
