@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.meeting.sequential_tests import threshold
@@ -88,13 +88,6 @@ class PandoraSettings(JobSettings):
     late_factor: float = Field(1.5, gt=1.0, description="multiple of the expected time after which an action is late")
     failed_factor: float = Field(4.0, gt=1.0, description="multiple after which it has failed")
     focus_radius_m: Positive = Field(20.0, description="search distance around the position of a part")
-
-    @field_validator("failed_factor")
-    @classmethod
-    def _after_late(cls, value: float, info: Any) -> float:
-        if value <= info.data.get("late_factor", 0.0):
-            raise ValueError("an action fails after it is late: allowed: above late_factor")
-        return value
 
     @property
     def assesses(self) -> bool:

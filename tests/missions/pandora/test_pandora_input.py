@@ -55,7 +55,6 @@ SURGE = {"between_s": [0.0, 10.0], "lasts_s": 5.0, "east_mps": 0.7}
 
 
 @pytest.mark.parametrize(("table", "change", "says"), [
-    ("mission", {"late_factor": 3.0, "failed_factor": 2.0}, "an action fails after it is late: allowed: above late_fa"),
     ("current", {"surge": [{**SURGE, "between_s": [20.0, 10.0]}]}, "the earliest start may not be later than the lat"),
     ("current", {"surge": [SURGE]}, "could not stay where it is"),
 ])  # fmt: skip
