@@ -58,7 +58,7 @@ KINDS = "a TOML or CSV file"
 COLUMNS = ("sender", "receiver", "per")
 FARTHEST_M, DEEPEST_M = 100_000.0, 11_000.0
 """Maximum coordinates (m, east and north) and depth (m) of a node."""
-LARGEST_BYTES, MOST_NODES = 1_000_000, 100
+MOST_NODES = 100
 LONGEST_LINE = 2_000
 """Maximum line length in characters: tomllib needs time quadratic in the length of a key."""
 
@@ -316,9 +316,6 @@ def network_of(setting: str, sha256: str = "") -> Network:
 @lru_cache(maxsize=16)  # a file, read by each check and run
 def _read(file: str, sha256: str) -> list[Network]:
     content = Path(file).read_bytes()
-    if len(content) > LARGEST_BYTES:
-        allowed = f"has {len(content) / 1e6:.1f} MB; allowed: up to {LARGEST_BYTES / 1e6:g} MB"
-        raise NetworkFileError([SettingFault("file", "", allowed, file=file)])
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
@@ -410,8 +407,6 @@ def _of_csv(text: str, file: str) -> list[Network]:
             lost[sender][receiver] = per
             # A node that only receives is a node, too; its missing links are then reported.
             lost.setdefault(receiver, {})
-            if len(lost) > MOST_NODES:
-                raise refused(line, "receiver", receiver, f"is one node more than the {MOST_NODES} that are allowed")
     except csv.Error as error:
         raise refused(reader.line_num + 1, "CSV", "", str(error)) from None
     nodes = [{"name": name, "per": per} for name, per in lost.items()]
