@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from missions.disk import drafted
 from missions.figure import RunResults
 
 if TYPE_CHECKING:
@@ -122,22 +123,16 @@ def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Pa
     Raises:
         DrawingError: output failed; existing files are unchanged, no partial file remains.
     """
-    ready: Sequence[tuple[str, bytes]] = list(contents)
-    paths = [folder / name for name, _ in ready]
-    drafts = [path.with_name(f".{path.name}.draft") for path in paths]
     if folder.exists() and not folder.is_dir():
         raise DrawingError(f"{folder}: is a file; name a folder")
-    path = folder
+    path, paths = folder, list[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for path, draft, (_, content) in zip(paths, drafts, ready, strict=True):  # noqa: B007  # the message names it
-            draft.write_bytes(content)
-        for path, draft in zip(paths, drafts, strict=True):
-            draft.replace(path)
+        with ExitStack() as drafts:
+            for name, content in contents:
+                path = folder / name
+                drafts.enter_context(drafted(path)).write_bytes(content)
+                paths.append(path)
     except OSError as error:
         raise DrawingError(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        for draft in drafts:
-            with suppress(OSError):
-                draft.unlink(missing_ok=True)
     return paths

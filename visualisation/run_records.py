@@ -91,15 +91,6 @@ def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
     return parts
 
 
-def outages_until(out: Iterable[Span], end_s: float) -> list[tuple[float, float]]:
-    """Clip outages to a run that ended at ``end_s``.
-
-    >>> outages_until([Span(2.0, 4.0), Span(9.0, math.inf)], 10.0)
-    [(2.0, 4.0), (9.0, 10.0)]
-    """
-    return [(gap.start_s, min(gap.end_s, end_s)) for gap in out if gap.start_s < end_s]
-
-
 Floats = NDArray[np.float64]
 RoleKey = tuple[str, str]
 """Group and role."""

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from missions.figure import RunResults, axis_end_s
 from visualisation import page, run_records, style, words
 from visualisation.page import DrawnPage, panel_in
-from visualisation.run_records import Floats, Span, outages, outages_until, spans_by
+from visualisation.run_records import Floats, Span, outages, spans_by
 from visualisation.runs import captions, news
 
 SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
@@ -117,8 +117,11 @@ def strip(
     for edge in range(1, n):
         axes.axhline(edge - 0.5, color="white", linewidth=min(1.0, 6.0 * row_in))
     for row, name in enumerate(names):
-        for start, end in outages_until(out.get(name, ()), end_s):
-            axes.barh(row, end - start, 1.0, start, facecolor="none", edgecolor=style.GREY, hatch="////", linewidth=0)
+        for gap in out.get(name, ()):
+            axes.barh(
+                row, min(gap.end_s, end_s) - gap.start_s, 1.0, gap.start_s, facecolor="none", edgecolor=style.GREY,
+                hatch="////", linewidth=0,
+            )  # fmt: skip
     axes.set_xlabel(words.axis("time", "s"))
 
 
