@@ -176,7 +176,7 @@ class Strategy(Protocol):
 
     @property
     def declaration(self) -> Declaration:
-        """Properties and demands."""
+        """Properties of the strategy, and its demands on vehicles."""
 
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
         """Return the initial organisation: groups with founding roles."""

@@ -2,8 +2,6 @@
 
 ``goal_fraction`` is relative to all declared work, whatever vehicles remain, so it shows failure but not its cause. The
 reachable fraction adds what remaining vehicles are able to do: below 1, vehicles were lacking, at 1, planning or time.
-A vehicle remains if it is alive or will return, has energy to spare, makes headway, and has working sensors. Time and
-energy for the rest are not considered.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
                 progress(self.now_s)
 
     def close(self) -> None:
-        """Release vehicles and record at once: Mesa's references keep a model alive."""
+        """Release vehicles and record at once; otherwise Mesa's references keep the model alive."""
         self.remove_all_agents()
         ids = getattr(Agent, "_ids", None)
         if isinstance(ids, dict):

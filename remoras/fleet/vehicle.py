@@ -1,12 +1,8 @@
 """Vehicle: the only module that knows the order of the layers.
 
 Every tick: act (as decided before) and sense. Every decision period: think. Packets are processed at their arrival. At
-the end of every TDMA frame the social layer consults.
-
-The path of an observation: ``step`` records it in the world model (a Change), ``radio.tell`` makes it an item,
-``speak`` packs it; at the peer ``radio.hear`` unpacks and merges the block (a Change), ``consider`` passes it to the
-social layer, ``_adopt`` replans and hands activities to the functional and executive layer. Calls only go down and
-return values.
+the end of every TDMA frame the social layer consults. Calls only go down and return values; ``docs/DESIGN.md`` follows
+an observation from its sensor to the plans of peers.
 """
 
 from __future__ import annotations

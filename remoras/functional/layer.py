@@ -160,7 +160,7 @@ class Positioning(Protocol):
         """Restart at the same place."""
 
     def pose(self, pose: Pose) -> Pose:
-        """Return the sensor pose with the known position error."""
+        """Return the pose with the error of the believed position."""
 
 
 class FunctionalLayer:

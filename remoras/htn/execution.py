@@ -2,8 +2,7 @@
 
 Steps start in plan order without waiting for each other's end: preconditions express dependencies. A step whose
 precondition does not hold waits while an earlier step runs; with none running it has failed. Preconditions and effects
-are evaluated on the facts of the executing vehicle, not on the planner's forecast. A step ends when its effects hold;
-if they hold before its start, it is skipped, so replanning repeats no step.
+are evaluated on the facts of the executing vehicle, not on the planner's forecast. A step ends when its effects hold.
 
 A failure ascends to the lowest ancestor with an alternative, given the current facts: another method, or another
 decomposition by the same one. Only that branch is replanned, so the cost depends on the branch, not on the length of

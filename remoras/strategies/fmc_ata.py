@@ -3,20 +3,11 @@
 Every vehicle spends the same budget. The price of a job is the sum of its bids; a bidder is allotted its bid over the
 price. A share x yields the utility (r x)^elasticity, r being the worth of the whole job to the vehicle. New bids are
 proportional to utilities (proportional response), which converges to the envy-free equilibrium of the market. Then
-capacity applies: the greatest shares up to a role's maximum stay, normalised to 1; all below ``least_share`` are
-dropped, except for the greatest. A vehicle orders its jobs by gain over time, r x / (travel + x work). It bids after a
+capacity applies (``allotted``). A vehicle orders its jobs by gain over time, r x / (travel + x work). It bids after a
 message or the end of a job, using the last bids of each peer. New work or a new vehicle restarts its bidding.
 
-From abstracts and program (below): equal budgets, proportional response, elasticity 0.9, prices, capacity, worth that
-falls with arrival time, order by gain over time, message stamps. Ours, for TDMA broadcasts and work that takes time:
-
-* No vehicle acts for a task: each computes all prices and shares from its own and received bids.
-* Worth r = work e^(-arrival / discount_s), from the duration of the job; arrival counts from now.
-* Bids are whole parts of 255, the greatest 13 in one block. Of equal bids the lower node wins.
-* Shares below 0.25 are dropped (0.001 in the program), since travel has a cost.
-* A vehicle finishes a begun job; if more have begun it than its capacity, the lower nodes stay. The current job keeps
-  its bid; others are valued from its end. No job begins within ``settle_rounds`` after new work or vehicles.
-* Sharers of a job do not wait for each other (in the program's schedule another job may come first).
+Ours, for TDMA broadcasts and work that takes time: no vehicle acts for a task, each computes all prices and shares from
+its own and received bids; a vehicle finishes a begun job, and values others from its end.
 
 Source: Rachmut, Nelke, Zivan 2023, IJCAI, 262-270 (by its abstract and its first author's program,
 Simulation_For_Research, ``solver_fmc_distributed_asy``); Nelke, Okamoto, Zivan 2020, ACM TIST 11 (1) (FMC_TA, by its
@@ -214,6 +205,7 @@ class Buyer(Member["FmcAta"]):
             if after is None:
                 continue
             way_s = distance(here.position_m, work.job(role).place_m) / data.transit_speed_mps
+            # Sharers of a job do not wait for each other; in the program another job may come first.
             takes_s = way_s + share * max(0.0, after.free_s - here.free_s - way_s)
             rate = worth[role.name] * share / max(1.0, takes_s)
             if rate > most:
@@ -231,6 +223,7 @@ class FmcAta(DividedAtSea):
     elasticity: Annotated[float, Field(gt=0.0, le=1.0, description="exponent of the gain over the share of a job")] = (
         0.9
     )
+    # Far above the 0.001 of the program, since travel has a cost.
     least_share: Annotated[
         float, Field(ge=0.0, le=1.0, description="minimum share of a job worth travelling for, if others do the rest")
     ] = 0.25

@@ -3,13 +3,11 @@
 Each founding role needs its minimum of holders, a leader role at least one; if all are fillable together, all are
 filled. Preferred are vehicles that list the role earlier among their playable founding roles, then those with most
 energy. A second role in a group, or in a group on another branch of the same nesting, is given only if unavoidable.
-Remaining vehicles fill vacancies, sibling groups in turn; vehicles without a playable vacancy form a reserve. A leader
-needs the social layer; ``played_by`` couples two roles (a Coordinator is the Tactician of the group above).
+Remaining vehicles fill vacancies, sibling groups in turn; vehicles without a playable vacancy form a reserve.
 
 If the greedy order fails, a mixed-integer programme decides (``Seats``; HiGHS by SciPy). It has one binary variable per
-vehicle and role, holder counts as bounds, and couplings and incompatibilities as constraints. It minimises double
-roles, then holders; ties fall in order of roles and vehicles. Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections
-IV, VII.
+vehicle and role, and minimises double roles, then holders; ties fall in order of roles and vehicles. Source: Carlesi,
+Michel, Jouvencel, Ferber 2011, sections IV, VII.
 """
 
 from __future__ import annotations

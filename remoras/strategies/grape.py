@@ -7,14 +7,11 @@ count wins, then the higher stamp; adopting another's makes the vehicle unsatisf
 this ends in a Nash-stable partition. The game continues from the current partition when jobs end or appear, or vehicles
 are lost.
 
-The gain of a vehicle in a coalition of n is ``(reward + work) / n - travel`` in seconds, with the same reward for all
-jobs; above the maximum of the role it is minus infinity. Ours, for work that takes time and packet loss: a vehicle
-finishes a begun job; above the maximum the lower nodes stay. A job begins once its coalition is stable for
-``settle_rounds``. Stamps consist of round and node instead of random numbers, so they are unique. A partition is one
-block, so the fleet has to be small.
+Ours, for work that takes time and packet loss: a vehicle finishes a begun job. A job begins once its coalition is
+stable for ``settle_rounds``. A partition is one block, so the fleet has to be small.
 
 Source: Jang, Shin, Tsourdos 2018, Anonymous hedonic game for task allocation in a large-scale multiple agent system,
-IEEE Transactions on Robotics 34 (6), algorithms 1 and 2. Utility: reward over participants, less travel (its eq. 32).
+IEEE Transactions on Robotics 34 (6), algorithms 1 and 2.
 """
 
 from __future__ import annotations
@@ -106,6 +103,7 @@ class Player(Member["Grape"]):
         else:
             self._partition[self._me] = role
         work = situation.work
+        # Unique, unlike the random numbers of the paper: no two partitions tie.
         stamp = situation.round * len(work.database) + work.database[self._me].node
         self._age = min(MOST_EVOLVED, self._age[0] + 1), min(MOST_STAMP, stamp)
         self._is_told = False
@@ -130,6 +128,7 @@ class Player(Member["Grape"]):
             return -math.inf
         way_s = distance(here.position_m, work.job(role).place_m) / data.transit_speed_mps
         work_s = max(0.0, after.free_s - here.free_s - way_s)
+        # Reward over participants, less travel: equation 32 of the paper, plus the work, in seconds.
         return (self._with.reward_s + work_s) / n - way_s
 
     def _message(self) -> Statement:

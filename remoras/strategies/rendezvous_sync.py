@@ -2,10 +2,8 @@
 
 Each member starts with the first ``jobs_per_leg`` jobs of a common plan, does them silently and goes to the rally
 point. Once the leader, itself free, receives all members there, it assigns the first jobs of a new plan; each member
-leaves on receiving its own. So packet loss can only prolong a rendezvous. The leader waits for members still expected
-at work, with a time reserve. A member missing for a lease after that leaves the group by the common rule, and others
-get its jobs. A vehicle without work in any group, such as a supervisor, has no planned silence: its lease runs all the
-time.
+leaves on receiving its own. So packet loss can only prolong a rendezvous. A member missing for a lease after its
+expected arrival leaves the group by the common rule, and others get its jobs.
 
 Source: rendezvous point synchronisation as cited by Carlesi et al. 2011, section II. The plan is ours.
 """

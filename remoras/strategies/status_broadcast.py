@@ -3,12 +3,8 @@
 Every ``period_rounds`` a vehicle broadcasts its current job and the known finished jobs; repetition replaces
 acknowledgement. From received states it predicts the end of each peer's job, plans for all members by the shared
 allocator and takes the first job of its part; vehicles with the same states make the same plan. A vehicle without a
-part helps at a job with a vacancy if that saves ``help_s``.
-
-Re-tasking: a vehicle that takes no jobs or has left the group has no part in the plan; its job is open again. A job
-late by ``doubt_rounds`` is repeated by a vehicle without other work; a planned job that no vehicle has begun is late
-from its first planned end. Of two at one job beyond its maximum, or without intention to help, the later one chooses
-again.
+part helps at a job with a vacancy if that saves ``help_s``. A job late by ``doubt_rounds`` is repeated by a vehicle
+without other work.
 
 Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners, re-tasking).
 """
