@@ -103,11 +103,13 @@ def assemble(
         vehicle: factory with the parameters of ``Vehicle``.
     """
     if setup.scenario.communication.key_file:
+        # Several runs may share a setup: a fresh salt keeps nonces unique under the key.
         setup = replace(setup, codec=renewed(setup.codec))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(setup, data, seed) for data in setup.database.values()]
     recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
     if setup.strategy.declaration.sharing is not None:
+        # Instant sharing is the upper bound: its vehicles know the true data of the fleet.
         setup = _known_as_it_is(setup, fleet)
     world = mission.world(seed)
     shared = Shared(setup, seed, world, recorder, feature_observers(setup, recorder, seed), vehicle)

@@ -80,6 +80,7 @@ def cautions(setup: Setup) -> Iterator[Caution]:
     parts = _divided(setup, {name: jobs[name] for name in sorted(alone, key=lambda name: (-alone[name][1], name))})
     last_s = max((part.outlook.free_s for part in parts), default=0.0)
     end_s = min(duration_s, last_s) if jobs else duration_s
+    # If a single job exceeds the duration, its own warning says more.
     if last_s > duration_s and all(free_s <= duration_s for _, free_s in alone.values()):
         late = max(parts, key=lambda part: part.outlook.free_s)
         yield Caution(

@@ -56,6 +56,7 @@ def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> It
     last = max(by_window, default=0)
     for number in sorted(by_window):
         rows = by_window[number]
+        # The run ends in the middle of the last window, where some vehicles have not had their slots.
         if number == last > 0 and max(row["slot"] for row in rows) < (number + 1) * n_slots - 1:
             continue
         heard = nx.DiGraph()
@@ -146,6 +147,7 @@ def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
         for row in run.recorder.rows("faults")
         if (row[3] == OVER) == over and row[2] != EMPTY and absence(row[2]) is how
     ]
+    # Reversed, so that the first time of a vehicle remains.
     return dict(reversed(reached))
 
 

@@ -111,6 +111,7 @@ def fill(
     times_s = [(time_s, True) for time_s in given_up_s]
     if model.pruning:
         times_s += [(time_s, False) for time_s in frame_ends_s]
+    # At equal times, pruning at a frame's end (False) precedes what the vehicle records then.
     for time_s, with_it in sorted(moment for moment in times_s if moment[0] <= at_s):
         while rest and (rest[0][0] <= time_s if with_it else rest[0][0] < time_s):
             since_s, block = rest.popleft()
@@ -365,6 +366,7 @@ class Memory:
             if block.origin == nodes[vehicle] or not since_s <= at_s < until_s:
                 continue
             receptions = [r for uid in items for r in self._heard.get((vehicle, uid), ()) if r[0] <= since_s]
+            # The packet that completed the block is the last one up to that time.
             sender = nodes[max(receptions, key=itemgetter(0))[1]] if receptions else None
             told_by = sender if by_packets else block.origin
             parts = [block._replace(facts=(fact,)) for fact in block.facts] if block.is_status else [block]
@@ -394,6 +396,7 @@ class Memory:
                 if kind == "kept" or (name == origin and block.is_status and by_packets):
                     continue
                 if not by_packets:
+                    # In the tick of its exhaustion a vehicle gets only the blocks of those before it in node order.
                     order = (recorded_s, block.origin) < (exhausted_s.get(name, math.inf), data.node)
                     told_s = [recorded_s] if order and name != origin else []
                     times_s = [told_s + [from_s for from_s, _ in memories(self._lives[name]) if from_s > recorded_s]]

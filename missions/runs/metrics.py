@@ -68,6 +68,7 @@ def _powered_s(run: MeasuredRun) -> float:
     used_j: dict[str, float] = {}
     n_ticks = 0
     for _, vehicle, _, _, _, _, energy_j, _ in run.recorder.rows("trajectories"):
+        # The first row of a vehicle has no tick before it, so it compares with itself.
         n_ticks += energy_j > used_j.get(vehicle, energy_j)
         used_j[vehicle] = energy_j
     return n_ticks * run.scenario.scenario.tick_s

@@ -36,6 +36,7 @@ def _events(run: MeasuredRun) -> list[_Event]:
         if row[5] in ("assigned", "left")
     ]
     moves = [_Event(at_s, name, "", None, not away) for at_s, name, away in absences(run.recorder.rows("faults"))]
+    # A stable sort: of equal times, the moves come first.
     return sorted([*moves, *changes], key=lambda event: event.time_s)
 
 
@@ -137,6 +138,7 @@ def malformed_s(run: MeasuredRun) -> float:
     spells_s = []
     for spell_s, views in _moments(run):
         roles = frozenset(views.true_roles)
+        # Few sets of roles recur over many intervals, and each check visits the whole specification.
         if roles not in known:
             known[roles] = bool(specification_faults(Organisation.of(groups, roles)))
         if known[roles]:

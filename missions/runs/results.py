@@ -78,6 +78,7 @@ def summary(run: Run) -> dict[str, Any]:
     milestones = [
         {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
     ]
+    # Own metrics read the quantised tables, so that a sweep's folder gives the same values later.
     stored = MemoryResults(run, {**fields, "milestones": milestones})
     measured = {metric.name: value_of(metric, stored, reference) for reference, metric in own.items()}
     return {**fields, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
@@ -140,6 +141,7 @@ class MemoryResults(RunReader):
         digest = hashlib.sha256(f"{__version__} {self.run.scenario.model_dump_json()} {self.run.seed}".encode())
         for name, table in self._arrow.items():
             content = pa.BufferOutputStream()
+            # IPC bytes, since those of Parquet depend on its version.
             with pa.ipc.new_stream(content, table.schema) as out:
                 out.write_table(table)
             digest.update(name.encode())

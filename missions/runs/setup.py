@@ -264,6 +264,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
     if faults := [*_malformed(agreement.organisation), *_undivided(strategy, agreement, database)]:
         raise ConfigurationError(scenario.scenario.name, faults)
+    # Only for its errors: sensors and tables fail here, before any run.
     recorder_of_mission(mission, [sensors_of(data) for data in database.values()])
     own = own_metrics(scenario)
     urgency = priorities(scenario, strategy, mission, tbox)
@@ -329,6 +330,7 @@ def _codec(
 ) -> Codec:
     """Create the codec of all vehicles, with numbers as wide as the whole mission needs."""
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
+    # A whole number of steps beyond the end, so that no time of the mission needs an escape.
     horizon_s = resolution_s * (int((duration_s + ahead_s) / resolution_s) + 1)
     n_frames = int(duration_s / schedule.frame_s) + 1
     stated = _items_per_round(strategy.declaration, tbox) * max(1, len(mission.jobs))

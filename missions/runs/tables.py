@@ -69,6 +69,7 @@ def _quantised(numbers: npt.NDArray[np.float64], unit: str, missing: npt.NDArray
     if unit in WHOLE:
         return pa.array(np.rint(numbers), mask=~np.isfinite(numbers)).cast(pa.int64())
     if unit in STEPS:
+        # Adding 0.0 turns -0.0 into 0.0, which would otherwise be another value in digests.
         numbers = np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0
     elif unit in DIGITS:
         numbers = np.round(numbers, DIGITS[unit])
