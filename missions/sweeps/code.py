@@ -72,6 +72,7 @@ def code_digests(named: Iterable[str]) -> dict[str, str]:
 def _imported(module: str, top: Path) -> Iterator[Path]:
     """Yield the sources below ``top`` that a module imports, directly or not."""
     finder = ModuleFinder([str(top)])
+    # A faulty plug-in has at least its own file in the digest; its fault appears on loading.
     with suppress(ImportError, SyntaxError, ValueError):
         finder.import_hook(module)
     names = (getattr(found, "__file__", None) for found in finder.modules.values())

@@ -176,10 +176,12 @@ def _drive(
                 elif deaths[task.key] >= MAX_ATTEMPTS:
                     finished.append(killed(task, "the process died every time that this run was tried"))
                 else:
+                    # First in the queue, since later repeats of its configuration may wait for its outcome.
                     waiting.appendleft(task)
         folder.append(finished)
         if not waiting:
             waiting.extend(plan.due(summaries, {task.key for task in busy.values()}))
+        # Only configurations of ended runs can have changed, and counting all takes longer the larger the study.
         n_lacking |= {task.number: len(schedule.lacking(task.number, summaries)) for task in ended}
         if progress is not None:
             progress(len(summaries), len(summaries) + sum(n_lacking.values()))

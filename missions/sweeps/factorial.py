@@ -49,6 +49,7 @@ class FactorialDesign:
             for chosen in itertools.combinations(single, count):
                 word: Term = frozenset()
                 for generator in chosen:
+                    # A squared factor is 1, so that a product is the symmetric difference.
                     word ^= generator
                 words.append(word)
         return tuple(sorted(words, key=lambda word: (len(word), sorted(map(self.factors.index, word)))))

@@ -305,6 +305,7 @@ class SweepFolder:
             raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            # Before anything is read, since another sweep may be writing it.
             held = lock(folder / LOCK, os.O_RDWR | os.O_CREAT, is_required=True)
             if held is None:
                 raise OutputError(f"--out {folder}: another sweep is writing this folder")
@@ -375,6 +376,7 @@ class SweepFolder:
             for key, run in new.items():
                 n_bytes = sum(map(len, run.files.values()))
                 if self._plan.study.design.keep_tables is None and self._table_bytes + n_bytes > MOST_TABLE_BYTES:
+                    # Above the limit the run keeps its summary, without tables.
                     new[key] = FinishedRun({**run.line, "tables": ""})
                 elif run.files:
                     runs.mkdir(exist_ok=True)
@@ -384,6 +386,7 @@ class SweepFolder:
                             (draft / name).write_bytes(content)
                         synced(*draft.iterdir())
                     self._table_bytes += n_bytes
+        # After the tables: a line in the ledger promises that they are on disk.
         self._ledger.append(
             run.line
             for key, run in new.items()
@@ -409,6 +412,7 @@ def _set_aside(folder: Path) -> None:
     """Move the content of the folder into its first free ``before-N``."""
     aside = next(path for number in count(1) if not (path := folder / f"before-{number}").exists())
     aside.mkdir()
+    # The record last: an interrupted move leaves a folder that still names its study.
     for name in (LEDGER, RUNS, KEPT, STUDY_TEXT, STUDY):
         if (folder / name).exists():
             (folder / name).rename(aside / name)

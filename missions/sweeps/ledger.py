@@ -86,6 +86,7 @@ class RunLedger:
         try:
             content = b"".join(_sealed(line) for line in new)
             while content:
+                # A write may be partial, as on a full disk.
                 content = content[os.write(self._file, content) :]
             os.fsync(self._file)
         except OSError as error:

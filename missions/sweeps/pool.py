@@ -85,6 +85,7 @@ class SupervisedPool(Executor):
             while not self._calls.empty():
                 if (call := self._calls.get()) is not None:
                     call[0].cancel()
+            # A copy, since watching threads change the set.
             for process in list(self._processes):
                 process.kill()
         for _ in self._threads:
@@ -113,6 +114,7 @@ class SupervisedPool(Executor):
                     continue
                 began = False
             try:
+                # The first message of a process shows that it has loaded; its end before that is no fault of the call.
                 if not began:
                     began = connection.recv()
                 connection.send(request)

@@ -317,6 +317,7 @@ def _resolved(
                 for fault in _in_study(error.faults, combination.settings):
                     faults.setdefault((fault.key, fault.allowed), fault)
             else:
+                # Combinations that resolve to one scenario, such as a setting equal to the default, run once.
                 first = resolved_by_text.setdefault(configuration.scenario.model_dump_json(), configuration)
                 if (case := combination.unforeseen) != first.unforeseen:
                     allowed = f'{source} runs alike with it and with "{first.unforeseen}"; leave one of the two out'
@@ -355,6 +356,7 @@ def _naming(scenario: Scenario, own: Sequence[str]) -> Scenario:
 
 def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Iterator[ConfigurationFault]:
     """Map faults of a scenario to the study's keys that caused them."""
+    # Longest first, since one place may be the beginning of another.
     places = sorted({setting.place for setting in settings}, key=len, reverse=True)
     for fault in faults:
         place = next((place for place in places if f"{fault.key} ".startswith(f"{place} ")), None)
