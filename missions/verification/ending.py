@@ -43,6 +43,7 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
     absent: defaultdict[str, set[str]] = defaultdict(set)
     columns = "time_s vehicle group role event"
     for wrong, time_s, vehicle, group, role, event in report.each("roles", record, "roles", columns):
+        # A restart ends roles without rows.
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
             has, drives = ({row for row in has if row[0] != began}, {row for row in drives if row[0] != began})
@@ -104,6 +105,7 @@ def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, 
     for time_s, *row in record.rows("organisation", "time_s vehicle peer group role event"):
         if row[4] in ("assigned", "left"):
             changes.append((time_s, 1, row))
+    # At equal times vehicles enter or leave before views change; the rest of an entry has no order.
     changes.sort(key=lambda change: change[:2])
     views, before_s = Views(record), 0.0
     for time_s, order, change in changes:
@@ -196,6 +198,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
         own = (spell for spell in left if (spell.vehicle, spell.kind) == (fault["vehicle"], fault["kind"]))
         match = next((spell for spell in own if abs(spell.from_s - from_s) <= CLOSE_S), None)
         if match is None:
+            # A fault at the very end may or may not have a row.
             if from_s < record.end_s:
                 follows = f"{fault['kind']} from {from_s:g} s, as declared"
                 report.add("faults", "faults", from_s, fault["vehicle"], "no row", follows)
@@ -345,6 +348,7 @@ def _check_verdict(record: Record, report: CheckReport) -> None:
         wrong(None, "", f"completed with {summary['goal_fraction']} of the goal", "not completed")
     if abs(time_s - record.end_s) > ROUNDED_S:
         wrong(None, "", f"mission_time_s is {time_s:g}", f"{record.end_s:g}, time of the last tick")
+    # The milestone falls between the last two ticks.
     if ended and not -ROUNDED_S <= record.end_s - ended[-1]["time_s"] <= record.tick_s + ROUNDED_S:
         wrong(ended[-1]["time_s"], "", "milestone mission_complete", f"{record.end_s:g} s, when the run ended")
     met = {milestone["group"] for milestone in _milestones(record, "gathered")}

@@ -101,6 +101,7 @@ def _check_values(record: Record, name: str, column: str, allowed: str, report: 
     if ".." in allowed:
         low, high = (float(end or "inf") for end in allowed.split(".."))
         low = -math.inf if allowed.startswith("..") else low
+        # Nulls are allowed, so they stand for the lower bound.
         numbers = np.array([low if v is None else v for v in values], dtype=float)
         wrong = np.flatnonzero(~(np.isfinite(numbers) | (numbers == low)) | (numbers < low) | (numbers > high)).tolist()
     else:
@@ -127,6 +128,7 @@ def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, rep
 
 def _check_once(name: str, table: TableColumns, report: CheckReport) -> None:
     report.look("once", len(table))
+    # Without lists, which cannot be hashed.
     single = [column.name for column in table.arrow.schema if not pa.types.is_list(column.type)]
     seen = set[Any]()
     for number, row in enumerate(table.rows(*single)):
@@ -162,6 +164,7 @@ def verify_run(record: Record, report: CheckReport) -> None:
             continue
         try:
             check(record, report)
+        # Altered tables may break any assumption of a check, and the other themes are still of use.
         except BROKEN as error:
             report.add("readable", theme, None, "", f"{type(error).__name__}: {error}", "values that can be read")
 

@@ -49,6 +49,7 @@ def cells_of(record: Record) -> dict[Cell, str]:
         x, y = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]), indexing="ij")
         centre_x, centre_y = (x + 0.5) * size_m, (y + 0.5) * size_m
         inside = np.zeros(x.shape, dtype=bool)
+        # Even-odd rule with a ray to the east; sides include their lower end only, so that a corner counts once.
         for sides in zip(corners, np.roll(corners, -1, axis=0), strict=True):
             (ax, ay), (bx, by) = sorted(sides, key=lambda corner: float(corner[1]))
             level = (ay <= centre_y) & (centre_y < by)
@@ -125,6 +126,7 @@ def _check_vehicle(
     for swath in mapping_swaths(record.vehicles[name]):
         dead = [spell for spell in record.spells if spell.vehicle == name and swath.name in spell.dead_sensors]
         on = awake & ~record.lasting(dead, time_s)
+        # Tolerances widen what is possible and narrow what is certain.
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = ground_mps <= most_mps * 1.000001 + error_mps
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0

@@ -123,6 +123,7 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     if path is None:
         report.skip("places in surges", "when a surge begins is drawn by the seed")
     else:
+        # Rounding errs by half a step; 0.6 leaves a margin.
         tolerance_m = PLACE_M + dt_s * (0.6 * ANGLE_STEP_RAD * speed + 0.6 * SPEED_STEP_MPS)
         ahead = np.cos(track.heading_rad[1:]), np.sin(track.heading_rad[1:])
         along_m = path[0] * ahead[0] + path[1] * ahead[1]
@@ -226,11 +227,13 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     used_j = np.diff(track.energy_j.astype(float))
     asked = ~drained[1:]
     report.look("energy", 2 * len(used_j))
+    # The difference of two whole numbers of joules errs by up to 1 J.
     wrong = asked & (np.abs(used_j - due_j) > 1.05 + step_j + unsure_j)
     all_j = np.cumsum(due_j)
     error_j = 1.05 + np.cumsum(step_j) + unsure_j + 1e-3 * index.size
     wrong |= asked & (np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > error_j)
     wrong |= (used_j < 0.0) | (track.energy_j[1:] > data["energy_j"] + 0.5)
+    # The first only, since its error remains in all later sums.
     for row in np.flatnonzero(wrong)[:1]:
         stated = f"{track.energy_j[row + 1]:.0f} J used, {used_j[row]:.0f} J of them since the tick before"
         follows = f"{track.energy_j[0] + all_j[row]:.1f} J and {due_j[row]:.1f} J"

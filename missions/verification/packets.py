@@ -32,6 +32,7 @@ def sound_mps(record: Record) -> float | None:
     t, s = channel.get("temperature_c"), channel.get("salinity_psu")
     if t is None or s is None:
         return None
+    # Mackenzie, Journal of the Acoustical Society of America 70 (1981), 807-812.
     z = sum(float(vehicle["depth_m"]) for vehicle in record.vehicles.values()) / len(record.vehicles)
     return float(
         1448.96 + 4.591 * t - 5.304e-2 * t**2 + 2.374e-4 * t**3 + 1.340 * (s - 35.0) + 1.630e-2 * z
@@ -128,6 +129,7 @@ def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arriva
         if sides := blackout.get("between"):
             own = [[n for n, side in enumerate(sides) if vehicle in side] for vehicle in (sender, name)]
             is_about = [] not in own and own[0] != own[1]
+        # At its rounded ends either outcome is right.
         if is_about and blackout["from_s"] + CLOSE_S <= time_s < blackout["until_s"] - CLOSE_S:
             return "there is a blackout"
     return ""
@@ -318,6 +320,7 @@ def _check_acknowledged(
             since_s = held.get((peer, uid), aside.get((peer, uid)))
             if peer == vehicle or (since_s is not None and since_s <= time_s + CLOSE_S):
                 continue
+            # The item may have been settled at any time while the peer was not waited for.
             before = [is_out for at_s, is_out in out.get((vehicle, peer), []) if at_s <= time_s + CLOSE_S]
             if not any(before):
                 wrong(f"takes all to hold {uid}", f"{peer} does not, and is waited for")

@@ -341,6 +341,7 @@ class Record:
         """First assignment time of objectives, by (viewer, group, role, objective, argument)."""
         columns = "vehicle group role objective argument time_s event"
         rows = [row for row in self.rows("organisation", columns) if row[6] == "given"]
+        # Reversed, so that the first assignment remains.
         return {row[:5]: row[5] for row in reversed(rows)}
 
     def roles_at(self, vehicle: str, at_s: float, event: str = "assigned") -> frozenset[Role]:
@@ -355,6 +356,7 @@ class Record:
         ends = {"left": "assigned", "inactive": "active"}
         rows = list(self.rows("roles", "time_s vehicle group role event"))
         anew = [(spell.until_s, spell.vehicle) for spell in self.spells if spell.kind == "restarts"]
+        # Just before the restart, so that the new roles at the same time remain.
         rows += [(at_s - CLOSE_S, vehicle, "", "", event) for at_s, vehicle in anew for event in ("left", "inactive")]
         changes: dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]] = defaultdict(lambda: ([], []))
         for time_s, vehicle, group, role, event in sorted(rows, key=lambda row: row[0]):
@@ -435,6 +437,7 @@ class Record:
                 continue
             match = re.search(r"until (\S+) s", detail)
             until_s = math.inf if match is None else float(match[1])
+            # Times in details have six digits.
             error_s = 1e-3 + 1e-5 * until_s
             ended_s = (end[0] for end in ends if end[1:] == (vehicle, kind) and abs(end[0] - until_s) <= error_s)
             spells.append(Spell(vehicle, kind, time_s, next(ended_s, math.inf), detail))

@@ -222,6 +222,7 @@ class _LinkEstimate:
     def take(self, n_missed: int, lost: bool) -> None:
         """Add ``n_missed`` losses, unless the silence is too long for loss, and one sample."""
         reckoned = (self.lost + 1.0) / (self.weight + 2.0)
+        # Up to twice the silence that counts as absence, which is at least 4 frames (docs/model/exchange.md).
         is_loss = n_missed <= 8 or n_missed <= 2 * math.ceil(math.log(1e-3) / math.log(reckoned))
         for sample in [1] * (n_missed * is_loss) + [int(lost)]:
             self.n, self.lost, self.weight = self.n + 1, KEPT * self.lost + sample, KEPT * self.weight + 1.0
@@ -242,6 +243,7 @@ def _check_radios(record: Record, report: CheckReport) -> None:
     last_heard, newest, parked, unsure = dict[Row, int](), dict[str, int](), set[Row](), set[str]()
     back, links, due = list[Row](), defaultdict[Row, _LinkEstimate](_LinkEstimate), dict[Row, Row]()
     policy = record.of("communication").get("policy")
+    # At equal times a reception precedes the own packet, which acknowledges it, and both precede suspensions.
     for at_s, order, event in sorted(events, key=lambda e: e[:2]):
         if order == 2:
             parked.add(event)

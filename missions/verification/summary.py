@@ -108,6 +108,7 @@ def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, floa
     least_m = min((gap_m for gap_m, _ in apart.values()), default=None)
     derived["closest_approach_m"] = least_m, PLACE_M
     separation_m = float(record.of("guidance").get("separation_m", 5.0))
+    # Within rounding of the separation, a pair may or may not be a conflict.
     if not any(abs(gap_m - separation_m) < PLACE_M + 0.001 for gap_m, _ in apart.values()):
         derived["conflicts"] = sum(gap_m < separation_m for gap_m, _ in apart.values()), 0
     return derived
@@ -228,10 +229,12 @@ def _of_doubt(record: Record, report: CheckReport) -> dict[str, tuple[Any, float
 
     total, degrees = deviation()
     limit = float(chdtri(degrees, 0.01))
+    # So close, rounded values decide neither way.
     if abs(total - limit) < 0.01 * limit:
         report.skip("n_doubted", "the deviation of the vehicles is at its limit")
         return {}
     rest = [deviation(origin)[0] for origin in sorted({origin for e in estimates for origin in e})]
+    # Those without whom the others agree best; of two vehicles both.
     n_doubted = 0 if total < limit else sum(e <= min(rest) + 1e-9 for e in rest)
     return {"n_doubted": (n_doubted, 0)}
 
