@@ -92,6 +92,7 @@ def _map(axes: Axes, network: Network) -> None:
     span_m = max(max(xs) - min(xs), max(ys) - min(ys), 1.0)
     for low, high, limit in ((min(xs), max(xs), axes.set_xlim), (min(ys), max(ys), axes.set_ylim)):
         middle = (low + high) / 2.0
+        # Both axes have one span, since shapes count, with space for the nodes at the edge.
         limit(middle - 0.62 * span_m, middle + 0.62 * span_m)
     axes.set_aspect("equal", adjustable="box")
     axes.set_xlabel(words.axis("east", "m"))

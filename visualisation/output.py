@@ -128,6 +128,7 @@ def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Pa
     path, paths = folder, list[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        # The drafts get their names when the stack ends: a full disk leaves the existing files as they are.
         with ExitStack() as drafts:
             for name, content in contents:
                 path = folder / name

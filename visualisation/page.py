@@ -35,6 +35,7 @@ UNIT = re.compile(r" \([^()]*\)$")
 def opened(width_in: float, body_in: float) -> Figure:
     """Return an empty off-screen figure with an estimated body height, for ``style.paper()``."""
     figure = Figure(figsize=(width_in, body_in + BODY_GUESS_IN), dpi=style.DPI, layout="constrained")
+    # Without pyplot, which keeps its figures open and may need a display.
     FigureCanvasAgg(figure)
     return figure
 
@@ -85,6 +86,7 @@ def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] |
     assert grid is not None
     for line in (line for axes in figure.axes for line in axes.lines):
         line.set_in_layout(np.size(line.get_xdata()) > 0)  # Matplotlib places an empty line at the page corner
+    # New heights move ticks and labels, which changes the space of the panels again.
     for _ in range(PASSES):
         engine.execute(figure)
         found_in = [panel_in(axes)[1] for axes in column]
@@ -93,6 +95,7 @@ def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] |
             break
         grid.set_height_ratios(wanted_in)
         figure.set_figheight(figure.get_figheight() + sum(wanted_in) - sum(found_in))
+    # Frozen, since saving would lay out again, with other sizes for another format.
     figure.set_layout_engine("none")
     for axes in figure.axes:
         wide_in, high_in = panel_in(axes)
@@ -175,6 +178,7 @@ class DrawnPage(NamedTuple):
     def shown(self) -> CaptionedFigure:
         """Return the figure for display in notebooks, with its caption as ``.caption``."""
         figure = self.figure
+        # In place, since a copy would lose the links between the artists and their figure.
         figure.__class__ = CaptionedFigure
         assert isinstance(figure, CaptionedFigure)
         figure.caption = self.caption

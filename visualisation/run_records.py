@@ -71,6 +71,7 @@ def n_at_once(overlapping: Iterable[Span]) -> list[tuple[Span, int]]:
 def outages(results: RunResults) -> dict[str, list[Span]]:
     """Return the outages per affected vehicle, in order of their start."""
     absences = (row for row in results.rows("faults") if absence(row["kind"]) in (Absence.BEFORE, Absence.LOSS))
+    # By kind, since an outage may begin within one of another kind.
     events = (((row["vehicle"], row["kind"]), float(row["time_s"]), row["detail"] != OVER) for row in absences)
     gaps: defaultdict[str, list[Span]] = defaultdict(list)
     for (vehicle, _), own in spans_by(events).items():

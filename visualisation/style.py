@@ -76,6 +76,7 @@ _SETTINGS: dict[str, Any] = {
     "legend.columnspacing": 1.2,
     "legend.labelspacing": 0.4,
     "hatch.linewidth": 0.5,
+    # TrueType in PDF, since publishers refuse Type 3; outlines in SVG, which needs no font then; constant ids in SVG.
     "pdf.fonttype": 42,
     "svg.fonttype": "path",
     "svg.hashsalt": "remoras",
@@ -114,6 +115,7 @@ def vehicle_look(number: int) -> Look:
     >>> len({vehicle_look(number)[:2] for number in range(32)})
     32
     """
+    # Each turn through the colours shifts the lines, so that vehicles of one colour differ.
     turn, place = divmod(number, len(VEHICLES))
     return Look(VEHICLES[place], LINES[(place + turn) % len(LINES)], MARKERS[number % len(MARKERS)])
 

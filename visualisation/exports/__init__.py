@@ -150,6 +150,7 @@ def _check_place(out: Path, format: str, force: bool) -> None:
         raise ExportError(f"{out}: is a file; name a folder")
     if out.is_dir():
         inside = list(out.iterdir())
+        # Replacing an export deletes the folder, which therefore must hold nothing else.
         strange = [path.name for path in inside if path.suffix != f".{format}"]
         if strange:
             raise ExportError(f"{out}: holds other files, such as {strange[0]}; name another folder")

@@ -37,6 +37,7 @@ def _feature(kind: str, shape: str, coordinates: Any, **properties: Any) -> dict
 
 def _points(datum: Datum, track: VoyageTrack) -> list[list[float]]:
     latitudes, longitudes = datum.degrees(track.x_m, track.y_m)
+    # A difference, since the negative of 0.0 is written as -0.0.
     points: list[list[float]] = np.column_stack([longitudes, latitudes, 0.0 - track.depth_m]).tolist()
     return points
 

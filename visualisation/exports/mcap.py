@@ -103,6 +103,7 @@ def write(voyage: Voyage, target: Path) -> Counts:
                     schemas[kind] = writer.register_schema(kind, "ros2msg", text.encode())
                 channel = channels[topic] = writer.register_channel(topic, "cdr", schemas[kind])
             data = bytes(messages.store.serialize_cdr(message, kind))
+            # Mission time is also the log time: the wall clock would make each file different.
             writer.add_message(channel, time_ns, data, time_ns, counts[topic])
             counts[topic] += 1
         writer.add_metadata(METADATA, voyage.about)
@@ -119,6 +120,7 @@ def topic_names(vehicles: Iterable[str]) -> dict[str, str]:
     topics: dict[str, str] = {}
     for vehicle in vehicles:
         stem = re.sub(r"[^a-z0-9]+", "_", vehicle.lower()).strip("_") or "vehicle"
+        # ROS names must not begin with a digit.
         stem = f"v{stem}" if stem[0].isdigit() else stem
         name, number = stem, 2
         while name in topics.values():

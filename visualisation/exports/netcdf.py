@@ -79,6 +79,7 @@ def _joined(voyage: Voyage, name: str) -> Floats:
 
 def _points(file: Any, voyage: Voyage, datum: Datum) -> None:
     latitudes, longitudes = datum.degrees(_joined(voyage, "x_m"), _joined(voyage, "y_m"))
+    # Headings of a run are anticlockwise from east, those of CF clockwise from north.
     headings_deg = (90.0 - np.degrees(_joined(voyage, "heading_rad"))) % 360.0
     on = ("obs",)
     _variable(file, "time", "f8", on, _joined(voyage, "time_s"), standard_name="time", units=UNITS_OF_TIME,
@@ -105,6 +106,7 @@ def _points(file: Any, voyage: Voyage, datum: Datum) -> None:
 
 def _states(file: Any, voyage: Voyage) -> None:
     meanings = list(dict.fromkeys([WAITING, *(state.text for state in voyage.states)]))
+    # CF separates the meanings of flags by blanks.
     words = [meaning.replace(", ", "+").replace(" ", "_") for meaning in meanings]
     values = []
     for name, track in voyage.tracks.items():

@@ -49,6 +49,7 @@ class Datum(NamedTuple):
         up_m = normal_m * (1.0 - ECCENTRICITY_2) * sine + cosine * north  # above the equator
         radius_m = np.hypot(outward_m, east)
         geodetic = np.arctan2(up_m, radius_m * (1.0 - ECCENTRICITY_2))
+        # The first value is exact on the ellipsoid; the plane lies above it, ever more so with distance.
         for _ in range(ROUNDS):
             sines = np.sin(geodetic)
             normals_m = SEMI_MAJOR_M / np.sqrt(1.0 - ECCENTRICITY_2 * sines**2)

@@ -45,6 +45,7 @@ def packed(numbers: Ints, order: int) -> bytes:
     used = np.empty((unsigned.size, longest), dtype=bool)
     for place in range(longest):
         rest = unsigned >> np.uint64(7 * place)
+        # A zero takes one byte.
         used[:, place] = rest > 0 if place else True
         bytes_of[:, place] = (rest & np.uint64(127)).astype(np.uint8)
     bytes_of[:, :-1] |= used[:, 1:].astype(np.uint8) << 7
@@ -152,6 +153,7 @@ def add_events(columns: Columns, names: Names, table: Any, called: str) -> None:
 def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
     """Add trajectories, vehicle by vehicle; return the number of rows of each."""
     vehicle = numbered(table["vehicle"], names.vehicle)
+    # A stable sort keeps the rows of a vehicle in time order.
     order = np.argsort(vehicle, kind="stable")
     order = order[vehicle[order] >= 0]
     counts = np.bincount(vehicle[order], minlength=len(names.vehicles))

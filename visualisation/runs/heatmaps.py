@@ -146,6 +146,7 @@ POINTS = 400
 
 def _sampled(end_s: float) -> Floats:
     """Return evenly spaced times (s) of a run."""
+    # Middles of equal intervals, each a column of the image.
     times_s: Floats = (np.arange(POINTS) + 0.5) * end_s / POINTS
     return times_s
 
@@ -295,6 +296,7 @@ def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         "(b) Share of the other vehicles that declare the vehicle absent after a long silence.",
         "(c) Final estimates of the receivers by link, in percent.",
         "(d) Final estimates of the senders from received acknowledgements, in percent.",
+        # The diagonals of both matrices never have an estimate.
         "Crossed: no estimate." if np.isnan(last).sum() > 2 * n else "",
         "Hatched: the vehicle is out of the mission." if outages(results) else "",
     )

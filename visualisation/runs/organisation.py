@@ -94,6 +94,7 @@ def picture(
     if not 0.0 <= shown_s <= end_s:
         raise DrawingError(f"at {at_s:g} s: this run lasts from 0 to {end_s:g} s")
     with style.paper():
+        # Less detail of all groups before fewer groups.
         for n_groups, detail in product(range(max(1, len(whole.groups)), 0, -1), DETAILS):
             view = whole._replace(groups=whole.groups[:n_groups])
             bands = [list(_rows(view, group, depth, *detail)) for group, depth in _by_supervision(view.groups)]
@@ -180,6 +181,7 @@ def _draw_bar(page: Sheet, holding: Holding, colour: str, top_in: float, lane_in
 
 def ink(colour: str) -> str:
     """Return black or white, whichever is legible on a colour."""
+    # Luma of ITU-R BT.601.
     red, green, blue = to_rgb(colour)
     return style.BLACK if 0.299 * red + 0.587 * green + 0.114 * blue > LEAST_LIGHT else "white"
 

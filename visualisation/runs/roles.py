@@ -165,6 +165,7 @@ def _bars(axes: Axes, row: LaneRole, colour: str, hatch: str, middle_in: float) 
         boxes = [(span.start_s, span.end_s - span.start_s) for span in spans]
         where_in = middle_in - fill * ROW_IN / 2, fill * ROW_IN
         axes.broken_barh(boxes, where_in, facecolor=shade, edgecolor=shade, linewidth=0.4, zorder=2)
+        # A second bar, since Matplotlib draws hatch and edge in one colour.
         if pattern:
             axes.broken_barh(boxes, where_in, facecolor="none", edgecolor="white", hatch=pattern, linewidth=0, zorder=3)
 

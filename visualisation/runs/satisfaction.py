@@ -51,7 +51,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         axes, ticks = page.axes, {}
         axes.set_ylabel("personal satisfaction" if len(series) > 1 else "personal\nsatisfaction")
         for number, (vehicle, of_role) in enumerate(series.items()):
-
+            # The default binds the present number; the variable changes with the loop.
             def down_in(values: Any, number: int = number) -> Any:
                 return ((number + 0.5) * STEP - values) * band_in / STEP
 

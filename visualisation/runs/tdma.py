@@ -73,6 +73,7 @@ def worst_stretch(traffic: RunPackets) -> Span:
     received = np.bincount(traffic.frames, traffic.outcome.heard.sum(axis=1), last + 1)
     shares = np.nan_to_num(news.share(lost.astype(float), received.astype(float)))
     sums = np.convolve(shares, np.ones(min(n_frames, last + 1)), mode="valid")
+    # Rounded, so that of equal sums the first is chosen on every machine.
     first = int(np.argmax(np.round(sums, 9)))
     inside = (traffic.frames >= first) & (traffic.frames < first + n_frames)
     times_s = traffic.time_s[inside]

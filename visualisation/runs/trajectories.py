@@ -146,6 +146,7 @@ def picture(
             highs_in = [whole_in, *(whole_in if beside else LOWEST * wide_in for wide_in in widths_in[1:])]
             for axes, frame, wide_in, high_in in zip(maps, frames.values(), widths_in, highs_in, strict=True):
                 shown = frame.padded(max(MARGIN_OF_MAP * _size_m(frame), LEAST_EXTENT_M / 2))
+                # One scale for both directions, the larger of those that the panel needs.
                 m_per_in = max(shown.width / wide_in, shown.height / high_in)
                 shown = shown.expanded(m_per_in * wide_in / shown.width, m_per_in * high_in / shown.height)
                 axes.set(xlim=shown.intervalx, ylim=shown.intervaly)
@@ -205,6 +206,7 @@ def _frames(scene: MapContents) -> dict[str, Bbox]:
     frames = {WHOLE: frame_of([*points_of(scene.tracks.values()), *points, *corners])}
     most_m = CLOSE * _size_m(frames[WHOLE])
     at_end = [track.at(scene.end_s) for name, track in scene.tracks.items() if name not in scene.out]
+    # Preferably with the points, such as a rally point, if the panel stays small.
     near = [frame for frame in (frame_of([*at_end, *points]), frame_of(at_end)) if _size_m(frame) < most_m]
     if near and len(at_end) > 1 and _size_m(frames[WHOLE]) >= LEAST_EXTENT_M:
         frames["final positions"] = near[0]

@@ -133,6 +133,7 @@ def _existence(group: GroupNode, marks: Iterable[ActMark]) -> list[Span]:
 
 def _lacking(holdings: Sequence[Holding], minimum: int, within_s: Span) -> list[Span]:
     counts = n_at_once([within_s, *(span for holding in holdings for span in holding.present)])
+    # The interval itself counts as one.
     inside = [
         (span.start_s, n - 1 < minimum) for span, n in counts if within_s.start_s <= span.start_s < within_s.end_s
     ]

@@ -256,6 +256,7 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
         if measure.signed:
             axes.plot(axes.get_xlim(), [0.0, 0.0], color=style.GREY, linewidth=0.7, zorder=0, scalex=False)
         if log:
+            # Over more than about two decades, labels at 2 and 5 would overlap.
             subs = (1.0, 2.0, 5.0) if limits[1] < 300.0 * limits[0] else (1.0,)
             style.logarithmic(axes, along, subs)
         axes.set(**{f"{along}lim": limits})

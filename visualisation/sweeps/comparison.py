@@ -275,6 +275,7 @@ def _written(
     stem = f"{kind}-{ranked}" if kind in ("ranking", "differences", *FACTORIAL_KINDS) and ranked != RANKED else kind
     taken: set[str] = set()
     charts = {_file_name(stem, chart.title, taken): chart for chart in drawn_charts}
+    # All pictures first, so that a fault in one leaves no partial output.
     pictures = {name: style.rendered(chart.figure(width_in), format, source) for name, chart in charts.items()}
     files: list[Path] = []
     for name, chart in charts.items():
