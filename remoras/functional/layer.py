@@ -174,8 +174,7 @@ class FunctionalLayer:
         positioning: source of position fixes; None if the position is known.
         sigma_m: standard deviation of the position per axis (m), if a real body reports it.
         held: last reference of the guiding behaviour, while valid.
-        progress: by activity set whose ``Perception.advance`` is a function: its value at the last decision; without
-            sets whose perception was replaced.
+        progress: by activity set, the last value of a ``Perception.advance`` that is a function.
         stranded: activity without headway, if vital or on the way to a rally point; else empty.
     """
 

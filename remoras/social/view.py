@@ -239,7 +239,6 @@ class View:
     Attributes:
         newest: place of the valid request in the order of facts, by subject (``Request.about``).
         holdings: of roles with a job or a limited number of holders.
-        waiting: deferred requests.
         greatest: greatest claim known for each group, valid or not; ``crowned`` is the one in force.
         came_in: group whose leader is thereby a member of another, by (other group, vehicle).
         stepped_down: role that a leader took when it stepped down, by (group, vehicle).

@@ -1,7 +1,4 @@
-"""Conformance check of behaviours: ``check(make_behaviour, data)``.
-
-It raises ``AssertionError`` with fault, moment and value.
-"""
+"""Conformance check of behaviours, raising ``AssertionError`` with fault, moment and value."""
 
 import copy
 import math
@@ -28,10 +25,7 @@ def passed(checks: Iterable[Callable[..., None]], *plugin: Any) -> Iterator[str]
 
 
 def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
-    """Convert an object, recursively, to comparable values.
-
-    ``seen`` holds the index of visited objects by identity, so shared and cyclic references are allowed.
-    """
+    """Convert an object, recursively, to comparable values; ``seen`` has the index of visited objects by identity."""
     seen = {} if seen is None else seen
     if value is None or isinstance(value, str | int | float | bool | bytes | type):
         return value
@@ -43,6 +37,7 @@ def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
     if not is_mapping and (callable(value) or not hasattr(value, "__dict__")):
         return type(value).__name__
     if id(value) in seen:
+        # References may be shared or cyclic.
         return f"object {seen[id(value)]}"
     seen[id(value)] = len(seen)
     parts = {repr(key): entry for key, entry in value.items()} if is_mapping else vars(value)
@@ -82,10 +77,7 @@ class DecisionInputs:
 
 @lru_cache(maxsize=16)  # a run, asked by each check
 def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], seed: int = 1) -> list[DecisionInputs]:
-    """Return sampled inputs of a vehicle: at first without knowledge, later with peers and work.
-
-    Cached for the next behaviour of the vehicle: do not modify.
-    """
+    """Return sampled inputs of a vehicle: at first without knowledge, later with peers and work; do not modify."""
     draw = random.Random(seed)
     picture, moments = Picture(frame_s=10.0), []
     for number in range(N_MOMENTS):

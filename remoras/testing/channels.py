@@ -1,9 +1,4 @@
-"""Conformance checks of channel models and drivers, raising ``AssertionError``.
-
-Channel model by name: ``remoras check channel package.module:Class``, or ``conforms`` in a test. Driver:
-``check_driver`` with a function that returns two connected drivers and their pace; the connection may lose, duplicate
-and reorder packets.
-"""
+"""Conformance checks of channel models and drivers, raising ``AssertionError``."""
 
 import math
 import time
@@ -111,15 +106,13 @@ def check_pure(model: Model) -> None:
 
 
 def check_mean_per(model: Model) -> None:
-    """Check ``mean_per`` against sampled losses, within four standard errors over seeds.
-
-    Each seed samples one packet per link. Losses of one seed may be dependent, so the error is that of seed means.
-    """
+    """Check ``mean_per`` against sampled losses, within four standard errors over seeds."""
     mean = _settings(model).mean_per(DEPLOYMENT)
     shares = []
     for seed in range(N_SEEDS):
         link, asked = links(model, seed), questions(len(PAIRS), seed)
         lost = [loss.uniform(seed, 0, q.packet.slot, q.packet.sender, q.receiver) < link.p_loss(*q) for q in asked]
+        # Losses of one seed may be dependent, so the error is that of the means of seeds.
         shares.append(sum(lost) / len(lost))
     rate = sum(shares) / len(shares)
     variance = sum((share - rate) ** 2 for share in shares) / (len(shares) - 1)
@@ -155,7 +148,7 @@ def check_driver(make: Callable[[], Pair], least_bytes: int = 1) -> None:
     """Check a kind of driver.
 
     Args:
-        make: returns two connected drivers and their pace; called several times.
+        make: returns two drivers and their pace; called several times. Packets may be lost, duplicated or reordered.
         least_bytes: minimum packet size of the modem; the program sends 3 or more.
     """
     for holds in (

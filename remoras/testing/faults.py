@@ -1,8 +1,4 @@
-"""Conformance checks of kinds of faults (``remoras.DeclaredFault``).
-
-By name: ``remoras check fault package.module:Class`` or a shipped name; from a test ``check``, which raises
-``AssertionError``.
-"""
+"""Conformance checks of kinds of faults (``remoras.DeclaredFault``), raising ``AssertionError``."""
 
 from __future__ import annotations
 

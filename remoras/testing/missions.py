@@ -1,8 +1,4 @@
-"""Conformance check of missions, by class and scenario.
-
-By scenario: ``remoras check mission SCENARIO``, a shipped name or TOML file. From a test: ``check(mission_class,
-scenario)``, which raises ``AssertionError``.
-"""
+"""Conformance check of missions, by class and scenario, raising ``AssertionError``."""
 
 import hashlib
 import json

@@ -1,8 +1,4 @@
-"""Conformance checks of exchange policies and value rules, raising ``AssertionError``.
-
-Policy by name: ``remoras check policy package.module:object``, or ``conforms`` in a test. Value rule:
-``check_value_rule``.
-"""
+"""Conformance checks of exchange policies and value rules, raising ``AssertionError``."""
 
 import dataclasses
 import math

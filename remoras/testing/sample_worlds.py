@@ -162,13 +162,11 @@ def _value(attribute: Attribute, database: AUVDatabase) -> st.SearchStrategy[Any
 def hearsay(
     strategy: Strategy, database: AUVDatabase, jobs: Mapping[str, Job], mentioned: Sequence[str]
 ) -> st.SearchStrategy[tuple[Heard, ...]]:
-    """Sample any facts valid in the ontology, true or false, from any sender.
-
-    The exchange filters no others. Subjects in ``mentioned`` are preferred, as replies to own statements.
-    """
+    """Sample any facts valid in the ontology, true or false, from any sender: the exchange filters no others."""
     kinds = []
     for attribute in map(TBOX.attribute_named, negotiated_attributes(strategy, jobs, TBOX)):
         subjects = list(_instances(attribute.domain, database))
+        # Replies to own statements are more frequent.
         subjects += 3 * [name for name in mentioned if name in subjects]
         fact = st.tuples(st.sampled_from(subjects), st.just(attribute.name), _value(attribute, database))
         kinds.append(fact)

@@ -1,8 +1,4 @@
-"""Conformance checks of organisational strategies.
-
-By name: ``remoras check strategy package.module:object`` or a shipped name. From a test: ``conforms`` or single checks,
-which raise ``AssertionError``.
-"""
+"""Conformance checks of organisational strategies, raising ``AssertionError``."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -143,11 +139,9 @@ def check_allocates_within_the_group(strategy: Strategy) -> None:
 
 
 def check_states_within_the_group(strategy: Strategy) -> None:
-    """Check that negotiators state only roles of their group, for able members, on any input.
-
-    Repeated with the minima of all integer parameters, so that time-outs expire.
-    """
+    """Check that negotiators state only roles of their group, for able members, on any input."""
     _check_states(strategy)
+    # With the minima of all integer parameters, time-outs expire within the few rounds.
     _check_states(configured(strategy, _least(strategy)))
 
 
