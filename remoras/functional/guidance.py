@@ -182,7 +182,7 @@ class Guidance:
             if not self._pulls.equals:
                 to_go_m = length(target_m[0] - motion.x_m, target_m[1] - motion.y_m)
                 self._detour.note(goal, velocity, to_go_m, dt_s)
-            # A velocity has no end: an unchanged one is left to ``go``, which stops at the target.
+            # A velocity has no target: an unchanged one is left to ``go``, which stops there.
             if velocity is not goal:
                 follow(motion, self.data, velocity, dt_s)
                 return
