@@ -167,7 +167,6 @@ def _loaded(
     seed: int,
     set: Settings | None,
 ) -> tuple[Scenario, Strategy | None]:
-    """Return the scenario and the caller's strategy object, if any."""
     from remoras.strategy import faults_of_strategy
 
     if isinstance(scenario, Scenario):

@@ -61,8 +61,6 @@ Fact = tuple[int, int, Any] | tuple[int, int, Any, float]
 
 @dataclass(slots=True)
 class _Collected:
-    """All values of one fact."""
-
     attribute: Attribute
     values: set[Any]
 
@@ -325,7 +323,6 @@ class Beliefs(Known):
         return uid(subject), kind.uid, value, uncertainty
 
     def _value(self, attribute: Attribute, value: Any) -> Any:
-        """Return the stored form of a symbol; other values unchanged."""
         if attribute.kind is not ValueKind.SYMBOL or not isinstance(value, str):
             return value
         if value not in attribute.symbols:

@@ -54,8 +54,6 @@ class _Rung(BaseException):
 
 
 class _Watch:
-    """Timer and audit hook of this process."""
-
     def __init__(self) -> None:
         self.until_s = math.inf  # thread CPU time at which a decision is late; infinite between decisions
         self.fault = ""  # forbidden act of a decision

@@ -91,7 +91,6 @@ class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
             self.reason = self.truth.close(self.view, now_s)
 
     def _move(self, now_s: float, since_s: float) -> None:
-        """Step every vehicle for the tick that ends now, and began at ``since_s`` (s)."""
         dt_s = self.tick_s if now_s > 0.0 else 0.0
         # Before any vehicle moves, so that their order does not matter.
         neighbours = self.separation.look()

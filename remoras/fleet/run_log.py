@@ -226,6 +226,5 @@ class RunLog:
 
 
 def _named(task: Task) -> str:
-    """Return a task with its text arguments."""
     texts = [argument for argument in task.args if isinstance(argument, str)]
     return f"{task.name}({', '.join(texts)})" if texts else task.name

@@ -77,7 +77,6 @@ class _Resting:
         self._record = record
 
     def transmit(self, slot: int, node: int) -> None:
-        """Let a vehicle send outstanding items."""
         fleet, sender = self._fleet, self._fleet.vehicles[node]
         shown_s = fleet.traffic.opened(slot, sender, fleet.now_s)
         if shown_s is None or not sender.exchanges:
@@ -87,7 +86,6 @@ class _Resting:
             fleet.traffic.carry(slot, sender, sent, fleet.vehicles, None)
 
     def deliver(self, arrival: Arrival) -> None:
-        """Let a vehicle process a packet."""
         fleet, vehicle = self._fleet, self._fleet.vehicles[arrival.receiver]
         if not vehicle.is_alive or vehicle.condition.is_deaf:
             return

@@ -23,7 +23,6 @@ SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
 
 
 def _arrival(hearing: Hearing) -> Event:
-    """Return the end of a packet at a receiver, which gets it unless it collided."""
     return lambda fleet: None if hearing.collided else fleet.deliver(hearing.arrival)
 
 

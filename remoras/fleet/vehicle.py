@@ -236,7 +236,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.consider(taken_up, now_s)
 
     def _look_around(self, now_s: float) -> None:
-        """Update membership and act on changes."""
         seen = self.social.look_around(now_s)
         if seen is None:
             return

@@ -189,7 +189,6 @@ class Guidance:
         self.go(motion, self.data, target_m, speed_mps, dt_s)
 
     def _aim(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
-        """Return target and speed through the water; speed 0 slows down to a stop."""
         return target_m, speed_mps
 
     def _clear_of(self, neighbours: Sequence[Neighbour], goal: Velocity, positions_m: Mapping[str, Point]) -> Velocity:

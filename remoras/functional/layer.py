@@ -43,7 +43,6 @@ def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
 def _refuse_unfit(
     activity_set: ActivitySet, where: str, vehicle: str, sensors: Collection[str], vital: Set[str]
 ) -> None:
-    """Raise PluginError for an activity set that this vehicle cannot perform."""
     if not 0.0 <= activity_set.importance <= 1.0:
         raise PluginError(f"{where}: importance is {activity_set.importance}; allowed: 0 to 1")
     for activity in activity_set.activities:

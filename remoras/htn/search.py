@@ -88,7 +88,6 @@ class _Search:
         return max_expansions
 
     def chain(self) -> tuple[Task, ...]:
-        """Current task below its ancestors."""
         if not self._agenda:
             return ()
         chain, place = [self._agenda[0]], self._agenda[1]

@@ -310,7 +310,6 @@ class Leadership:
         }
 
     def _reigns(self, group: str) -> list[Claimed]:
-        """Return the claims that led in turn."""
         reigns: list[Claimed] = []
         for claimed in sorted(self.counting(group), key=lambda claimed: claimed.since):
             # A lesser claim leads only once its predecessor has left.

@@ -214,7 +214,6 @@ class MissionPlanner:
         return Deliberation(facts, impossible)
 
     def _plan_whole(self, work: Work, tasks: Sequence[Task], known: FactsLike) -> list[NoPlan]:
-        """Replan all missions of a group; return those without a plan."""
         group, lacking = work.group.name, list[NoPlan]()
         self.allocated.discard(group)
         self._impossible.pop(group, None)

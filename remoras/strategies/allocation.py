@@ -521,7 +521,6 @@ class Search:
     # Improvement
 
     def _kicked(self, best: Draft) -> Held:
-        """Iterated local search until no kick improves, or the path budget is spent."""
         places = [(r, v) for r in range(len(self._roles)) for v in range(len(self._free)) if self._able[v] >> r & 1]
         n_useless = 0  # kicks since the last improvement
         for role, vehicle in cycle(places):
@@ -545,7 +544,6 @@ class Search:
         return held, ends_s
 
     def _descended(self, held: Held, ends_s: list[float]) -> Draft:
-        """Descend to a local optimum, or until the path budget is spent."""
         effort: Effort | None = _effort(ends_s)
         while effort is not None:
             least = effort

@@ -35,8 +35,6 @@ LATE = 1.3
 
 
 class _Leg(NamedTuple):
-    """Held roles and the end (s) of the silence expected for them."""
-
     held: tuple[str, ...]
     until_s: float
 

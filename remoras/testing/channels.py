@@ -164,7 +164,6 @@ def check_driver(make: Callable[[], Pair], least_bytes: int = 1) -> None:
 
 
 def _soon_s(pace: Paced) -> float:
-    """Mission time a few milliseconds ahead."""
     return pace.now_s + 0.05
 
 
