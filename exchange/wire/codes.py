@@ -6,7 +6,7 @@ decoders refuse any other. Attributes that some vehicle needs have short names; 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from exchange.errors import ConfigurationError, PeerFault
@@ -37,24 +37,6 @@ def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> 
         for field in attribute.fields
     ]
     return "; ".join(dict.fromkeys(ranges)) or "true or false"
-
-
-def value_lines(
-    attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
-) -> list[FieldSize]:
-    """List the value size and range of each attribute."""
-    return [
-        FieldSize("fact", attribute.name, bits, values_in_words(attribute, n_values))
-        for attribute, bits in zip(attributes, value_bits, strict=True)
-    ]
-
-
-def name_fields(names: AttributeNames) -> list[FieldSize]:
-    """List the size of short attribute names, and of escaped ones if some are not exchanged."""
-    fields = [FieldSize("fact", "attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged")]
-    if names.has_others:
-        fields.append(FieldSize("fact", "other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
-    return fields
 
 
 Bits = tuple[int, int]

@@ -6,7 +6,7 @@ all ones, are escaped and exact (`exchange.wire.codes`). A text is its length in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
@@ -19,9 +19,8 @@ from exchange.wire.codes import (
     Reader,
     Take,
     joined,
-    name_fields,
     read_beyond,
-    value_lines,
+    values_in_words,
     whole,
     width,
 )
@@ -66,13 +65,17 @@ class FactCodec:
 
     def listing(self) -> list[FieldSize]:
         """List the fields of a fact in wire order."""
-        return [
-            FieldSize("fact", "subject", self.subject_bits, f"one of {self.n_instances} instances"),
-            *name_fields(self.names),
-            *value_lines(self._attributes, self._value_bits, self._n_values),
-            *_uncertainty_lines(self._attributes),
-            FieldSize("fact", "another follows", 1, "of all but own single facts"),
-        ]
+        names, fields = self.names, [("subject", self.subject_bits, f"one of {self.n_instances} instances")]
+        fields.append(("attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged"))
+        if names.has_others:
+            fields.append(("other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
+        for attribute, bits in zip(self._attributes, self._value_bits, strict=True):
+            fields.append((attribute.name, bits, values_in_words(attribute, self._n_values)))
+        for attribute in self._attributes:
+            if (grid := attribute.uncertainty) is not None:
+                fields.append((f"uncertainty of {attribute.name}", 1 + grid.size_bits, "1 where it carries none"))
+        fields.append(("another follows", 1, "of all but own single facts"))
+        return [FieldSize("fact", *field) for field in fields]
 
     def exchanged_texts(self) -> list[Attribute]:
         """Return the text attributes that are exchanged."""
@@ -217,14 +220,3 @@ def _read_uncertainty(attribute: Attribute, take: Take) -> float | None:
         return grid.decode(take(grid.size_bits))
     except ValueError as error:
         raise PeerFault(f"uncertainty of {attribute.name}: {error}") from None
-
-
-def _uncertainty_lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
-    """List the uncertainty fields."""
-    return [
-        FieldSize(
-            "fact", f"uncertainty of {attribute.name}", 1 + attribute.uncertainty.size_bits, "1 where it carries none"
-        )
-        for attribute in attributes
-        if attribute.uncertainty is not None
-    ]
