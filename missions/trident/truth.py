@@ -388,21 +388,17 @@ def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
     line += [(row["time_s"], row["to"]) for row in moves]
     line += [(end_s, line[-1][1])] if line else []
     axes.step([t for t, _ in line], [states.index(s) for _, s in line], where="post", color=style.grey)
-    shown = set()
+    marks: dict[str, list[tuple[float, int]]] = defaultdict(list)
     for row in rows:
-        if row["violation"]:
-            label = None if "violation" in shown else "violation"
-            shown.add("violation")
-            axes.plot(row["time_s"], states.index(row["state"]), "x", color=style.black, label=label)
-            continue
-        look = style.looks[row["vehicle"]]
-        label = None if row["vehicle"] in shown else row["vehicle"]
-        shown.add(row["vehicle"])
-        axes.plot(row["time_s"], states.index(row["to"]), look.marker, color=look.colour, label=label)
+        marks["violation" if row["violation"] else row["vehicle"]].append((row["time_s"], states.index(row["to"])))
+    for name, own in marks.items():
+        look = style.looks.get(name)
+        marker, colour = (look.marker, look.colour) if look else ("x", style.black)
+        axes.plot([t for t, _ in own], [n for _, n in own], marker, color=colour, label=name)
     axes.set_yticks(range(len(states)), states)
     axes.set_xlim(0.0, axis_end_s(results))
     axes.set_xlabel(style.axis("mission time", "s"))
-    n = sum(bool(row["violation"]) for row in rows)
+    n = len(marks["violation"])
     return f"A mark is the first transmission of a message by that vehicle. Violations of the pattern: {n}."
 
 
