@@ -120,8 +120,7 @@ def as_csv(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
 def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
     """Write files into a folder, created if missing; return their paths.
 
-    Raises:
-        DrawingError: output failed; existing files are unchanged, no partial file remains.
+    Raises DrawingError if output failed; existing files are unchanged then, no partial file remains.
     """
     if folder.exists() and not folder.is_dir():
         raise DrawingError(f"{folder}: is a file; name a folder")

@@ -76,10 +76,8 @@ def legend(
 def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] | Callable[[], Sequence[float]]) -> None:
     """Fit the page to its row heights, freeze the layout, and shorten long titles and labels.
 
-    Args:
-        figure: completely drawn.
-        column: one panel per row.
-        bodies_in: row heights, or a function that returns them once panels have their widths.
+    ``column`` has one panel per row of the completely drawn figure. ``bodies_in`` are row heights, or a function that
+    returns them once panels have their widths.
     """
     engine, grid = figure.get_layout_engine(), column[0].get_gridspec()
     assert engine is not None
@@ -139,12 +137,9 @@ class Label(NamedTuple):
 
 
 def place_labels(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple[float, float]]) -> None:
-    """Place all labels that fit, shortened if necessary; omit the others.
+    """Place all labels that fit, most important first, shortened if necessary; omit the others.
 
-    Args:
-        axes: with final limits and position.
-        labels: most important first.
-        keep_clear: data points that no label may cover.
+    ``axes`` has its final limits and position. No label covers a point of ``keep_clear`` (data coordinates).
     """
     inch_px, frame = axes.figure.dpi, axes.get_window_extent()
     taken = [Bbox([point, point]).padded(inch_px / 24) for point in map(axes.transData.transform, keep_clear)]
@@ -186,11 +181,7 @@ class DrawnPage(NamedTuple):
 
 
 class CaptionedFigure(Figure):
-    """Matplotlib figure with a caption, displayed by notebooks.
-
-    Attributes:
-        caption: content with units, n and seeds.
-    """
+    """Matplotlib figure with a caption (content with units, n and seeds), displayed by notebooks."""
 
     caption: str
 

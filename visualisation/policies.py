@@ -54,14 +54,10 @@ LOADED = (
 
 
 def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:
-    """Return names and contents of figure, caption and CSV.
+    """Return names and contents of figure, caption and CSV of a study.
 
-    Args:
-        rows: of one study; for `loaded`, of studies that differ in their rate only.
-        kind: `delivered`, `source`, `senders` or `loaded`.
-
-    Raises:
-        DrawingError: unknown kind or format, or no rows.
+    ``kind`` is `delivered`, `source`, `senders` or `loaded`; for the last, ``rows`` are of studies that differ in their
+    rate only. Raises DrawingError for an unknown kind or format, or no rows.
     """
     if kind not in (*UNLOADED, "loaded"):
         raise unknown("kind of figure", kind, (*UNLOADED, "loaded"))
@@ -193,7 +189,6 @@ def _looks(rows: Sequence[StudyRow]) -> dict[str, dict[str, Any]]:
 
 
 def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figure, list[Axes]]:
-    """Page with two lettered panels per row and a legend below."""
     figure = page.opened(style.PAGE_IN, n_rows * body_in)
     page.legend(figure, [Line2D([], [], **look) for look in _looks(rows).values()], ncols=LEGEND_COLUMNS)
     return figure, page.panels(figure, 2 * n_rows, 2, [""] * 2 * n_rows)

@@ -34,11 +34,9 @@ It raises ExportError if the format cannot represent the run, OSError if output 
 class FormatOfExport(NamedTuple):
     """Format of an export.
 
-    Args:
-        ending: file suffix; empty for a folder.
-        libraries: additional packages.
-        needs_datum: True if it supports only latitude and longitude.
-        of_knowledge: True for RDF, which has the knowledge of vehicles instead of the course of the run.
+    ``ending`` is the file suffix, empty for a folder; ``libraries`` are additional packages; ``needs_datum``: it
+    supports only latitude and longitude; ``of_knowledge``: RDF, the knowledge of vehicles instead of the course of the
+    run.
     """
 
     ending: str
@@ -74,17 +72,10 @@ def export(
     places: Sequence[Place] = (),
     selection: Selection = ALL,
 ) -> Exported:
-    """Write a run in another format.
+    """Write a run in another format; ``selection`` applies to formats of knowledge.
 
-    Args:
-        out: file, or folder for a format with several files.
-        force: replace an earlier export.
-        places: declared by the mission.
-        selection: in formats of knowledge.
-
-    Raises:
-        ExportError: unknown format, missing library or datum, or ``out`` exists or is not writable.
-        OutputError: damaged table, or no such vehicle or time.
+    Raises ExportError for an unknown format, a missing library or datum, or an ``out`` (file or folder) that exists
+    without ``force`` or is not writable; OutputError for a damaged table, or no such vehicle or time.
     """
     chosen = of_name(format)
     voyage = Voyage(results, tuple(places), format, selection)

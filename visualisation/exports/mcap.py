@@ -139,8 +139,6 @@ def nanoseconds(time_s: float) -> int:
 
 
 class _Messages:
-    """Messages in the types of ROS 2 and Foxglove."""
-
     def __init__(self, voyage: Voyage) -> None:
         self._voyage = voyage
         self._names = topic_names(voyage.vehicles)
@@ -247,9 +245,7 @@ class _Messages:
     ) -> Any:  # fmt: skip
         """Scene entity in one colour: ``loop``, ``pairs`` of points, ``box`` or ``text``.
 
-        Args:
-            name: replaces an entity of equal name; colour: ``#rrggbb``.
-            lifetime_s: 0 for unlimited.
+        It replaces an entity of equal name; a ``lifetime_s`` of 0 is unlimited.
         """
         rgba = self._of["Color"](*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1.0)
         lifetime = self._duration(*divmod(round(lifetime_s * 1e9), NS_PER_S))

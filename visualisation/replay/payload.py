@@ -92,13 +92,8 @@ def run_data(
 ) -> bytes:
     """Return the compressed replay data of a run, reproducible byte by byte.
 
-    Args:
-        places: declared by the mission.
-        jobs: of the mission; a job with the name of a place is done there.
-        by_packets: False if all vehicles share knowledge instantly.
-
-    Raises:
-        OutputError: the manifest holds no readable scenario.
+    A job with the name of a place is done there. ``by_packets`` is False if all vehicles share knowledge instantly.
+    Raises OutputError if the manifest holds no readable scenario.
     """
     scenario, columns = results.scenario_tables, Columns()
     vehicles = list(scenario.get("vehicle", ()))

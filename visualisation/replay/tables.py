@@ -175,9 +175,8 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
 class Said:
     """Items, as referenced by packets.
 
-    Attributes:
-        items: index by uid; the newest of several statuses.
-        statuses: recording time (s) and index by uid; two if a status was replaced at once.
+    ``items`` has the index by uid, of several statuses the newest; ``statuses`` recording times (s) and indices by uid,
+    two if a status was replaced at once.
     """
 
     items: dict[str, int] = field(default_factory=dict)
@@ -233,10 +232,7 @@ def add_packets(
     refused: Iterable[Mapping[str, Any]],
     said: Said,
 ) -> None:
-    """Add packets. Delays are sorted by sender, receiver and time, for compression.
-
-    ``packets`` is an Arrow table; ``faults`` and ``refused`` are rows of these tables.
-    """
+    """Add packets. Delays are sorted by sender, receiver and time, for compression."""
     start_s, end_s = array(packets["time_s"]), array(packets["end_s"])
     sender = numbered(packets["sender"], names.vehicle)
     columns.add("packets.slot", array(packets["slot"]), 1)

@@ -33,8 +33,7 @@ class Kit:
 def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
     """Call a mission's drawing function on axes; return its sentences for the caption.
 
-    Raises:
-        DrawingError: the function raised, or did not return text.
+    Raises DrawingError if the function raised, or did not return text.
     """
     try:
         text: object = what.draw(axes, results, Kit(results))

@@ -44,15 +44,13 @@ def run_picture(
 
     Args:
         kind: a name in ``KINDS``, or of a figure among ``figures``.
-        figures: declared by the run's mission.
-        places: for the map of trajectories.
+        figures, places: declared by the run's mission.
         width_in: None for the default of the kind.
         at_s, viewer: time and vehicle whose view is drawn, for the organisation; None for the end of the run, empty
             for the roles that each vehicle assumes for itself.
 
-    Raises:
-        DrawingError: unknown kind, missing tables, width out of range, no such time or viewer, or failure of
-            the mission's function.
+    Raises DrawingError for an unknown kind, missing tables, a width out of range, no such time or viewer, or failure of
+    the mission's function.
     """
     check_width(width_in)
     own = _own(figures)
@@ -90,24 +88,11 @@ def draw_run_figures(
     at_s: float | None = None,
     viewer: str = "",
 ) -> Drawn:
-    """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind.
+    """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind; return the files and notes on omissions.
 
-    Args:
-        kinds: names in ``KINDS``, or of figures among ``figures``; empty for all with tables.
-        folder: created if missing.
-        format: png, svg or pdf.
-        figures: declared by the run's mission.
-        places: for the map of trajectories.
-        width_in: of all figures; None for the default of each kind.
-        at_s, viewer: as in ``run_picture``; if given, ``kinds`` must include the organisation or be empty.
-
-    Returns:
-        Written files (figure, caption, next figure, ...) and notes on omissions.
-
-    Raises:
-        DrawingError: unknown kind or format, missing tables of a named kind, or invalid or failed figure of the
-            mission.
-            Nothing is written then.
+    Arguments are as in ``run_picture``; empty ``kinds`` are all with tables. If ``at_s`` or ``viewer`` is given,
+    ``kinds`` must include the organisation or be empty. Nothing is written if DrawingError is raised: for an unknown
+    kind or format, missing tables of a named kind, or an invalid or failed figure of the mission.
     """
     own = _own(figures)
     _check_kinds(kinds, own)

@@ -50,8 +50,7 @@ def draw_shades(
 ) -> None:
     """Draw rows of values from 0 (white) to ``top`` (black); NaN stays white.
 
-    Args:
-        extent: left, right, bottom and top in data; None for numbers of columns and rows.
+    ``extent``: left, right, bottom and top in data; None for numbers of columns and rows.
     """
     axes.imshow(
         np.ma.masked_invalid(values), cmap=SHADES, vmin=0.0, vmax=top, aspect="auto", interpolation="nearest",
@@ -74,11 +73,7 @@ def _ticks(names: Sequence[str], room_in: float) -> tuple[list[int], list[str]]:
 def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent: bool, side_in: float) -> None:
     """Draw a square of shades, receivers down and senders across, with numbers for small fleets.
 
-    Args:
-        values: by receiver (row) and sender (column); NaN is crossed.
-        top: value of black.
-        percent: whether values are shares.
-        side_in: approximate side of the square.
+    ``values`` are by receiver (row) and sender (column), NaN is crossed, ``top`` black; ``side_in`` is approximate.
     """
     axes.set_xlabel("sender", fontsize=style.SMALL_PT)
     axes.set_ylabel("receiver", fontsize=style.SMALL_PT)
@@ -145,7 +140,6 @@ POINTS = 400
 
 
 def _sampled(end_s: float) -> Floats:
-    """Return evenly spaced times (s) of a run."""
     # Middles of equal intervals, each a column of the image.
     times_s: Floats = (np.arange(POINTS) + 0.5) * end_s / POINTS
     return times_s
@@ -235,10 +229,8 @@ THERE, SLOT_CONFLICT = ("heard again", "begins anew"), "slot conflict"
 class LinkEstimates(NamedTuple):
     """Contents of table ``links``, sampled.
 
-    Attributes:
-        incoming: loss estimated by the receiver, as receiver x sender x time.
-        outgoing: last loss estimated by the sender, as receiver x sender.
-        without: share of peers that declare a vehicle (row) absent at each time (column).
+    ``incoming``: loss estimated by the receiver, as receiver x sender x time; ``outgoing``: last loss estimated by the
+    sender, as receiver x sender; ``without``: share of peers that declare a vehicle (row) absent at a time (column).
     """
 
     vehicles: tuple[str, ...]

@@ -113,7 +113,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _band(tree: Tree, depth: int) -> list[Row[tuple[Tree, TaskRow]]]:
-    """Return the rows of a tree down to a depth."""
     return [
         Row(task.label, ROW_IN, task.depth, (tree, task), "normal" if task.depth else "bold")
         for task in tree.tasks
@@ -122,7 +121,6 @@ def _band(tree: Tree, depth: int) -> list[Row[tuple[Tree, TaskRow]]]:
 
 
 def _row(axes: Axes, task: TaskRow, middle_in: float, colour: str, end_s: float) -> None:
-    """Draw bars and marks of one task within the panel."""
     low_s, high_s = axes.get_xlim()
     shade, before = style.tint(colour, 0.4 if task.depth else 1.0), ""
     for event, after in pairwise((*task.events, TaskStatus(end_s, "", math.inf))):

@@ -27,11 +27,8 @@ WORST_FRAMES = 10
 class PacketOutcome(NamedTuple):
     """Outcomes of packets, as flags by packet (row) and vehicle (column).
 
-    Attributes:
-        heard: received and accepted.
-        lost: sent and not accepted, for any reason.
-        collided: subset of ``lost``: overlap with another packet or an own transmission.
-        refused: subset of ``lost``: rejected on arrival.
+    ``heard``: received and accepted; ``lost``: sent and not accepted, for any reason. Subsets of ``lost``: ``collided``
+    with another packet or an own transmission, ``refused`` on arrival.
     """
 
     heard: Flags
@@ -42,14 +39,9 @@ class PacketOutcome(NamedTuple):
 
 @dataclass(frozen=True)
 class RunPackets:
-    """All packets of a run.
+    """All packets of a run: sending times, slots from 0, senders as indices into ``vehicles`` (scenario order).
 
-    Args:
-        vehicles: in the order of the scenario.
-        time_s: sending times.
-        slot: slot numbers, from 0.
-        sender: indices into ``vehicles``.
-        out: spans out of the mission, by vehicle.
+    ``out`` has the spans out of the mission, by vehicle.
     """
 
     vehicles: tuple[str, ...]

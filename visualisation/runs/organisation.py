@@ -81,12 +81,8 @@ def picture(
 ) -> DrawnPage:
     """Draw all role holders over the mission, with a line at the time whose holders the caption names.
 
-    Args:
-        at_s: that time; None for the end of the run.
-        viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
-
-    Raises:
-        DrawingError: no such time or vehicle.
+    ``at_s`` is that time, None for the end of the run; ``viewer`` a vehicle, empty for the roles that each vehicle
+    assumes for itself. Raises DrawingError for no such time or vehicle.
     """
     whole, looks = view_of(results, viewer), Kit(results).looks
     end_s = run_records.end_s(results)
@@ -164,7 +160,6 @@ def _draw_row(
 
 
 def _draw_bar(page: Sheet, holding: Holding, colour: str, top_in: float, lane_in: float, inch_s: float) -> None:
-    """Draw a bar, pale during absence, labelled if the name fits."""
     for spans, strength in (([holding.span], PALE), (holding.present, 1.0)):
         where_in = top_in + 0.008, lane_in - 0.016
         shade = style.tint(colour, strength)

@@ -96,11 +96,7 @@ def _rows(tenures: Tenures, vehicles: Sequence[str]) -> tuple[LaneRole, ...]:
 
 
 def shares(of_vehicles: Sequence[Sequence[Span]], n_vehicles: int) -> list[tuple[Span, float]]:
-    """Return spans of constant share of the vehicles, without those of share zero.
-
-    Args:
-        n_vehicles: all vehicles, including those without spans.
-    """
+    """Return spans of constant share of all ``n_vehicles``, without those of share zero."""
     return [(span, n / n_vehicles) for span, n in n_at_once(chain(*of_vehicles)) if n]
 
 
@@ -149,7 +145,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _band(lane: VehicleLane) -> Iterator[Row[tuple[VehicleLane, LaneRole | None]]]:
-    """Yield the title of a lane and a row for each of its roles."""
     names = ", ".join(lane.vehicles)
     title = f"{len(lane.vehicles)} vehicles: {names}" if lane.is_folded else names
     yield Row(title, TITLE_IN, 0, (lane, None), "bold")

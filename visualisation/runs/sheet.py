@@ -156,7 +156,6 @@ def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
 
 
 def _time_axis(axes: Axes, run_end_s: float, inch_s: float) -> None:
-    """Set the ticks and end the axis lines at the end of the run."""
     end_s = axes.get_xlim()[1]
     ticks = MaxNLocator(max(1, int(end_s / inch_s / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, run_end_s)
     shown = [tick for tick in ticks if tick <= run_end_s]

@@ -111,10 +111,8 @@ def picture(
 ) -> DrawnPage:
     """Draw the whole mission; beside it the final positions if they are close together.
 
-    Args:
-        layers: of the mission, below the tracks; those with missing tables are omitted with a note.
-        marks: milestones marked on the tracks.
-        width_in: None for a column of a paper, or a page with several panels.
+    The mission's ``layers`` are below the tracks, those with missing tables are omitted with a note; ``marks`` are
+    milestones marked on the tracks. A ``width_in`` of None is a column of a paper, or a page with several panels.
     """
     shown = [layer for layer in layers if all(map(results.has, layer.needs))]
     notes = [
@@ -200,7 +198,6 @@ def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, PlanTrack]) -> 
 
 
 def _frames(scene: MapContents) -> dict[str, Bbox]:
-    """Return the borders of each panel by its title."""
     points = [place.outline_m[0] for of_kind in scene.points.values() for place in of_kind]
     corners = [corner for of_kind in scene.outlines.values() for place in of_kind for corner in place.outline_m]
     frames = {WHOLE: frame_of([*points_of(scene.tracks.values()), *points, *corners])}
@@ -231,7 +228,6 @@ def frame_of(points: Sequence[PointM]) -> Bbox:
 
 
 def _size_m(frame: Bbox) -> float:
-    """Return the length of the longer side."""
     return float(max(frame.width, frame.height))
 
 

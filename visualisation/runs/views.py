@@ -45,14 +45,10 @@ class ActMark(NamedTuple):
 
 
 class View(NamedTuple):
-    """Role assignments over time.
+    """Role assignments over time, seen by ``viewer``; empty for the roles that each vehicle assumes for itself.
 
-    Attributes:
-        viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
-        groups: of the scenario, and those formed at run time.
-        holdings: of each role, by start.
-        exists: lifetimes of each group; infinite if it exists at the end of the run.
-        marks: in time order.
+    ``groups`` include those formed at run time; ``holdings`` are by start, ``marks`` in time order. A group that exists
+    at the end of the run has an infinite span in ``exists``.
     """
 
     viewer: str
@@ -76,8 +72,7 @@ class View(NamedTuple):
 def view_of(results: RunResults, viewer: str = "") -> View:
     """Read the organisation of a run; an empty viewer means each vehicle's view of itself.
 
-    Raises:
-        DrawingError: no such vehicle.
+    Raises DrawingError for no such vehicle.
     """
     names = run_records.vehicle_names(results)
     if viewer and viewer not in names:
@@ -104,13 +99,12 @@ def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Span]]) ->
 
 
 def _absences(results: RunResults, viewer: str) -> dict[str, list[Span]]:
-    """Return the spans in which the viewer presumed peers absent."""
     rows = [row for row in results.rows("membership") if row["vehicle"] == viewer]
     return spans_by((row["peer"], row["time_s"], row["event"] == "absent") for row in rows)
 
 
 def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
-    """Return marks recorded by the viewer; without one, acts at their issuers and all refusals."""
+    """Return the marks that the viewer recorded; without a viewer, acts recorded by their issuers, and all refusals."""
     marks: dict[ActMark, None] = {}
     for row in rows:
         act, vehicle = row.get("act"), row["vehicle"]

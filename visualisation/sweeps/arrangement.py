@@ -39,11 +39,8 @@ PREFIXES = ((1e6, "M"), (1e3, "k"))
 class Measure:
     """Metric on an axis.
 
-    Args:
-        unit: of the axis.
-        scale: factor from the metric's unit to ``unit``.
-        share: whether all means lie between 0 and 1.
-        signed: whether values may be negative, as differences are.
+    ``scale`` is the factor from the metric's unit to ``unit``, that of the axis. ``share``: all means lie between 0 and
+    1; ``signed``: values may be negative, as differences are.
     """
 
     metric: Metric
@@ -121,8 +118,7 @@ def figure_kind(metric: Metric) -> str:
 def by_kind(metrics: Sequence[Metric]) -> Mapping[str, Metric]:
     """Return metrics by figure kind.
 
-    Raises:
-        DrawingError: two metrics share a kind, or one has that of another figure.
+    Raises DrawingError if two metrics share a kind, or one has that of another figure.
     """
     charts: dict[str, Metric] = {}
     for metric in metrics:
@@ -235,11 +231,8 @@ class Arrangement:
 def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrangement:
     """Return the arrangement of a study, from the rows of all its configurations.
 
-    Args:
-        bounds: strategies marked as bounds in legends.
-
-    Raises:
-        DrawingError: the configurations share no axis, as in a Latin hypercube of several keys.
+    Strategies in ``bounds`` are marked as bounds in legends. Raises DrawingError if the configurations share no axis,
+    as in a Latin hypercube of several keys.
     """
     axis = _axis(rows)
     cases = _cases(rows, axis)

@@ -121,7 +121,6 @@ def ranking(arrangement: Arrangement, by: Metric, rows: Sequence[Rank]) -> str:
 
 
 def _goal(rows: Sequence[Rank]) -> str:
-    """Describe the success criterion of ranks, with its setting if the study has one."""
     set_to = sorted({row.settings[GOAL] for row in rows if GOAL in row.settings})
     setting = f", {GOAL} = {' or '.join(set_to)}" if set_to else ""
     return f"Success is the mission's whole goal (goal_fraction = 1{setting}), achieved within its duration."
@@ -150,7 +149,6 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
 
 
 def _counts(rows: Sequence[Comparison | Rank]) -> str:
-    """Describe the number of runs per point."""
     counts = sorted({row.n for row in rows if not row.deterministic})
     ends = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
     n = [f"n = {' to '.join(ends)} runs per point"] if counts else []

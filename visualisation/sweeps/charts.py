@@ -104,10 +104,8 @@ def overview(
 ) -> Figure:
     """Draw metrics of one combination under one legend; a panel without values is labelled so.
 
-    Args:
-        measures: one for each panel.
-        rows: of all combinations, by metric name.
-        width_in: of the page; None for the default, also in the other functions.
+    ``rows`` are of all combinations, by metric name. A ``width_in`` of None is the default, also in the other
+    functions.
     """
     with style.paper():
         figure, panels = _page(arrangement, [measure.name for measure in measures], width_in, columns=3)
@@ -134,9 +132,7 @@ def trade_off(
 ) -> Figure:
     """Draw one metric over another, points of a series joined; marker size shows the axis value.
 
-    Args:
-        combinations: one for each panel.
-        rows: of all combinations, by metric name.
+    There is a panel for each combination; ``rows`` are of all combinations, by metric name.
     """
     shown = [
         [arrangement.of(combination, rows[measure.metric.name]) for measure in (across, up)]
@@ -157,13 +153,7 @@ def trade_off(
 
 
 class Places(NamedTuple):
-    """Positions of the rows of a panel on the axis.
-
-    Args:
-        at: position of each axis value.
-        step: minimum distance of two positions.
-        spread: width over which points of one axis value are spread.
-    """
+    """Positions of axis values, their minimum distance, and the width over which points of one value are spread."""
 
     at: Mapping[float, float]
     step: float
@@ -286,7 +276,6 @@ def _page(
         titles: of the panels; a single one is not shown.
         wanted_in: width of the page, which limits the panels per row; None for a column or page of a paper.
         x_label: empty for the axis of the arrangement.
-        columns: maximum number of panels per row.
         rows: if given, the legend omits series without rows, such as the baseline of differences.
     """
     columns = min(columns, len(titles), *([] if wanted_in is None else [max(1, int(wanted_in / LEAST_PANEL_IN))]))
@@ -302,7 +291,6 @@ def _page(
 
 
 def _finish(figure: Figure, panels: Sequence[Axes], body_in: float, y_label: str = "") -> None:
-    """Lay out the page with panels of one height; label the first of each row."""
     first = [axes for axes in panels if (place := axes.get_subplotspec()) and place.is_first_col()]
     for axes in first if y_label else ():
         axes.set_ylabel(y_label)
@@ -310,7 +298,6 @@ def _finish(figure: Figure, panels: Sequence[Axes], body_in: float, y_label: str
 
 
 def _size_key(figure: Figure, name: str, sizes: Mapping[float, float]) -> None:
-    """Explain marker sizes at the lowest, middle and highest axis value."""
     places = list(sizes)
     chosen = dict.fromkeys(places[index] for index in (0, len(places) // 2, -1))
     look: dict[str, Any] = {"color": style.GREY, "linestyle": "", "marker": "o"}
@@ -340,12 +327,7 @@ def titles(conditions: Sequence[str]) -> list[str]:
 
 
 def effects_figure(rows: Sequence[MainEffect], metric: Metric, width_in: float | None = None) -> Figure:
-    """Draw main effects on one metric, the first factor on top.
-
-    Args:
-        rows: effects under all conditions.
-        width_in: None for a page of a paper.
-    """
+    """Draw main effects on one metric under all conditions, the first factor on top."""
     conditions = list(dict.fromkeys(row.condition for row in rows))
     main = [row for row in rows if row.is_main]
     levels = {row.term: f"{row.low} to {row.high}" for row in main}

@@ -60,14 +60,8 @@ DIRECTIONS = (Better.HIGHER, Better.LOWER)
 class Numbers:
     """Data of the figures of a sweep, computed for the first figure that needs them.
 
-    Attributes:
-        kinds: metrics by figure kind.
-        overview: names of the metrics of the overview.
-        ranked_by: metric of ranking, differences and effects.
-
-    Raises:
-        DrawingError: two metrics share a figure kind.
-        OutputError: unknown metric of the ranking.
+    ``kinds`` are metrics by figure kind, ``overview`` metrics of the overview; ``ranked_by`` is the metric of ranking,
+    differences and effects. Raises DrawingError if two metrics share a kind, OutputError for an unknown ranking metric.
     """
 
     def __init__(self, results: SweepResults, ranked: str) -> None:
@@ -136,11 +130,8 @@ class SweepChart:
 def sweep_picture(results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None) -> DrawnPage:
     """Draw one figure of a sweep in memory, with its caption and notes for the user.
 
-    ``kind`` and ``ranked`` are as in ``draw_sweep_figures``. A width of None means a column or a page of a paper.
-
-    Raises:
-        DrawingError: as in ``draw_sweep_figures``, or the sweep has several figures of this kind.
-        OutputError: as in ``draw_sweep_figures``.
+    Arguments and errors are as in ``draw_sweep_figures``; DrawingError also if the sweep has several figures of this
+    kind.
     """
     from visualisation.page import DrawnPage
 
@@ -162,26 +153,20 @@ def draw_sweep_figures(
     width_in: float | None = None,
     draw_all: bool = False,
 ) -> Drawn:
-    """Write figures of a finished or unfinished sweep, each with its data and caption.
+    """Write figures of a finished or unfinished sweep, each with its data and caption; return the files and notes.
 
     Without kinds, these are at most ``MOST_FIGURES``: the overview, ranking and differences if strategies or policies
     are compared, the trade-off if policies are, and the metrics of the study in their order.
 
     Args:
         kinds: names in ``SWEEP_KINDS``, or metrics by the name of their chart or of their field.
-        folder: created if missing.
-        format: png, svg or pdf.
         ranked: name of the metric of ranking, differences and effects.
         progress: called with amounts done and total.
         width_in: of all figures; None for a column or a page of a paper.
         draw_all: without kinds, draw all kinds with data.
 
-    Returns:
-        Written files (figure, data, caption, next figure, ...) and notes for the user.
-
-    Raises:
-        DrawingError: unknown kind or format, or a named kind without data.
-        OutputError: no finished run, or unknown metric of the ranking.
+    Raises DrawingError for an unknown kind or format, or a named kind without data; OutputError without a finished run,
+    or for an unknown metric of the ranking.
     """
     numbers, asked, notes = _prepared(results, kinds, ranked, width_in, progress, format, draw_all)
     files: list[Path] = []
@@ -267,7 +252,6 @@ def _written(
     format: str,
     width_in: float | None,
 ) -> list[Path]:
-    """Draw the charts of a kind, then write their files."""
     from visualisation import output, style
 
     source = output.of_sweep(numbers.results)

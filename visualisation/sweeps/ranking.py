@@ -36,14 +36,9 @@ def ordered(arrangement: Arrangement, shown: Sequence[Rank]) -> list[tuple[Serie
 
 
 def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width_in: float | None = None) -> Figure:
-    """Draw the table of one combination.
+    """Draw the table of one combination, ranked by the metric named ``measured``.
 
-    Args:
-        measured: name of the ranking metric, for the heading.
-        width_in: None for a column of text, or a page if needed.
-
-    Raises:
-        DrawingError: the table needs more than ``width_in``.
+    A ``width_in`` of None is a column of text, or a page if needed. Raises DrawingError if the table needs more.
     """
     rows = ordered(arrangement, shown)
     places = sorted({arrangement.x(rank) for rank in shown})
@@ -86,7 +81,6 @@ def _write(axes: Axes, column: int, row: int, text: str, weight: str = "normal")
 
 
 def _entry(axes: Axes, column: int, row: int, rank: Rank | None) -> None:
-    """Write one rank, bold and shaded among the best; a dash without one."""
     best = rank is not None and rank.among_best and not rank.deterministic
     if best:
         axes.add_patch(Rectangle((column - 0.47, row - 0.45), 0.94, 0.9, facecolor=BEST, linewidth=0))
