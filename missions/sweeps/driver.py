@@ -67,7 +67,6 @@ def sweep(
     jobs: int = 1,
     cluster: str | None = None,
     executor: Executor | None = None,
-    force_new: bool = False,
     progress: ReportProgress | None = None,
     timeout_s: float | None = None,
     memory_mb: int | None = None,
@@ -80,7 +79,6 @@ def sweep(
         folder: created if missing; after an interruption the same call resumes.
         cluster: address of a Dask scheduler that replaces local processes.
         executor: other executor with ``jobs`` processes.
-        force_new: move the runs of another study in the folder aside.
         progress: called with the numbers of finished and of planned runs.
         timeout_s, memory_mb: limits of every run, which fails beyond them; a timeout needs local processes.
         accept_code: resume a folder of other code.
@@ -96,7 +94,7 @@ def sweep(
         )
     plan = SweepPlan(study)
     try:
-        opened = SweepFolder(folder, plan, force_new, accept_code, retry_failed)
+        opened = SweepFolder(folder, plan, accept_code, retry_failed)
     except DiskFullError as error:
         raise PartlyDoneError(str(error)) from None
     try:

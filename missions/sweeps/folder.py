@@ -17,7 +17,6 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -281,7 +280,6 @@ class SweepFolder:
 
     Args:
         folder: created if missing.
-        force_new: move the runs of another study into ``before-N`` and start again.
         accept_code: resume runs of other code; the column ``code`` separates them.
         retry_failed: repeat failed runs.
 
@@ -294,7 +292,6 @@ class SweepFolder:
         self,
         folder: Path,
         plan: SweepPlan,
-        force_new: bool = False,
         accept_code: bool = False,
         retry_failed: bool = False,
     ) -> None:
@@ -311,7 +308,7 @@ class SweepFolder:
                 raise OutputError(f"--out {folder}: another sweep is writing this folder")
             self._lock = held
             try:
-                record[IDENTITY] = self._make_sure_of_study(record, force_new, accept_code)
+                record[IDENTITY] = self._make_sure_of_study(record, accept_code)
                 write_synced(folder / STUDY_TEXT, plan.study.text)
                 write_synced(folder / STUDY, json.dumps(record, indent=1))
                 self._ledger = RunLedger(folder / LEDGER, record[IDENTITY])
@@ -327,23 +324,21 @@ class SweepFolder:
             kind = DiskFullError if full else OutputError
             raise kind(f"--out {folder}: cannot be written: {error.strerror}") from None
 
-    def _make_sure_of_study(self, record: Mapping[str, Any], force_new: bool, accept_code: bool) -> str:
-        """Reject an incompatible study or move its runs aside; return the folder's study identity."""
+    def _make_sure_of_study(self, record: Mapping[str, Any], accept_code: bool) -> str:
+        """Reject an incompatible study; return the folder's study identity."""
         path = self.folder / STUDY
         if path.is_file():
             differing = list(differences(path, record, accept_code))
         else:
             differing = [f"{STUDY} is missing"] if (self.folder / LEDGER).is_file() else []
-        if differing and not force_new:
+        if differing:
             of_code = "" if any(not line.startswith("code.") for line in differing) else CODE_CHANGED
             shown = "\n".join(f"  {line}" for line in differing[:MOST_DIFFERENCES])
             raise StudyChangedError(
                 f"{self.folder} holds runs of a study that this one does not continue:\n{shown}\n"
                 "a study may grow (repeats, strategies, policies, channels, vehicles, scenarios, points, unforeseen); "
-                f"{of_code}name another folder for --out, or move its runs and restart with --force-new"
+                f"{of_code}name another folder for --out"
             )
-        if differing:
-            _set_aside(self.folder)
         kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else record
         identity: str = kept[IDENTITY]
         return identity
@@ -406,16 +401,6 @@ class SweepFolder:
         """Close the ledger and release the lock."""
         self._ledger.close()
         os.close(self._lock)
-
-
-def _set_aside(folder: Path) -> None:
-    """Move the content of the folder into its first free ``before-N``."""
-    aside = next(path for number in count(1) if not (path := folder / f"before-{number}").exists())
-    aside.mkdir()
-    # The record last: an interrupted move leaves a folder that still names its study.
-    for name in (LEDGER, RUNS, KEPT, STUDY_TEXT, STUDY):
-        if (folder / name).exists():
-            (folder / name).rename(aside / name)
 
 
 def run_table(lines: Mapping[str, Line]) -> Any:

@@ -57,10 +57,6 @@ def sweep(
     status: Annotated[
         bool, typer.Option("--status", help="Print progress and failed runs of the sweep in --out; start nothing.")
     ] = False,
-    force_new: Annotated[
-        bool,
-        typer.Option("--force-new", help="If the study has changed: move its old runs to another folder and restart."),
-    ] = False,
     accept_code: Annotated[
         bool,
         typer.Option(
@@ -111,7 +107,6 @@ def sweep(
                 out,
                 jobs,
                 cluster,
-                force_new=force_new,
                 progress=progress.of,
                 timeout_s=timeout_s,
                 memory_mb=memory_mb,
@@ -121,8 +116,6 @@ def sweep(
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command resumes", PARTLY_DONE)
     lines = [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
-    if loaded.design.keep_tables is None and outcome.with_tables < outcome.done:
-        lines.insert(1, "tables beyond 500 MB are not kept; study.keep_tables sets the repeats that keep tables")
     show(asdict(outcome), as_json, lines)
     _note_on_repeats(loaded)
     if outcome.failed:

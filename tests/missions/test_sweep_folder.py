@@ -80,17 +80,13 @@ OF_ANOTHER_VERSION = '{"version": "1", "study": {"x": 1}, "digests": []}'
 
 
 @pytest.mark.parametrize("text", ["", "[]", "42", '{"version": "1"}', OF_ANOTHER_VERSION])
-def test_a_folder_that_does_not_say_what_it_is_for_can_be_set_aside(folder: Path, tmp_path: Path, text: str) -> None:
+def test_a_folder_that_does_not_say_what_it_is_for_is_refused(folder: Path, tmp_path: Path, text: str) -> None:
     plan = plan_of(tmp_path)
     (folder / "study.json").write_text(text)
     with pytest.raises(OutputError, match=r"study.json: does not describe a study"):
         SweepResults.read(folder).status()
     with pytest.raises(StudyChangedError):
         SweepFolder(folder, plan)
-    log = SweepFolder(folder, plan, force_new=True)
-    log.close()
-    assert log.summaries == {}
-    assert len((folder / "before-1" / LEDGER).read_text().splitlines()) == 3
 
 
 def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:
