@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from missions.errors import ConfigurationError
-from missions.fault import Absence, kinds
 from missions.files import toml_value
 from missions.runs.assembly import assemble, faults_in
 from missions.runs.setup import Setup, resolved
@@ -21,8 +20,6 @@ from remoras.testing.missions import recorded_rows
 
 SCENARIO, VEHICLE, SEED = "mapping-rendezvous", "AUV01", 1
 FROM_S, UNTIL_S, END_S = 20.0, 40.0, 60.0
-AGAIN_S = (25.0, 30.0)
-"""Outage of a vehicle that restarts during the fault."""
 
 
 def _setup(*tables: Mapping[str, Any]) -> Setup:
@@ -79,23 +76,11 @@ def check_what_is_over_is_over(name: str, keys: Mapping[str, Any]) -> None:
     assert after.condition == SOUND, f"its end leaves the vehicle {after.condition}"
 
 
-def check_it_holds_for_what_begins_anew(name: str, keys: Mapping[str, Any]) -> None:
-    """Check that a restart during the fault keeps it, and that its end still clears it."""
-    anew = next((other for other, kind in kinds().items() if kind.ABSENCE is Absence.PAUSE), None)
-    if anew is None or kind_named(name).ABSENCE is not None:
-        return
-    off = {"kind": anew, "vehicle": VEHICLE, "at_s": AGAIN_S[0], "until_s": AGAIN_S[1]}
-    setup = _setup(_table(name, keys), off)
-    first, second, over = (
-        _befallen(_sailed(setup, at_s)) for at_s in (AGAIN_S[0] - 2.0, AGAIN_S[1] + 2.0, UNTIL_S + 5.0)
-    )
-    assert second.condition == first.condition, f"a restarted vehicle is {second.condition}"
-    assert over.condition == SOUND, f"its end leaves a restarted vehicle {over.condition}"
-
-
 CHECKS: tuple[Callable[[str, Mapping[str, Any]], None], ...] = (
-    check_it_is_declared, check_its_rows, check_what_is_over_is_over, check_it_holds_for_what_begins_anew,
-)  # fmt: skip
+    check_it_is_declared,
+    check_its_rows,
+    check_what_is_over_is_over,
+)
 
 
 def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
