@@ -103,16 +103,14 @@ def run(
     per: float | None = None,
     seed: int = 1,
     set: Settings | None = None,
-    progress: bool | None = None,
 ) -> Run:
-    """Run a scenario to its end, in memory; nothing is written.
+    """Run a scenario to its end, in memory; nothing is written. A terminal or notebook shows progress.
 
     Args:
         scenario: shipped name, path of a TOML file, or a result of ``load``.
         strategy: a name, or an object with the methods of ``remoras.Strategy``.
         policy, channel, network, per, set: as in ``load``, with its errors; not for a loaded scenario.
         seed: root of all random draws; the same scenario and seed give the same run.
-        progress: report progress on standard error; None: only on a terminal or in a notebook.
 
     >>> run("mapping-rendezvous", per=0.6, seed=3, set={"scenario.duration_s": 60.0}).summary["completed"]
     False
@@ -120,11 +118,10 @@ def run(
     from missions.runs.run import run as run_scenario
 
     loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
-    if not _shows(progress):
-        return Run(MemoryResults(run_scenario(loaded, seed, strategy=own)))
     table = loaded.scenario
     with Progress(f"run {table.name}", table.duration_s, "s of mission time") as shown:
-        return Run(MemoryResults(run_scenario(loaded, seed, progress=shown.at, strategy=own)))
+        report = shown.at if is_watched() else None
+        return Run(MemoryResults(run_scenario(loaded, seed, progress=report, strategy=own)))
 
 
 def stepping(
@@ -151,10 +148,6 @@ def stepping(
 
     loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
     return Stepping(resolved(loaded, own), seed)
-
-
-def _shows(progress: bool | None) -> bool:
-    return is_watched() if progress is None else progress
 
 
 def _loaded(
@@ -199,7 +192,6 @@ def sweep(
     out: str | Path,
     jobs: int = 1,
     strategies: Sequence[str] = (),
-    progress: bool | None = None,
 ) -> Sweep:
     """Make all missing runs of a study in ``out``; the same call resumes an interrupted sweep.
 
@@ -209,7 +201,6 @@ def sweep(
         study: shipped name, or path of a TOML file.
         jobs: processes; a script that uses more than one makes its calls below ``if __name__ == "__main__":``.
         strategies: added to those of the study, as ``["central", "mine.py:Mine"]``.
-        progress: as in ``run``.
 
     Raises:
         ConfigurationError: with all errors of the study.
@@ -221,11 +212,8 @@ def sweep(
 
     _check_jobs(jobs)
     loaded = load_study(str(study), strategies)
-    if _shows(progress):
-        with Progress(f"sweep {loaded.design.name}", 1, "runs") as shown:
-            make(loaded, Path(out), jobs, progress=shown.of)
-    else:
-        make(loaded, Path(out), jobs)
+    with Progress(f"sweep {loaded.design.name}", 1, "runs") as shown:
+        make(loaded, Path(out), jobs, progress=shown.of if is_watched() else None)
     return Sweep(SweepResults.read(Path(out)))
 
 
