@@ -6,7 +6,6 @@ includes the transmission time of a modem, which the network lacks.
 
 from __future__ import annotations
 
-import errno
 import math
 import select
 import socket
@@ -50,12 +49,8 @@ class Socket:
             self._socket.bind(address)
         except OSError as error:
             self._socket.close()
-            bound = f"--bind {address[0]}:{address[1]}"
-            if error.errno == errno.EADDRINUSE:
-                raise ConfigurationError(
-                    f"{bound}: in use by another program; choose another port, or 0 for any that is free"
-                ) from None
-            raise ConfigurationError(f"{bound}: {error.strerror}; allowed are addresses of this machine") from None
+            allowed = "allowed is an address of this machine with a free port, or port 0 for any free one"
+            raise ConfigurationError(f"--bind {address[0]}:{address[1]}: {error.strerror}; {allowed}") from None
         self._socket.setblocking(False)
 
     @property

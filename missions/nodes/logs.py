@@ -88,17 +88,17 @@ class Began(NamedTuple):
 
 
 class NodeLog:
-    """Log being written to a new file in ``folder``; ``began`` is None unless the node goes by its machine's clock.
+    """Log being written to a new file in ``folder``.
 
     Raises OutputError if the file exists or is not writable.
     """
 
-    def __init__(self, folder: Path, plan: NodePlan, began: Began | None = None) -> None:
+    def __init__(self, folder: Path, plan: NodePlan, began: Began) -> None:
         self.path = refuse_written(folder, plan)
         with writing(self.path):
             folder.mkdir(parents=True, exist_ok=True)
             self._file = self.path.open("x", encoding="utf-8")
-        self._line({"log": FORMAT, "version": __version__, "plan": asdict(plan), "began": began and began._asdict()})
+        self._line({"log": FORMAT, "version": __version__, "plan": asdict(plan), "began": began._asdict()})
 
     @classmethod
     def going_on(cls, path: Path) -> NodeLog:
@@ -139,7 +139,7 @@ class Logged:
     plan: NodePlan
     entries: tuple[LogEntry, ...]
     state_hash: str | None
-    began: Began | None = None
+    began: Began
 
     @property
     def salts(self) -> list[bytes]:
@@ -193,13 +193,13 @@ def read_log(path: Path) -> Logged:
     return Logged(plan, tuple(entries), state_hash, began)
 
 
-def _first(path: Path, line: str) -> tuple[NodePlan, Began | None]:
+def _first(path: Path, line: str) -> tuple[NodePlan, Began]:
     try:
         value = json.loads(line)
         if value["log"] != FORMAT:
             raise ValueError
-        began = value.get("began")
-        return NodePlan(**value["plan"]), began and Began(float(began["unix_s"]), float(began["speed"]))
+        began = value["began"]
+        return NodePlan(**value["plan"]), Began(float(began["unix_s"]), float(began["speed"]))
     except (ValueError, TypeError, KeyError):
         raise _no_log(path, 1, line) from None
 
@@ -240,15 +240,13 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
     Its absence ends now, and the next epoch starts. ``plan`` must equal that of the log, except start and epoch.
 
     Returns the vehicle, its reopened log and the pace of its mission. Raises ConfigurationError if the log has another
-    plan, an end, no start, or is not reproduced.
+    plan, an end, or is not reproduced.
     """
     log = read_log(path)
     if replace(log.plan, begins_s=0.0, epoch=plan.epoch) != replace(plan, begins_s=0.0):
         raise _cannot(path, "of another scenario, seed or end", "give what its node was started with, or another --out")
     if log.state_hash is not None:
         raise _cannot(path, "complete", "a mission that has ended does not resume; name another folder by --out")
-    if log.began is None:
-        raise _cannot(path, "without a start", "a log of a node that goes by the clock of its machine")
     pace = log.began.pace
     # The clock of the machine may have been put back, but mission time never decreases.
     now_s = max(pace.now_s, just_after(log.last_s))

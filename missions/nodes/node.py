@@ -42,8 +42,7 @@ class NodeOutcome:
     """Final state of a node.
 
     Packets are lost and doubled by draws at this receiver, withheld because of clock uncertainty. ``items`` are stored,
-    ``open`` ones outstanding. ``digest`` has the highest contiguous sequence and the mask of later ones by origin, with
-    suffix ``.eN`` for later epochs; ``late_s`` is the maximum delay behind the pace (s of the mission).
+    ``open`` ones outstanding; ``late_s`` is the maximum delay behind the pace (s of the mission).
     """
 
     vehicle: str
@@ -55,7 +54,6 @@ class NodeOutcome:
     packets_refused: int
     items: int
     open: int
-    digest: dict[str, tuple[int, int]]
     state_hash: str
     is_alive: bool
     late_s: float
@@ -129,12 +127,8 @@ class VehicleNode:
 
     def outcome(self) -> NodeOutcome:
         """Return the current state."""
-        vehicle, names = self.solo.vehicle, self._setup.database.names
+        vehicle = self.solo.vehicle
         model = vehicle.beliefs.model
-        digest = {
-            f"{names[origin]}.e{epoch}" if epoch else names[origin]: held
-            for (origin, epoch), held in sorted(model.digest().items())
-        }
         return NodeOutcome(
             vehicle.name,
             self.solo.horizon_s,
@@ -143,9 +137,8 @@ class VehicleNode:
             self._counts[LineKind.LOST],
             self._n_doubled,
             self.solo.n_refused,
-            sum(highest + 1 + mask.bit_count() for highest, mask in digest.values()),
+            sum(highest + 1 + mask.bit_count() for highest, mask in model.digest().values()),
             vehicle.radio.manager.n_open,
-            digest,
             model.state_hash(),
             vehicle.is_alive,
             round(self._late_s, 3),

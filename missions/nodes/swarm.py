@@ -18,7 +18,7 @@ from exchange.drivers import Paced, Socket, UdpDriver
 from exchange.errors import ExchangeError
 from missions.errors import MissionsError
 from missions.nodes.alone import NodePlan, alone
-from missions.nodes.logs import NodeLog
+from missions.nodes.logs import Began, NodeLog
 from missions.nodes.node import Mishaps, VehicleNode
 from remoras.errors import RemorasError
 from remoras.plugins import SAFE_PATH, look_in, plugin_folders, switched_on
@@ -47,7 +47,7 @@ def work(job: NodeJob, others: Connection) -> None:
         start_s, ports = others.recv()
         pace = Paced(start_s, job.speed)
         driver = UdpDriver(port, [(LOOPBACK, number) for number in ports], pace, own.setup.modem.packet_s)
-        log = NodeLog(job.out, job.plan) if job.out is not None else None
+        log = NodeLog(job.out, job.plan, Began.of(pace)) if job.out is not None else None
         others.send(asdict(VehicleNode(own, driver, pace, log, job.mishaps).run()))
     except (ExchangeError, MissionsError, RemorasError) as error:
         others.send(str(error))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from cryptography.hazmat.primitives.ciphers import aead
-from diving import together
+from diving import BEGAN, together
 
 from exchange.channel.channel import Arrival
 from exchange.errors import PeerFault
@@ -184,13 +184,13 @@ def gone_on(log: Logged, now_s: float) -> tuple[LoneVehicle, Logged]:
     assert difference == ""
     entries = said(own.solo.advance(now_s + 30.0))
     assert own.salt in entries[0].data
-    return own, Logged(log.plan, (*log.entries, LogEntry(LineKind.BACK, now_s, own.salt), *entries), None)
+    return own, Logged(log.plan, (*log.entries, LogEntry(LineKind.BACK, now_s, own.salt), *entries), None, BEGAN)
 
 
 def test_two_that_go_on_from_one_copied_log_share_no_salt_and_each_may_go_on_again(key_file: Path) -> None:
     plan = plans(key_file)[1]
     own = alone(plan)
-    log = Logged(plan, (LogEntry(LineKind.SALT, 0.0, own.salt), *said(own.solo.advance(40.0))), None)
+    log = Logged(plan, (LogEntry(LineKind.SALT, 0.0, own.salt), *said(own.solo.advance(40.0))), None, BEGAN)
     salts = [own.salt]
     for _ in range(2):
         first, longer = gone_on(log, 45.0)

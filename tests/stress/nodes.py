@@ -17,7 +17,7 @@ from stress.schedules import DECLARED, SETTLE_FRAMES, Schedule
 from stress.trial import INVARIANTS, Outcome, effective_kinds, faulty_channel
 
 from missions.nodes import LoneVehicle, NodePlan, alone
-from missions.nodes.logs import LineKind, LogEntry, Logged, back
+from missions.nodes.logs import Began, LineKind, LogEntry, Logged, back
 from missions.runs.assembly import channel_of
 from missions.runs.run import Root
 from missions.runs.setup import resolved
@@ -131,7 +131,7 @@ class NodeFleet:
             self._scene.lives[own.plan.vehicle].is_alive = False
             self._own[node] = None
             return
-        log = Logged(self._plans[node], tuple(self._logs[node]), None)
+        log = Logged(self._plans[node], tuple(self._logs[node]), None, Began(0.0, 1.0))
         own, difference = back(log, just_after(self.now_s))
         if difference and self._broken is None:
             self._broken = "exceptions", self.now_s, difference
