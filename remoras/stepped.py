@@ -20,7 +20,6 @@ from missions.runs.run import Root, result_of, settled_of
 from missions.runs.tables import arrow_table
 from remoras.api import Run
 from remoras.recorder import PACKETS, Row
-from remoras.table import card, number_text
 from remoras.truth import Milestone
 from remoras.version import __version__
 
@@ -87,13 +86,6 @@ class MissionState:
         return (
             f"<MissionState at {self.time_s:g} s: {self.goal_fraction:.0%} of the goal, {len(self.vehicles)} vehicles>"
         )
-
-    def _repr_html_(self) -> str:
-        rows = [
-            (name, f"({now.x_m:.1f} m, {now.y_m:.1f} m)", f"{number_text(now.speed_mps)} m/s", ", ".join(now.roles))
-            for name, now in self.vehicles.items()
-        ]
-        return card(f"{self.time_s:g} s, {self.goal_fraction:.0%} of the goal", rows)
 
 
 class RunSoFar(RunReader):
