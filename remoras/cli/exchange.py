@@ -356,10 +356,6 @@ def _describe_network(name: str, out: Path | None, file_format: str, as_json: bo
     sources = (("source", network.citation), ("packet", network.packet), ("assumed", network.assumption))
     lines += [f"  {label}: {text}" for label, text in sources if text]
     lines += [f"  unknown: {text}" for text in network.unknown]
-    for node in network.node:
-        place = "" if node.position_m is None else " at {:g}, {:g} m".format(*node.position_m)
-        depth = "" if node.depth_m is None else f", {node.depth_m:g} m deep"
-        lines.append(f"  node {node.name}{place}{depth}")
     rows = list(_rows(network))
     lines += [f"  {line}" for line in aligned(rows, right=range(len(rows[0])))]
     show({**network.model_dump(mode="json"), "assumed": network.assumption}, as_json, lines)
