@@ -332,9 +332,6 @@ def main() -> None:
         code = _report_end(error)
     except typer.Abort as error:  # the parser's form of an interruption
         code = _report_end(error.__cause__)
-    except BrokenPipeError:
-        sys.stderr.close()
-        code = OK
     except Exception as error:  # usage error: typer exports no class for it
         if not hasattr(error, "format_message"):
             raise

@@ -47,7 +47,7 @@ def list_(
     if as_json:
         rows = {
             name: [
-                {"name": key, "description": text, **(DETAILS[name](key) if name in DETAILS else {})}
+                {"name": key, "description": text, **(_of_strategy(key) if name == "strategies" else {})}
                 for key, text in entries.items()
             ]
             for name, entries in listed.items()
@@ -59,7 +59,7 @@ def list_(
         width = max((len(key) for key in entries), default=0)
         for key, text in entries.items():
             print(f"  {key:<{width}}  {text}")
-            for line in _detail_lines(DETAILS[name](key)) if kind in DETAILS else ():
+            for line in _detail_lines(_of_strategy(key)) if kind == "strategies" else ():
                 print(f"      {line}")
         if name in NOTES:
             print(f"  {NOTES[name]}")
@@ -385,5 +385,3 @@ NOTES: dict[str, str] = {
     "modems": f"{UNVERIFIED} no source was found for this number: it is an estimate",
     "networks": "source, losses and unknowns of a network: remoras sea NAME",
 }
-
-DETAILS: dict[str, Callable[[str], dict[str, Any]]] = {"strategies": _of_strategy}
