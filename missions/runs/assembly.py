@@ -98,9 +98,7 @@ def assemble(
 ) -> Fleet:
     """Assemble a fleet ready to run.
 
-    Args:
-        channel: replaces the scenario's, for tests and experiments.
-        vehicle: factory with the parameters of ``Vehicle``.
+    For tests and experiments, ``channel`` replaces the scenario's, ``vehicle`` makes the vehicles.
     """
     if setup.scenario.communication.key_file:
         # Several runs may share a setup: a fresh salt keeps nonces unique under the key.

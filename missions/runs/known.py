@@ -96,17 +96,12 @@ def fill(
     given_up_s: Iterable[float],
     frame_ends_s: Iterable[float],
 ) -> None:
-    """Replay a vehicle's merges and pruning into an empty model.
+    """Replay a vehicle's merges and pruning into an empty model, until ``at_s``.
 
-    Merging does not depend on order, but discarding and pruning do, as an exclusion protects what it hides from
-    pruning. So blocks are merged in the vehicle's order, with pruning in between.
-
-    Args:
-        known: time of possession (s) and block.
-        at_s: time asked for.
-        given_up_s: times at which blocks were discarded.
-        frame_ends_s: times of pruning, before the vehicle recorded anything at that time.
+    ``known`` has times of possession (s) and blocks. ``given_up_s`` are times at which blocks were discarded,
+    ``frame_ends_s`` those of pruning, before the vehicle recorded anything at that time.
     """
+    # Merging does not depend on order, but discarding and pruning do: an exclusion protects what it hides from pruning.
     rest = deque(sorted((arrival for arrival in known if arrival[0] <= at_s), key=itemgetter(0)))
     times_s = [(time_s, True) for time_s in given_up_s]
     if model.pruning:
@@ -127,7 +122,7 @@ def _block_of(uid: str) -> str | tuple[int, int, int]:
 
 
 def memories(lives: Sequence[RebuiltLife]) -> Iterator[tuple[float, float]]:
-    """Yield the intervals (s) between losses of memory."""
+    """Yield the intervals (s) in which a vehicle kept its memory."""
     begins_s = [life.from_s for life in lives if not life.remembers]
     yield from zip(begins_s, [*begins_s[1:], math.inf], strict=True)
 
@@ -174,12 +169,8 @@ class Belief(NamedTuple):
 class KnownAt:
     """Knowledge of one vehicle at one time, after all events of that time.
 
-    Attributes:
-        receptions: time and sender of received observations.
-        organisation: roles as agreed and reported so far.
-        present: organisation without absent vehicles, on which the vehicle acts.
-        absent: peers presumed absent.
-        missions: by group.
+    ``receptions`` has time and sender of received observations; ``organisation`` the roles as agreed and reported so
+    far, ``present`` those without ``absent`` vehicles, on which the vehicle acts; ``missions`` are by group.
     """
 
     vehicle: str
@@ -236,9 +227,8 @@ class KnownAt:
             drift: random walk of the property, per square root of a second; the ontology's if None.
             shared: standard deviation of the error common to all observations of one vehicle.
 
-        Raises:
-            UnknownNameError: no such instance or attribute.
-            FactError: an impossible prior, drift or shared error.
+        Raises UnknownNameError for no such instance or attribute, FactError for an impossible prior, drift or shared
+        error.
         """
         key = attribute, subject
         return self._names.fused(key, prior, independent, drift=drift, shared=shared, at_s=self.at_s)

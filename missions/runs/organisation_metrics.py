@@ -89,7 +89,7 @@ class _Views:
 
 
 def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
-    """Yield duration (s) and views of each constant interval."""
+    """Yield each interval (s) without changes, with the views in it."""
     keeps_jobs = run.setup.strategy.declaration.private_jobs
     groups = run.setup.agreement.groups
     roles = {(group.name, role.name): role for group in groups for role in group.roles}
@@ -111,7 +111,7 @@ def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
 
 
 def _mean_over_time(run: MeasuredRun, value_of: Callable[[_Views], float | None]) -> float | None:
-    """Mean of a value of the views over the time in which they have one; None without any."""
+    """Time-weighted mean of a value of the views, where it is defined; None if nowhere."""
     spells = [(spell_s, value) for spell_s, views in _moments(run) if (value := value_of(views)) is not None]
     total_s = math.fsum(spell_s for spell_s, _ in spells)
     return round(math.fsum(spell_s * value for spell_s, value in spells) / total_s, 6) if total_s > 0.0 else None

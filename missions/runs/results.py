@@ -242,11 +242,7 @@ class Results(RunReader):
 
     @cached_property  # loads a scenario
     def scenario(self) -> Scenario:
-        """Resolved scenario.
-
-        Raises:
-            ConfigurationError: this version cannot read it.
-        """
+        """Resolved scenario; raises ConfigurationError if this version cannot read it."""
         document = Document.of_text(self.manifest["scenario"], str(self.folder / MANIFEST))
         table = document.raw.get("scenario")
         if isinstance(table, dict):
@@ -259,7 +255,6 @@ class Results(RunReader):
         return tuple(sorted(path.stem for path in self.folder.glob("*.parquet")))
 
     def _read(self, name: str) -> pa.Table:
-        """Read a table; raise if it is damaged, of another run, or lacks a column."""
         path = self.folder / f"{name}.parquet"
         try:
             with pq.ParquetFile(path) as file:  # pq.read_table loads pandas

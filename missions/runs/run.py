@@ -52,14 +52,12 @@ class Run:
     """Finished run, before results are written.
 
     Attributes:
-        milestones: in time order.
         goal_fraction: share of the mission's whole goal that was achieved, 0..1.
         reachable_fraction: share achieved, or achievable by the remaining vehicles at the end.
         reason: for failure; empty after success.
         end_s: mission time; the full duration if the mission did not complete.
         n_false_beliefs: wrong beliefs that a peer held a block.
         distance_m: travelled by the whole fleet.
-        wall_s: wall-clock time.
         wrong_belief_fraction: share of wrong beliefs about job holders.
         settled: outcome of the exchange after the mission; None without one.
         drawn: whether random numbers were drawn; None if unknown.
@@ -103,13 +101,10 @@ def run(
     progress: Callable[[float], None] | None = None,
     strategy: Strategy | None = None,
 ) -> Run:
-    """Run a scenario to its end.
+    """Run a scenario to its end; ``seed`` is the root of all draws.
 
-    Args:
-        seed: root of all draws.
-        channel: replaces the scenario's, for tests and experiments; its draws are not recorded.
-        progress: called with the mission time (s) at intervals.
-        strategy: replaces the scenario's.
+    ``channel`` and ``strategy`` replace those of the scenario; draws of such a channel are not recorded. ``progress``
+    is called with the mission time (s) at intervals.
     """
     return run_of(resolved(scenario, strategy), seed, channel, progress)
 

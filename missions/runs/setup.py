@@ -79,7 +79,6 @@ def recorder_of_mission(mission: Mission, sensors: Sequence[Mapping[str, Sensor]
 
 
 def _malformed(founding: Organisation) -> Iterator[ConfigurationFault]:
-    """Yield the faults of a malformed initial organisation, such as no leader."""
     headless = set[str]()
     for group, of_group in founding.groups.items():
         if not founding.heads(group):
@@ -134,10 +133,8 @@ def subjects_of(
 ) -> Subjects | None:
     """Return the groups, roles and jobs that each instance concerns; they determine needs.
 
-    None if every vehicle needs all exchanged attributes, see ``communication.needs_follow``.
-
-    Raises:
-        PluginError: the mission's ``groups_of`` raises or returns anything but groups of the scenario.
+    None if every vehicle needs all exchanged attributes, see ``communication.needs_follow``. Raises PluginError if the
+    mission's ``groups_of`` raises or returns anything but groups of the scenario.
     """
     if scenario.communication.needs_follow != BY_GROUPS:
         return None
@@ -187,11 +184,9 @@ class Setup:
     """Resolved scenario, immutable during runs, so that any number of runs may share it.
 
     Attributes:
-        tbox: core ontology and the mission's vocabulary.
         instances: those with names common to the fleet.
         common_facts: known to all before the mission: equipment of vehicles, and facts of ontology files.
         database: vehicles as the fleet knows them.
-        agreement: reached before the mission.
         urgency: priority of each attribute exchanged by all, by uid.
         subjects: of instances, where needs follow from groups; else None.
         own_metrics: named by the scenario itself, by reference.
@@ -328,7 +323,6 @@ def _codec(
     exchanged: Collection[int],
     ahead_s: float,
 ) -> Codec:
-    """Create the codec of all vehicles, with numbers as wide as the whole mission needs."""
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
     # A whole number of steps beyond the end, so that no time of the mission needs an escape.
     horizon_s = resolution_s * (int((duration_s + ahead_s) / resolution_s) + 1)
