@@ -80,7 +80,6 @@ def _imported(module: str, top: Path) -> Iterator[Path]:
 
 
 def _file_of(module: str) -> Path | None:
-    """Return the source of a module; None if it does not exist."""
     try:
         with asked_for(module):
             spec = importlib.util.find_spec(module)

@@ -73,16 +73,14 @@ def sweep(
     accept_code: bool = False,
     retry_failed: bool = False,
 ) -> SweepStatus:
-    """Make the runs of a study that its folder lacks; return the status.
+    """Make the runs of a study that its folder lacks; return the status. After an interruption the same call resumes.
 
     Args:
-        folder: created if missing; after an interruption the same call resumes.
         cluster: address of a Dask scheduler that replaces local processes.
         executor: other executor with ``jobs`` processes.
         progress: called with the numbers of finished and of planned runs.
         timeout_s, memory_mb: limits of every run, which fails beyond them; a timeout needs local processes.
         accept_code: resume a folder of other code.
-        retry_failed: repeat failed runs.
 
     Raises:
         PartlyDoneError: the engine was lost or the disk is full; the same call resumes.
@@ -149,7 +147,6 @@ def _drive(
     progress: ReportProgress | None,
     memory_mb: int | None,
 ) -> None:
-    """Submit runs and record their results until none is missing."""
     schedule, summaries, code = plan.schedule, folder.summaries, short(fingerprint())
     n_lacking = {number: len(schedule.lacking(number, summaries)) for number in range(len(schedule.labels))}
     waiting, deaths = deque(plan.due(summaries)), Counter[str]()

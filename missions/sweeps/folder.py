@@ -276,16 +276,14 @@ def is_damaged(folder: Path, line: Line) -> bool:
 
 
 class SweepFolder:
-    """Folder of a running sweep, locked by one process.
+    """Folder of a running sweep, created if missing, locked by one process.
 
     Args:
-        folder: created if missing.
         accept_code: resume runs of other code; the column ``code`` separates them.
         retry_failed: repeat failed runs.
 
-    Raises:
-        StudyChangedError: the folder belongs to another study or an incompatible version of this one.
-        OutputError: the folder cannot be written, or another sweep is writing it.
+    Raises StudyChangedError if it belongs to another study or an incompatible version of this one, OutputError if it
+    cannot be written or another sweep is writing it.
     """
 
     def __init__(
@@ -355,9 +353,8 @@ class SweepFolder:
     def append(self, finished: Sequence[FinishedRun]) -> None:
         """Record finished runs on disk; known ones are skipped.
 
-        Raises:
-            OutputError: the disk rejects them, or a repeated run with lost tables ends differently; the ledger is
-                unchanged.
+        Raises OutputError if the disk rejects them, or a repeated run with lost tables ends differently; the ledger is
+        unchanged then.
         """
         known, runs = self._ledger.lines, self.folder / KEPT
         new = {run.key: run for run in finished if run.key in self._again or run.key not in known}
@@ -484,7 +481,6 @@ def _digests(record: Mapping[str, Any]) -> set[str]:
 
 
 def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the compared part of a record."""
     compared = {key: value for key, value in record.items() if key not in UNCOMPARED}
     if record["study"].get("stopping"):  # the rule sets the number of repeats
         design = {key: value for key, value in record["study"]["study"].items() if key != "repeats"}

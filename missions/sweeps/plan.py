@@ -149,7 +149,6 @@ class RunSchedule:
         return repeat == 1 or second is not None or bool(first.get(DRAWN, True))
 
     def _demanded(self, number: int, summaries: Summaries) -> int:
-        """Return the repeats that the study demands."""
         rule = self.file.stopping
         if rule is None:
             return self.file.study.repeats
@@ -212,7 +211,7 @@ class SweepPlan:
         )
 
     def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
-        """Yield missing runs known to be needed, except ``busy`` ones; the first repeat decides."""
+        """Yield missing runs, except ``busy`` ones, that finished runs already show to be needed."""
         for number, repeat in self.schedule.missing(summaries, busy):
             if self.schedule.is_known(number, repeat, summaries):
                 yield self.task(number, repeat)

@@ -211,13 +211,9 @@ def study_explanations() -> dict[str, tuple[str, str]]:
 def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
     """Read a study and resolve all of its configurations.
 
-    Args:
-        name_or_path: a shipped study, see ``shipped_studies``, or a TOML file.
-        strategies: added ones: shipped names, ``package.module:object`` or ``file.py:object``.
-
-    Raises:
-        ConfigurationError: with all malformed values; else all faults between tables; else all faults of
-            configurations.
+    ``name_or_path`` is a shipped study, see ``shipped_studies``, or a TOML file. ``strategies`` are added: shipped
+    names, ``package.module:object`` or ``file.py:object``. Raises ConfigurationError with all malformed values; else
+    all faults between tables; else all faults of configurations.
     """
     return study_of(Document.read(name_or_path, shipped_studies(), STUDY), strategies)
 
@@ -386,7 +382,6 @@ def _metrics(scenarios: Mapping[str, Scenario]) -> tuple[dict[str, Metric], list
 
 
 def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[ConfigurationFault]:
-    """Return faults for metrics that the missions lack."""
     named = [(KEY_OF_METRICS, name) for name in file.study.metrics or ()]
     named += [("stopping.metric", file.stopping.metric)] if file.stopping else []
     return [
