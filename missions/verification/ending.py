@@ -324,7 +324,6 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
 
 
 def _members(record: Record, group: str, time_s: float) -> list[str]:
-    """Return the vehicles with a role in a group at a time."""
     names = record.vehicles
     return sorted(name for name in names if any(g == group for g, _ in record.roles_at(name, time_s + CLOSE_S)))
 

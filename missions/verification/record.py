@@ -61,13 +61,9 @@ class Discrepancy:
 class CheckReport:
     """Findings of a verification.
 
-    Attributes:
-        findings: the first of each check.
-        n_findings: all, by check.
-        checked: number of values, by check.
-        not_checked: reasons, by omitted check.
-        key: current run in a sweep.
-        strange: time (s) of the first fault of an external kind, by vehicle; later findings are not reliable.
+    ``findings`` has the first of each check, ``n_findings`` their numbers, ``checked`` the number of values, by check;
+    ``not_checked`` reasons, by omitted check. ``key`` is the current run in a sweep. Findings about a vehicle later
+    than ``strange`` (s), its first fault of an external kind, are not reliable.
     """
 
     findings: list[Discrepancy] = field(default_factory=list)

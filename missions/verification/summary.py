@@ -240,7 +240,6 @@ def _of_doubt(record: Record, report: CheckReport) -> dict[str, tuple[Any, float
 
 
 def _mean(looks: list[tuple[Any, float]]) -> tuple[Any, float]:
-    """Return the weighted mean of places and the sum of their weights."""
     places, weights = np.array([place for place, _ in looks]), np.array([weight for _, weight in looks])
     return np.average(places, axis=0, weights=weights), float(weights.sum())
 
