@@ -167,12 +167,10 @@ class Beliefs:
         self.before[node] &= ~items
 
     def take(self, items: int, evidence: int | None) -> None:
-        """Add origins as holders of received items (set).
+        """Add holders of received items (set): their origins, and ``evidence``, the sender if carriers count as
+        holders.
 
         5.: "Information contained within a successfully received packet is always added to the local world model".
-
-        Args:
-            evidence: the sender if it counts as holder of its items (carrier evidence), else None.
         """
         for origin, own in enumerate(self.origins):  # of an earlier life, its origin may have lost it
             if items & own:
@@ -259,13 +257,10 @@ class Beliefs:
         return is_new
 
     def orphans(self, life: Life | None = None, of_others: bool = False) -> list[int]:
-        """Return columns of items without a sending origin that this node must send.
+        """Return columns of items without a sending origin (absent or restarted) that this node must send.
 
-        The origin is absent or has restarted; of the present holders the one with the lowest index sends.
-
-        Args:
-            life: restricts the items to one incarnation; None for all.
-            of_others: include items that another holder sends.
+        Of the present holders the one with the lowest index sends; ``of_others``: include its items. ``life`` restricts
+        the items to one incarnation.
         """
         sent_by_others = 0
         for node in () if of_others else members((1 << self.me) - 1 & ~self.peers.away):

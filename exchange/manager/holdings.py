@@ -39,12 +39,10 @@ if TYPE_CHECKING:
 
 
 class HoldingsReports:
-    """Statements, holder sets and symbols of one vehicle.
+    """Statements, holder sets and symbols (if ``codes_repairs``) of one vehicle.
 
-    Args:
-        fragment_bits: upper bound of a fragment's size.
-        priority_here: own priority by column of a held item; 0 if only others need it.
-        codes_repairs: the policy sends symbols.
+    ``fragment_bits`` is an upper bound of a fragment's size, ``priority_here`` the own priority of a held item by
+    column; 0 if only others need it.
     """
 
     def __init__(
@@ -184,19 +182,15 @@ class HoldingsReports:
         return -1 if self._peers.away >> peer & 1 else self._beliefs.spared[peer]
 
     def _owed(self, claim: OriginStatement) -> int:
-        """Return the unreported acknowledgements (item set) that a statement brings its origin.
-
-        Excluded is the packet's acknowledgement vector. Items beyond the statement wait for a holder set or later
-        statement.
-        """
+        """Return the unreported acknowledgements (item set) that a statement brings its origin."""
         origin = claim.origin
         if origin == self._me or self._peers.away >> origin & 1:
             return 0
+        # Less what the acknowledgement vector of the packet reports anyway. Items beyond the statement wait for a later one.
         unknown = self._beliefs.origins[origin] & ~self._confirmed & ~self._beliefs.log.last(origin)
         return unknown and unknown & self._reported(claim)
 
     def _reported(self, claim: OriginStatement) -> int:
-        """Return the items (set) that a statement of this vehicle reports as held."""
         return self._items_below(claim.life, claim.first) | self._items(claim.life, claim.listed)
 
     def _symbol_bits(self, column: int) -> int:
@@ -327,10 +321,8 @@ class HoldingsReports:
     ) -> tuple[tuple[Named, ...], int]:
         """Apply a packet; return the decoded items, and the items (set) that its sender lacks.
 
-        Args:
-            is_answer: it acknowledges the own last packet, or its loss.
-            answers: it acknowledges the last packets of all nodes.
-            vouched: nodes (bit mask) for which third-party acknowledgements of the sender count.
+        ``is_answer``: it acknowledges the own last packet, or its loss; ``answers``: the last packets of all nodes.
+        ``vouched``: nodes (bit mask) for which third-party acknowledgements of the sender count.
         """
         sender, account, lacked = packet.sender, packet.account, 0
         if is_answer:

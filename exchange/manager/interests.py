@@ -25,10 +25,8 @@ from worldmodel import NOBODY, Block, Needs, PropertyValue, Stated, ValueKind, W
 class Renewal:
     """Effect of changed needs on one vehicle.
 
-    Attributes:
-        blocks: filtered out before, needed now; items: that completed them.
-        settled: items delivered to all interested nodes now.
-        unneeded: queued items that no node needs any more.
+    ``blocks`` were filtered out before and are needed now, ``items`` completed them; ``settled`` items are delivered to
+    all interested nodes now; no node needs the queued items ``unneeded`` any more.
     """
 
     blocks: tuple[Block, ...] = ()

@@ -65,10 +65,8 @@ SIGNAL_SHARE = 4
 class Options(NamedTuple):
     """Options of a vehicle beyond needs and policy.
 
-    Attributes:
-        carrier_evidence: a peer that carries an item counts as a holder.
-        selective: neither keep nor relay items that this vehicle does not need.
-        queue_limit: most items in the queue; None for no limit.
+    ``carrier_evidence``: a peer that carries an item counts as a holder. ``selective``: neither keep nor relay items
+    that this vehicle does not need. A ``queue_limit`` of None is no limit.
     """
 
     carrier_evidence: bool = True

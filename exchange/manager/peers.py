@@ -44,12 +44,10 @@ SHORTEST_SILENCE = 4
 
 
 class Link(NamedTuple):
-    """Loss estimate of one directed link.
+    """Loss estimate of one directed link, from ``n`` samples.
 
-    Attributes:
-        p_loss: weighted share of lost packets; None without a sample.
-        n: number of samples.
-        p_reckoned: posterior share of lost packets, from samples and prior.
+    ``p_loss`` is the weighted share of lost packets, None without a sample; ``p_reckoned`` the posterior share, from
+    samples and prior.
     """
 
     p_loss: float | None
@@ -197,7 +195,6 @@ class PeerStates:
         return epoch != self.epochs[origin] or bool(self.away >> origin & 1)
 
     def _note_missed(self, sender: int, n_missed: int) -> None:
-        """Count missed packets of a peer, unless it was absent."""
         incoming = self._incoming[sender]
         # A silence too long for loss is absence, which says nothing about the link.
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:

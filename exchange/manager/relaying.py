@@ -122,10 +122,8 @@ class Relaying:
     def _cut_off_from(self, worth: list[float], near: int, away: int) -> int:
         """Return origins (bit mask) with poor links to a peer that this vehicle reaches well.
 
-        Args:
-            worth: values of the links between that peer and each node.
-            near: nodes (bit mask) joined to this vehicle without that peer.
-            away: absent nodes (bit mask).
+        ``worth`` has the values of the links between that peer and each node; ``near`` the nodes (bit mask) joined to
+        this vehicle without that peer.
         """
         own = worth[self._me]
         if own < EQUAL * max([worth[node] for node in members(near & ~away)]):
