@@ -215,16 +215,15 @@ class PacketLog:
         return inferred
 
     def learn(self, slot: int, facts: int, heeded: int, held: list[int]) -> None:
-        """Apply the acknowledgements of a received packet to ``held``, see `compose`.
+        """Apply the acknowledgements ``facts`` of the packet of a slot to ``held``, see `compose`.
 
         5.: "if a packet sent by node A is acknowledged by node B, another node receiving that ACK (either A or C) will
         know that the ACKing peer now holds the information in the ACKed packet".
 
-        Args:
-            slot: of the packet; facts about senders with a later slot up to now are void.
-            heeded: nodes (bit mask) whose acknowledgements count.
+        Acknowledgements of the nodes in ``heeded`` (bit mask) count.
         """
         heeded, places = heeded & self._all, self._loaded
+        # The packet may arrive late, when later slots have made some of its facts void.
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
             facts &= ~self._void(later)
         if self._kind.relays:

@@ -48,14 +48,8 @@ class Moment(NamedTuple):
 class Waiting:
     """Value state of one candidate, or of a line that is valued as a whole.
 
-    Attributes:
-        priority: of the need, 1 or more.
-        observed_s: time of its observation.
-        since_s: time of queueing or last transmission.
-        since_slot: own slots up to then.
-        credit: weight gained before and not used up; for the additive rule.
-        n_sent: number of transmissions.
-        terms: of the need.
+    ``since_s`` is the time of queueing or last transmission, ``since_slot`` the own slots up to then; ``credit`` is the
+    weight gained before and not used up, for the additive rule; ``priority`` (1 or more) and ``terms`` are of the need.
     """
 
     priority: int

@@ -122,9 +122,8 @@ class Decoder(Generic[Name]):
     def add(self, unknown: Mapping[Name, int], data: bytes) -> dict[Name, bytes]:
         """Add a symbol; return the items decoded by it, each padded by zeros.
 
-        Args:
-            unknown: non-zero coefficients of items that this node lacks.
-            data: the symbol minus the items that this node holds.
+        ``unknown`` has the non-zero coefficients of items that this node lacks; ``data`` is the symbol minus those that
+        it holds.
         """
         terms = dict(unknown)
         for row, of_row in self._rows:
@@ -157,7 +156,6 @@ class Decoder(Generic[Name]):
         return known
 
     def _solved(self) -> dict[Name, bytes]:
-        """Remove and return the equations with a single unknown."""
         found = {name: data for row, data in self._rows if len(row) == 1 for name in row}
         self._rows = [(row, data) for row, data in self._rows if len(row) > 1]
         return found

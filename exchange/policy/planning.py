@@ -115,10 +115,8 @@ def share_of_symbols(n_symbols: int, lacked: float) -> float:
 def lack_after(lack: float, reception: float, share: float, is_received: bool) -> float:
     """Return the lack probability once the peer acknowledges a packet or its loss.
 
-    Args:
-        lack: estimate that includes the packet.
-        reception: delivery rate used for that estimate.
-        share: probability that the packet, if received, brings the item.
+    ``lack`` is the estimate that includes the packet, ``reception`` the delivery rate used for it, ``share`` the
+    probability that the packet, if received, brings the item.
     """
     return min(1.0, lack / kept_of_lack(reception, share) * (1.0 - share if is_received else 1.0))
 

@@ -189,10 +189,7 @@ class Lines:
 class Queue:
     """Entries of one vehicle for its next packets.
 
-    Items beyond ``limit`` wait *outside*: packets carry only items *inside*.
-
-    Args:
-        limit: maximum number of items inside; None for no limit.
+    Items beyond ``limit`` (None for no limit) wait *outside*: packets carry only items *inside*.
 
     Attributes:
         open: item set of outstanding items, inside and outside.
