@@ -33,9 +33,8 @@ class TrialMean:
 def moments(outcomes: NDArray[np.int64], baseline: NDArray[np.int64]) -> Moments:
     """Sum the products over trials; return shape (n_quantities, 5, 5).
 
-    Args:
-        outcomes: shape (n_trials, n_quantities, 2 or more): sum, count.
-        baseline: the same trials under the baseline policy.
+    ``outcomes`` has shape (n_trials, n_quantities, 2 or more): sum, count; ``baseline`` the same trials under the
+    baseline policy.
     """
     n_trials, n_quantities, _ = outcomes.shape
     vectors = np.empty((n_quantities, 5, n_trials))
