@@ -204,7 +204,6 @@ def _read_number(field: Field, reader: Reader) -> float:
 
 
 def _uncertainty_bits(attribute: Attribute, uncertainty: float | None) -> Bits:
-    """Encode an uncertainty; None for absent."""
     grid = attribute.uncertainty
     if grid is None or uncertainty is None:
         return 0, 1
