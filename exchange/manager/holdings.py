@@ -186,7 +186,7 @@ class HoldingsReports:
         origin = claim.origin
         if origin == self._me or self._peers.away >> origin & 1:
             return 0
-        # Less what the acknowledgement vector of the packet reports anyway. Items beyond the statement wait for a later one.
+        # Less what the acknowledgement vector reports anyway. Items beyond the statement wait for a later one.
         unknown = self._beliefs.origins[origin] & ~self._confirmed & ~self._beliefs.log.last(origin)
         return unknown and unknown & self._reported(claim)
 
