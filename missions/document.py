@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import SCENARIO, STUDY, file_of, of_other_kind, shown, tables_of, text_of
+from missions.files import LARGEST_BYTES, SCENARIO, STUDY, file_of, of_other_kind, shown, tables_of, text_of
 from remoras.table import BETWEEN_KEYS
 from worldmodel import suggestion
 
@@ -52,7 +52,7 @@ class Document:
         missions.errors.ConfigurationError: quik: study = quik: a TOML file or one of quick; did you mean 'quick'?
         """
         path = file_of(what, name_or_path, known)
-        document = cls.of_text(text_of(path), str(path))
+        document = cls.of_text(text_of(path, LARGEST_BYTES), str(path))
         other = STUDY if what == SCENARIO else SCENARIO
         if other in document.raw and what not in document.raw:
             raise of_other_kind(name_or_path, other, document.lines.get((other,)))

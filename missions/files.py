@@ -16,6 +16,8 @@ from typing import Any, TypeGuard
 
 from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFault, cut
 
+LARGEST_BYTES = 1_000_000
+"""Greatest size of a TOML file; shipped ones have up to 20 kB."""
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
@@ -47,7 +49,7 @@ def is_study(name_or_path: str) -> bool:
 def has_table(path: str, name: str) -> bool:
     """Return True for a TOML file with such a table."""
     try:
-        return is_file(Path(path)) and name in tables_of(text_of(Path(path)), path)
+        return is_file(Path(path)) and name in tables_of(text_of(Path(path), LARGEST_BYTES), path)
     except ConfigurationError:  # reported when it is read as a scenario
         return False
 
@@ -151,9 +153,12 @@ def is_reference(text: str) -> bool:
     return match is not None and match[1].partition(".")[0] not in OURS
 
 
-def text_of(path: Path) -> str:
-    """Read a UTF-8 file; raise ConfigurationError if unreadable or encoded otherwise."""
+def text_of(path: Path, most_bytes: int | None = None) -> str:
+    """Read a UTF-8 file; raise ConfigurationError if unreadable, larger than ``most_bytes`` or encoded otherwise."""
     try:
+        if most_bytes is not None and (n_bytes := path.stat().st_size) > most_bytes:
+            allowed = f"has {n_bytes / 1e6:.1f} MB; allowed: up to {most_bytes / 1e6:g} MB"
+            raise ConfigurationError.of(str(path), "file", "", allowed)
         content = path.read_bytes()
         # Before decoding: UTF-16 would be a bad byte without a hint, or a text with null characters.
         if other := _other_encoding(content):

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from missions.document import Document, validated
 from missions.errors import ConfigurationFault, one_of
-from missions.files import is_file, shown, text_of
+from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.fleet import lacking
 from remoras.faults import HEAD_OF
 from remoras.mission import Mission
@@ -545,7 +545,7 @@ def with_organisation(document: Document) -> tuple[Document, list[ConfigurationF
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with {', '.join(TABLES)}"
         return document, [ConfigurationFault(ORGANISATION, shown(file), allowed)]
-    part = Document.of_text(text_of(path), str(path))
+    part = Document.of_text(text_of(path, LARGEST_BYTES), str(path))
     faults = _unknown(part)
     for name in TABLES:
         if name in document.raw:

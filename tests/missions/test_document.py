@@ -1,4 +1,4 @@
-"""Documents: a TOML file that knows its lines and says what is wrong with it in their order."""
+"""Documents: a TOML file that knows its lines, says what is wrong with it in their order, and has limits."""
 
 from pathlib import Path
 
