@@ -18,6 +18,15 @@ from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFaul
 
 LARGEST_BYTES = 1_000_000
 """Greatest size of a TOML file; shipped ones have up to 20 kB."""
+LONGEST_LINE = 65_536
+"""Most characters of a line; shipped files have up to 139."""
+MOST_PARTS = 100
+"""Most parts of a dotted key; tomllib needs time by their square."""
+MOST_LEVELS = 40
+MOST_BITS = 1023
+"""Greatest length of an integer; longer ones do not fit a float."""
+PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]++)"""
+DOTTED = re.compile(rf"(?<![A-Za-z0-9_-]){PART}(?:[ \t]*+\.[ \t]*+{PART})++")
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
@@ -55,15 +64,42 @@ def has_table(path: str, name: str) -> bool:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """Parse a TOML text; raise ValueError if it is not TOML, or nested too deeply.
+    """Parse a TOML text; raise ValueError if it is not TOML, nested too deeply, or has too long a line or integer.
 
     >>> parsed("a.b = 1")
     {'a': {'b': 1}}
     """
+    too_deep = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
+    too_long = "an integer of more than 307 digits; no key needs that"
+    # Before tomllib, which takes time by the square of the length and the parts of a key.
+    for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > LONGEST_LINE:
+            raise ValueError(f"a line of more than {LONGEST_LINE} characters (at line {number})")
+    for dotted in DOTTED.finditer(text):
+        # Strings and comments may contain such text too.
+        is_key = text[dotted.end() : dotted.end() + 80].lstrip(" \t")[:1] in ("=", "]")
+        if is_key and len(re.findall(PART, dotted[0])) > MOST_PARTS:
+            raise ValueError(too_deep)
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
+    # It is a ValueError too, but its text has the line.
+    except tomllib.TOMLDecodeError:
+        raise
     except RecursionError:
-        raise ValueError("lists or tables are nested too deeply") from None
+        raise ValueError(too_deep) from None
+    except ValueError:  # Python's limit on integers of thousands of digits
+        raise ValueError(too_long) from None
+    level: list[Any] = [tables]
+    for _ in range(MOST_LEVELS + 1):
+        if any(isinstance(value, int) and value.bit_length() > MOST_BITS for value in level):
+            raise ValueError(too_long)
+        containers = [
+            value.values() if isinstance(value, dict) else value for value in level if isinstance(value, dict | list)
+        ]
+        level = [inner for container in containers for inner in container]
+    if level:
+        raise ValueError(too_deep)
+    return tables
 
 
 def tables_of(text: str, path: str) -> dict[str, Any]:

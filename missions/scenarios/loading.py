@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from missions.document import Document, fault_of, index_of, key_parts, validated
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
-from missions.files import SCENARIO, parsed, shipped
+from missions.files import MOST_LEVELS, SCENARIO, parsed, shipped
 from missions.scenarios.channel import FILE_KEYS, leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
 from missions.scenarios.communication import with_modem_read
@@ -180,6 +180,8 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
         return ConfigurationFault(option, readable, "is no text in UTF-8; set LC_ALL=C.UTF-8 and try again")
     target: Any = raw
     parts = key_parts(key.strip())
+    if len(parts) > MOST_LEVELS:
+        return ConfigurationFault(option, override, f"a key of up to {MOST_LEVELS} parts")
     for depth, part in enumerate(parts[:-1]):
         if isinstance(target, list):
             index = index_of(part, target)

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import toml_value
+from missions.files import parsed, toml_value
+from missions.scenarios import load
 
 TEXT = """\
 title = "t"
@@ -158,8 +159,37 @@ def test_long_values_are_cut(tmp_path: Path) -> None:
     assert fault.text("own.toml").endswith(f"= {'v' * 197}...: allowed: 1")
 
 
-def test_a_text_that_is_nested_too_deeply_is_refused_in_one_line() -> None:
+DEEP = "levels deep; no key needs that"
+DIGITS = "an integer of more than 307 digits; no key needs that"
+TEXTS = {
+    "key of 101 parts": ("x = 1\na" + ".a" * 100 + " = 1\n", DEEP),
+    "header of 10,000 quoted parts": ('["a"' + " . 'a'" * 10_000 + "]\n", DEEP),
+    "inline table": ("x = {a" + ".a" * 30_000 + " = 1}\n", DEEP),
+    "long line": ("x = 1\n" + "a" * 900_000 + "\n", "a line of more than 65536 characters (at line 2)"),
+    "nested lists": ("x = " + "[" * 20_000 + "]" * 20_000 + "\n", DEEP),
+    "integer of 5000 digits": ("y = 1\nx = " + "9" * 5000 + "\n", DIGITS),
+    "integer that is no float": ("x = " + "9" * 400 + "\n", DIGITS),
+    "integer in hexadecimal": ("x = 0x" + "f" * 5000 + "\n", DIGITS),
+}
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_a_text_beyond_the_limits_is_refused_in_one_line(name: str) -> None:
+    text, said = TEXTS[name]
     with pytest.raises(ConfigurationError) as caught:
-        Document.of_text("x = " + "[" * 20_000 + "]" * 20_000, "mine.toml")
-    assert str(caught.value).endswith("nested too deeply")
+        Document.of_text(text, "mine.toml")
+    assert str(caught.value).endswith(said)
     assert len(str(caught.value)) < 200
+
+
+def test_texts_up_to_the_limits_are_read() -> None:
+    assert parsed(f"x = {'9' * 307}")["x"] == 10**307 - 1
+    assert parsed(f'x = "{"a.b" * 1000}"')["x"] == "a.b" * 1000  # a text is no key
+
+
+@pytest.mark.parametrize("value", ["=" + "9" * 5000, "={a" + ".a" * 100 + "=1}", "=" + "[" * 10_000, ".a" * 100 + "=1"])
+def test_an_option_beyond_the_limits_is_refused_in_one_line(value: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        load("mapping-rendezvous", [("--set", f"decision.weight_external{value}")])
+    (fault,) = caught.value.faults
+    assert len(fault.text("own.toml")) < 600
