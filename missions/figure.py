@@ -2,7 +2,18 @@
 
 A ``Figure`` has its own page, a ``Layer`` is drawn into the map of tracks, a ``Mark`` shows milestones on tracks. Their
 functions receive axes, the results of a run and the common ``Style``. The caller lays out the page and lists labelled
-artists in the legend.
+artists in the legend. A figure therefore needs no page, colours or file::
+
+    def draw(axes, results, style):
+        rows = results.table("trajectories").to_pylist()
+        for vehicle, look in style.looks.items():
+            own = [(row["time_s"], row["speed_mps"]) for row in rows if row["vehicle"] == vehicle]
+            axes.plot(*zip(*own), color=look.colour, linestyle=look.line, label=vehicle)
+        axes.set_xlabel(style.axis("time", "s"))
+        axes.set_ylabel(style.axis("speed", "m/s"))
+        return "Speed through the water as each vehicle measures it."
+
+    SPEED = Figure("speed", "Speed of the vehicles over mission time", draw, needs=("trajectories",))
 
 ``draw`` works with any axes and with any objects that have the interfaces of results and style:
 
