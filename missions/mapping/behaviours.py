@@ -96,7 +96,7 @@ class WorkLeft:
     """Largest remaining share of any area: one area is finished before the next is started."""
 
     def __init__(self, jobs: Sequence[SurveyJob], half_left: float) -> None:
-        self._jobs = list(jobs)
+        self._jobs = jobs
         self._half_left = half_left
         self._n_changes = -1
         self._stimulus = 0.0
@@ -108,18 +108,10 @@ class WorkLeft:
         return self._stimulus
 
     def _greatest(self, facts: Known) -> float:
-        most, done = 0.0, []
+        most = 0.0
         for job in self._jobs:
-            share = job.left(facts).share_left
-            if share > most and not facts.values(job.done):
+            if most < 1.0 and (share := job.left(facts).share_left) > most and not facts.values(job.done):
                 most = share
-                if most == 1.0:
-                    break
-            elif share == 0.0:
-                done.append(job)
-        # Unless an operator excludes observations, cells stay mapped: a finished area needs no further look-up.
-        for job in done:
-            self._jobs.remove(job)
         return most
 
 

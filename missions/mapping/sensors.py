@@ -174,15 +174,6 @@ class Seabed:
                         index += 1
         return cls(cell_m, cells)
 
-    @property
-    def box_m(self) -> tuple[float, float, float, float]:
-        """Bounding box of all cells (x_min, y_min, x_max, y_max); empty without cells."""
-        if not self.cells:
-            return math.inf, math.inf, -math.inf, -math.inf
-        columns, rows = [column for column, _ in self.cells], [row for _, row in self.cells]
-        size = self.cell_m
-        return min(columns) * size, min(rows) * size, (max(columns) + 1) * size, (max(rows) + 1) * size
-
     def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
         half_m, cells = self.cell_m / 2.0, []
         # Positions hardly ever repeat, so candidates are cached per quarter of a cell instead.

@@ -54,7 +54,6 @@ class MappingTruth(MeetingTruth):
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
             self._n_uncovered[area] += 1
-        self._beside_m = seabed.box_m
         self._patience_s = meeting.patience_s
         names = [group.name for group in self._apart]
         self._meeting = {group: [other for other in names if group in self._meets_after[other]] for group in names}
@@ -150,11 +149,7 @@ class MappingTruth(MeetingTruth):
 
     def _look_under(self, vehicle: VehicleView, sensing: Sequence[str], now_s: float) -> bool:
         """Record what the active sensors cover; return True on progress of the fleet."""
-        x_m, y_m = vehicle.position_m
-        x_min, y_min, x_max, y_max = self._beside_m
-        if not (x_min <= x_m <= x_max and y_min <= y_m <= y_max):  # usual on the way to and from the areas
-            return False
-        name, changed = vehicle.name, False
+        (x_m, y_m), name, changed = vehicle.position_m, vehicle.name, False
         swaths, covered = self._swaths.get((name, sensing)), self._covered[name]
         for swath in self._swaths_of(vehicle, sensing) if swaths is None else swaths:
             under = self._seabed.under(x_m, y_m, swath.reach_m)

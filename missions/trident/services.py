@@ -272,7 +272,7 @@ class Finder:
 
     def __init__(self, settings: FinderSettings, data: VehicleData) -> None:
         self._settings, self._looks = settings, Looks("find", data.node)
-        self._limit_mps = settings.speed_limit_mps * 1.000001
+        self._limit_mps = data.speed_factor * settings.speed_limit_mps * 1.000001
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
         """Return place and class of each object in range."""

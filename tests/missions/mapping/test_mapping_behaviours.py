@@ -83,6 +83,7 @@ def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
     facts.cells["area"] |= set(map(float, ALL))
     assert work.stimulus(facts) == 0.0
     assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == 0.0
+    assert work.stimulus(cells_known(range(80))) == due(0.2, 0.2)  # cells of an excluded vehicle are open again
 
 
 def test_rows_that_others_map_meanwhile_are_skipped_and_a_row_ends_where_news_of_it_begin() -> None:

@@ -136,6 +136,18 @@ def sweep(watching: MappingTruth, fleet: Fleet, *xs_m: float, from_s: float = 1.
         watching.observe(fleet, from_s + number)
 
 
+def test_cells_in_reach_of_a_vehicle_beside_the_area_are_covered() -> None:
+    watching, fleet = truth(seabed=BANK), Fleet()
+    wide = SwathSettings(name="mapping", swath_m=50.0, speed_limit_mps=1.25)
+    fleet.b.data, fleet.b.sensing = replace(AUV, sensors=(wide,)), ("mapping",)
+    fleet.b.position_m = (250.0, -10.0)  # the area ends at 0 m, and its two nearest centres are 25.7 m away
+    watching.observe(fleet, 1.0)
+    assert watching.goal_fraction == 0.0
+    fleet.b.position_m = (250.0, -9.0)  # 24.9 m
+    watching.observe(fleet, 2.0)
+    assert watching.goal_fraction == pytest.approx(0.5)
+
+
 def test_being_together_is_not_enough() -> None:
     """Half of the cells against a goal of 0.8; nobody goes on for the 60 s of patience: that is the end."""
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()

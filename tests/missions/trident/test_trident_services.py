@@ -1,6 +1,7 @@
 """Matching of services, modules that perceive, and the site."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -200,6 +201,14 @@ def test_each_look_of_a_finder_is_right_as_often_as_it_says_whatever_the_one_bef
     assert right / 400 == pytest.approx(0.8, abs=0.06)  # three standard errors of 0.02
     assert both[True, True] / right == pytest.approx(0.8, abs=0.07)
     assert both[False, True] / wrong == pytest.approx(0.8, abs=0.14)
+
+
+def test_the_speed_limit_of_a_finder_scales_with_the_true_speed() -> None:
+    settings = FinderSettings(name="camera", capability="OpticalImaging", range_m=8.0, sigma_m=0.5, p_right=0.8)
+    fast, as_known = settings.make(replace(AUV, speed_factor=1.5)), settings.make(AUV)
+    moving = pose(50.0, 55.0)._replace(speed_mps=1.0)  # the limit is 0.8 m/s
+    assert fast.sense(moving, site(1), 0.0)
+    assert not as_known.sense(moving, site(1), 0.0)
 
 
 @pytest.mark.parametrize("off_m", [0.0, 0.5, 1.0, 2.0])
