@@ -70,13 +70,13 @@ class Relaying:
                     for sender, lost in enumerate(self._lost[receiver])
                 ]
             rows.clear()
-        lost = [[loss_of(one, self._weight[receiver]) for one in self._lost[receiver]] for receiver in self._nodes]
-        between = [share for one, shares in enumerate(lost) for other, share in enumerate(shares) if one != other]
+        lost = [[loss_of(n, self._weight[receiver]) for n in self._lost[receiver]] for receiver in self._nodes]
+        between = [share for node, shares in enumerate(lost) for other, share in enumerate(shares) if node != other]
         if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is that much better than another
             self.left = []
             self._receiver.relay(0, now_s)
             return
-        worth = [[1.0 - max(lost[one][other], lost[other][one]) for other in self._nodes] for one in self._nodes]
+        worth = [[1.0 - max(lost[node][other], lost[other][node]) for other in self._nodes] for node in self._nodes]
         tree, away, relayed = tree_of(worth), self._peers.away, 0
         ways = ways_from(tree, self._me)
         for receiver in self._nodes:

@@ -83,10 +83,10 @@ def scaled(data: bytes, factor: int) -> bytes:
     return data.translate(_products(factor))
 
 
-def added(one: bytes, other: bytes) -> bytes:
+def added(first: bytes, other: bytes) -> bytes:
     """Add two byte strings; the shorter is padded by zeros."""
-    size = max(len(one), len(other))
-    total = int.from_bytes(one.ljust(size, b"\0"), "big") ^ int.from_bytes(other.ljust(size, b"\0"), "big")
+    size = max(len(first), len(other))
+    total = int.from_bytes(first.ljust(size, b"\0"), "big") ^ int.from_bytes(other.ljust(size, b"\0"), "big")
     return total.to_bytes(size, "big")
 
 
@@ -156,9 +156,9 @@ class Decoder(Generic[Name]):
         return known
 
     def _solved(self) -> dict[Name, bytes]:
-        found = {name: data for row, data in self._rows if len(row) == 1 for name in row}
+        solved = {name: data for row, data in self._rows if len(row) == 1 for name in row}
         self._rows = [(row, data) for row, data in self._rows if len(row) > 1]
-        return found
+        return solved
 
     @staticmethod
     def _less(

@@ -26,25 +26,25 @@ class AccountCodec:
 
     # To bits -------------------------------------------------------------------------------------
 
-    def statement(self, one: OriginStatement, sender: int) -> Bits:
+    def statement(self, content: OriginStatement, sender: int) -> Bits:
         """Encode a statement with its leading presence bit."""
-        is_usual = one.epoch == 0 and one.is_known_to_all
-        parts = [(1, 1), (one.origin, self._fragments.origin_bits), (int(is_usual), 1)]
+        is_usual = content.epoch == 0 and content.is_known_to_all
+        parts = [(1, 1), (content.origin, self._fragments.origin_bits), (int(is_usual), 1)]
         if not is_usual:
-            parts += [codes.natural(one.epoch, EPOCH_BITS), (int(one.is_known_to_all), 1)]
-        parts += [codes.natural(one.first, self._fragments.sequence_bits), (one.length, LENGTH_BITS)]
-        if one.origin != sender:
-            parts.append((one.mask, one.length))
+            parts += [codes.natural(content.epoch, EPOCH_BITS), (int(content.is_known_to_all), 1)]
+        parts += [codes.natural(content.first, self._fragments.sequence_bits), (content.length, LENGTH_BITS)]
+        if content.origin != sender:
+            parts.append((content.mask, content.length))
         return joined(*parts)
 
-    def holder_set(self, one: HolderSet, sender: int) -> Bits:
+    def holder_set(self, content: HolderSet, sender: int) -> Bits:
         """Encode a holder set with its leading presence bit."""
-        parts = [(1, 1), (one.origin, self._fragments.origin_bits), (int(one.epoch == 0), 1)]
-        if one.epoch:
-            parts.append(codes.natural(one.epoch, EPOCH_BITS))
+        parts = [(1, 1), (content.origin, self._fragments.origin_bits), (int(content.epoch == 0), 1)]
+        if content.epoch:
+            parts.append(codes.natural(content.epoch, EPOCH_BITS))
         # The bit of the sender, itself a holder, is left out.
-        others = one.holders >> sender + 1 << sender | one.holders & (1 << sender) - 1
-        number = codes.natural(one.sequence, self._fragments.sequence_bits)
+        others = content.holders >> sender + 1 << sender | content.holders & (1 << sender) - 1
+        number = codes.natural(content.sequence, self._fragments.sequence_bits)
         return joined(*parts, number, (others, self._n_nodes - 1))
 
     def encode(self, account: Account, sender: int) -> Bits:

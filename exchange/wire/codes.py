@@ -90,9 +90,9 @@ def joined(*parts: Bits) -> Bits:
     return bits, size_bits
 
 
-def padded(one: Bits) -> bytes:
+def padded(string: Bits) -> bytes:
     """Convert a bit string to bytes, with zeros to a whole byte."""
-    bits, size_bits = one
+    bits, size_bits = string
     padding = -size_bits % 8
     return (bits << padding).to_bytes((size_bits + padding) // 8, "big")
 
