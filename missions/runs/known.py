@@ -308,8 +308,8 @@ class Memory:
         if vehicle not in names:
             raise OutputError(f"no vehicle {vehicle!r}; there are {', '.join(names)}{suggestion(str(vehicle), names)}")
         if not isinstance(at_s, Real) or not 0.0 <= at_s <= self._end_s:
-            given = at_s if isinstance(at_s, Real) else repr(at_s)
-            raise OutputError(f"at_s is {given}; allowed: 0 to {self._end_s}, the end of the run")
+            value = at_s if isinstance(at_s, Real) else repr(at_s)
+            raise OutputError(f"at_s is {value}; allowed: 0 to {self._end_s}, the end of the run")
         life = next(life for life in reversed(self._lives[vehicle]) if life.from_s <= at_s)
         model = world_model(setup, setup.database[vehicle].node, life.epoch)
         held = [holding for holding in self._known_s[vehicle] if holding.until_s > at_s]
@@ -326,16 +326,18 @@ class Memory:
             for row in changes
             if row["event"] in ("assigned", "left")
         )
-        groups, given = formed(setup.agreement, changes)
+        groups, objectives = formed(setup.agreement, changes)
         by_group: dict[str, list[str]] = {}
-        for row in given:
+        for row in objectives:
             if not row["role"]:
                 by_group.setdefault(row["group"], []).append(row["argument"])
         missions = missions_of(groups.values(), by_group)
         organisation = Organisation(groups, played)
         absent = left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
         is_cut_off = absent == set(setup.database) - {vehicle}
-        arguments = {(row["group"], row["role"], row["objective"]): row["argument"] for row in given if row["role"]}
+        arguments = {
+            (row["group"], row["role"], row["objective"]): row["argument"] for row in objectives if row["role"]
+        }
         return KnownAt(
             vehicle,
             at_s,

@@ -75,7 +75,7 @@ def _imported(module: str, top: Path) -> Iterator[Path]:
     # A faulty plug-in has at least its own file in the digest; its fault appears on loading.
     with suppress(ImportError, SyntaxError, ValueError):
         finder.import_hook(module)
-    names = (getattr(found, "__file__", None) for found in finder.modules.values())
+    names = (getattr(imported, "__file__", None) for imported in finder.modules.values())
     yield from (Path(name) for name in names if name is not None and name.endswith(".py"))
 
 

@@ -125,9 +125,9 @@ def _check_choices(record: Record, report: CheckReport) -> None:
             report.add("choices", "roles", time_s, vehicle, event, "none: its activities do not change then")
 
 
-def _are_close(one: list[Row], other: list[Row]) -> bool:
-    pairs = zip(one, other, strict=False)
-    return len(one) == len(other) and all(a[:2] == b[:2] and abs(a[2] - b[2]) <= SIX_DIGITS for a, b in pairs)
+def _are_close(rows: list[Row], other: list[Row]) -> bool:
+    pairs = zip(rows, other, strict=False)
+    return len(rows) == len(other) and all(a[:2] == b[:2] and abs(a[2] - b[2]) <= SIX_DIGITS for a, b in pairs)
 
 
 def _importances(record: Record) -> dict[Row, float]:
