@@ -31,12 +31,12 @@ class ExportError(VisualisationError, ValueError):
 
 
 def unknown(
-    what: str, given: str, known: Iterable[str], error: type[VisualisationError] = DrawingError
+    kind: str, name: str, known: Iterable[str], error: type[VisualisationError] = DrawingError
 ) -> VisualisationError:
     """Return the error for an unknown name: value given, values allowed, nearest."""
     names = list(known)
-    near = get_close_matches(given, names, n=1, cutoff=0.0)
-    return error(f"unknown {what} {given!r}; known: {', '.join(names)}; nearest: {near[0]!r}")
+    near = get_close_matches(name, names, n=1, cutoff=0.0)
+    return error(f"unknown {kind} {name!r}; known: {', '.join(names)}; nearest: {near[0]!r}")
 
 
 KINDS: Mapping[str, tuple[str, ...]] = {

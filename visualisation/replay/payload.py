@@ -131,14 +131,14 @@ def run_data(
 
 def _add_said(columns: Columns, names: Names, results: RunResults) -> float | None:
     """Add packets and their items; return the slot length (s), if known."""
-    said = of_run.Said()
+    sent_items = of_run.SentItems()
     if results.has("packets") and results.has("items"):
-        of_run.add_items(columns, names, results.rows("items"), said)
-        of_run.add_aside(columns, names, results.rows("knowledge"), said)
+        of_run.add_items(columns, names, results.rows("items"), sent_items)
+        of_run.add_aside(columns, names, results.rows("knowledge"), sent_items)
     if not results.has("packets"):
         return None
     packets = results.table("packets")
-    of_run.add_packets(columns, names, packets, results.rows("faults"), results.rows("refused"), said)
+    of_run.add_packets(columns, names, packets, results.rows("faults"), results.rows("refused"), sent_items)
     return of_run.slot_s_of(packets)
 
 

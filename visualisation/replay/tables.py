@@ -172,7 +172,7 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
 
 
 @dataclass
-class Said:
+class SentItems:
     """Items, as referenced by packets.
 
     ``items`` has the index by uid, of several statuses the newest; ``statuses`` recording times (s) and indices by uid,
@@ -196,14 +196,14 @@ def slot_s_of(packets: Any) -> float | None:
     return None if last <= first else (last_s - first_s) / (last - first)
 
 
-def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], sent_items: SentItems) -> None:
     """Add items and their facts; rows hold all facts of each item."""
     facts = list(rows_by_item(rows))
     heads = [item[0] for item in facts]
     for number, first in enumerate(heads):
-        said.items[first["uid"]] = number
+        sent_items.items[first["uid"]] = number
         if "@" in first["uid"]:
-            said.statuses.setdefault(first["uid"], []).append((first["recorded_s"], number))
+            sent_items.statuses.setdefault(first["uid"], []).append((first["recorded_s"], number))
     columns.add("items.uid", [names.text(row["uid"]) for row in heads], 1)
     columns.add("items.origin", [names.vehicle(row["origin"]) for row in heads])
     times_s = np.array([row["time_s"] for row in heads], dtype=float)
@@ -230,7 +230,7 @@ def add_packets(
     packets: Any,
     faults: Iterable[Mapping[str, Any]],
     refused: Iterable[Mapping[str, Any]],
-    said: Said,
+    sent_items: SentItems,
 ) -> None:
     """Add packets. Delays are sorted by sender, receiver and time, for compression."""
     start_s, end_s = array(packets["time_s"]), array(packets["end_s"])
@@ -258,7 +258,7 @@ def add_packets(
     order = np.lexsort((packet, receiver, sender[packet]))
     packet, receiver = packet[order], receiver[order]
     columns.add("packets.delay", arrival_s[packet, receiver] - end_s[packet], 1, TIME_STEP_S)
-    _add_contents(columns, names, packets, start_s, said)
+    _add_contents(columns, names, packets, start_s, sent_items)
 
 
 def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
@@ -271,12 +271,12 @@ def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[
             outcome[(outcome[:, v] == HEARD) & (arrival_s[:, v] == fault["time_s"]), v] = LOST
 
 
-def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, said: Said) -> None:
+def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, sent_items: SentItems) -> None:
     for name, column in (("items", "item_uids"), ("status", "status_uids")):
         of_packets = table[column].to_pylist()
         columns.add(f"packets.{name}.n", [len(uids) for uids in of_packets])
         sent = [(uid, at_s) for uids, at_s in zip(of_packets, start_s, strict=True) for uid in uids]
-        columns.add(f"packets.{name}", [said.number(uid, at_s) for uid, at_s in sent], 1)
+        columns.add(f"packets.{name}", [sent_items.number(uid, at_s) for uid, at_s in sent], 1)
     roles = table["signal_roles"].to_pylist()
     columns.add("packets.signals.n", [len(row) for row in roles])
     columns.add("signals.role", [names.text(role) for row in roles for role in row])
@@ -292,15 +292,15 @@ def _flat(column: Any) -> tuple[Ints, Any]:
     return np.repeat(np.arange(len(lengths)), lengths), lists.values.slice(offsets[0], offsets[-1] - offsets[0])
 
 
-def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
+def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], sent_items: SentItems) -> None:
     """Add items filtered out by receivers, and their later receptions."""
     aside = [row for row in rows if row["event"] == "set aside"]
     if not aside:
         return
     pairs = {(row["vehicle"], row["item"]) for row in aside}
     columns.add("aside.vehicle", [names.vehicle(row["vehicle"]) for row in aside])
-    columns.add("aside.item", [said.items[row["item"]] for row in aside], 1)
+    columns.add("aside.item", [sent_items.items[row["item"]] for row in aside], 1)
     later = [row for row in rows if row["event"] == "received" and (row["vehicle"], row["item"]) in pairs]
     columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in later])
-    columns.add("heard.item", [said.items[row["item"]] for row in later], 1)
+    columns.add("heard.item", [sent_items.items[row["item"]] for row in later], 1)
     columns.add("heard.time", [row["time_s"] for row in later], 1, TIME_STEP_S)

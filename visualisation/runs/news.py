@@ -100,13 +100,13 @@ def share(part: Floats, rest: Floats) -> Floats:
     return shares
 
 
-def worst_age_s(found: RunPackets) -> float:
+def worst_age_s(packets: RunPackets) -> float:
     """Return the age drawn black in all runs of a scenario: ``WORST_FRAMES`` frames, rounded up."""
-    n_slots = np.diff(found.slot)
-    slots_s = np.diff(found.time_s)[n_slots > 0] / n_slots[n_slots > 0]
+    n_slots = np.diff(packets.slot)
+    slots_s = np.diff(packets.time_s)[n_slots > 0] / n_slots[n_slots > 0]
     # Rounded median, so that all runs of a scenario agree in spite of rounded times.
     slot_s = round(float(np.median(slots_s)), 2) if slots_s.size else 1.0
-    return round_up(WORST_FRAMES * max(1, len(found.vehicles)) * slot_s)
+    return round_up(WORST_FRAMES * max(1, len(packets.vehicles)) * slot_s)
 
 
 def traffic(results: RunResults) -> RunPackets:
