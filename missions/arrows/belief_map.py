@@ -194,6 +194,8 @@ def prior_of(scenario: ArrowsScenario) -> Array:
 
 def expected_of(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Array:
     """Expected number of things of a kind in each cell, shape (n_cells,)."""
+    if kind.map:
+        return kind.expected * np.array(kind.map, dtype=float).reshape(-1)
     finds_m = [historic.position_m for historic in scenario.historic_find if historic.kind == kind.name]
     return kind.expected * share_map(grid, finds_m, kind.spread_m, kind.uniform_share)
 

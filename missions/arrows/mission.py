@@ -10,6 +10,7 @@ Objectives are assigned initially, so that vehicles start without messages::
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +23,7 @@ from missions.arrows.belief_map import (
     MOST_CELLS,
     MOST_PASSES,
     MOST_TILES,
+    CellGrid,
     Chart,
     Seafloor,
     draw_seafloor,
@@ -32,11 +34,11 @@ from missions.arrows.belief_map import (
 )
 from missions.arrows.choosing import Choosing, Hearers, Reach, contact_range_m
 from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSettings, DetectorSettings, MagneticSettings
-from missions.arrows.scenario import DETECTORS, ArrowsScenario
+from missions.arrows.scenario import DETECTORS, ArrowsScenario, KindTable
 from missions.arrows.truth import FIGURES, FLEET_MAPS, IDENTIFIED, MAPS, METRICS, ArrowsTruth
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Place
-from missions.meeting.job_mission import JobMission, names_apart
+from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import OBJECTIVES, Pursuit
 from missions.meeting.survey import rows, to_and_fro
 from missions.meeting.truth import JOBS
@@ -50,6 +52,8 @@ from remoras.mission import Finding
 from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
+
+SUM_TOLERANCE = 1e-6
 
 
 def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
@@ -66,17 +70,39 @@ def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    yield from names_apart(scenario, ("kind",))
+    for name, times in Counter(kind.name for kind in scenario.kind).items():
+        if times > 1:
+            yield ConfigurationFault(f"kind.{name}.name", "", f"given {times} times; each kind has one table")
     grid = grid_of(scenario)
     # The fault of the grid is reported already; its arrays could exhaust the memory.
     if grid.n_cells > MOST_CELLS:
         return
-    expected = {kind.name: expected_of(grid, kind, scenario) for kind in scenario.kind}
-    fullest = float(total_of(list(expected.values())).max())
-    name = max(expected, key=lambda name: float(expected[name].max()))
-    if fullest > 1.0:
-        allowed = "at most 1 of all kinds together: expect fewer, spread them farther, or take smaller cells"
-        yield ConfigurationFault(f"kind.{name}.expected", f"{fullest:.3g} things in one cell", allowed)
+    faults = [fault for kind in scenario.kind if kind.map for fault in _map(kind, grid)]
+    yield from faults
+    expected = {} if faults else {kind.name: expected_of(grid, kind, scenario) for kind in scenario.kind}
+    if expected:
+        fullest = float(total_of(list(expected.values())).max())
+        name = max(expected, key=lambda name: float(expected[name].max()))
+        if fullest > 1.0:
+            allowed = "at most 1 of all kinds together: expect fewer, spread them farther, or take smaller cells"
+            yield ConfigurationFault(f"kind.{name}.expected", f"{fullest:.3g} things in one cell", allowed)
+
+
+def _map(kind: KindTable, grid: CellGrid) -> Iterator[ConfigurationFault]:
+    key, rows = f"kind.{kind.name}.map", kind.map
+    if len(rows) != grid.n_rows or any(len(row) != grid.n_columns for row in rows):
+        sizes = " or ".join(str(size) for size in sorted({len(row) for row in rows}))
+        allowed = f"{grid.n_rows} rows of {grid.n_columns} numbers: one for each cell, from the south-west"
+        yield ConfigurationFault(key, f"{len(rows)} rows of {sizes}", allowed)
+        return
+    for number, row in enumerate(rows, 1):
+        for place, share in enumerate(row, 1):
+            if share < 0.0:
+                yield ConfigurationFault(f"{key}.{number}.{place}", f"{share:g}", "a number from 0 on")
+                return
+    total = math.fsum(number for row in rows for number in row)
+    if abs(total - 1.0) > SUM_TOLERANCE:
+        yield ConfigurationFault(key, f"sums to {total:.6g}", "shares of all cells sum to 1")
 
 
 AREA = "search area"

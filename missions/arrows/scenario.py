@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from missions.meeting.job_mission import JobScenario, JobSettings
-from remoras.table import PointM, Positive, Probability, Section, SpanM
+from remoras.table import PointM, Positive, Probability, Section, SpanM, Sparse
 
 KINDS = ("amphorae", "wooden hull", "steel hull", "rock")
 NOTHING, UNKNOWN = "nothing", "unknown"
@@ -59,8 +59,10 @@ class SearchTable(Section):
     cell_m: float = Field(40.0, ge=5.0, description="side of a cell; a cell holds at most one object")
 
 
-class KindTable(Section):
+class KindTable(Sparse):
     """One ``[[kind]]``: a kind of thing, its expected number and distribution."""
+
+    UNSAID: ClassVar[frozenset[str]] = frozenset({"map"})
 
     name: Kind = Field(description="kind of object")
     expected: float = Field(gt=0.0, le=1000.0, description="expected number in the whole area")
@@ -68,6 +70,9 @@ class KindTable(Section):
         0.3, description="share of these that may lie anywhere; the others lie near historic finds"
     )
     spread_m: Positive = Field(250.0, description="distance from historic finds at which others are expected")
+    map: tuple[tuple[float, ...], ...] = Field(
+        (), description="in place of the historic finds: share of each cell, row by row from the south; sums to 1"
+    )
 
 
 class HistoricFindTable(Section):

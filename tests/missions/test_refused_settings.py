@@ -14,6 +14,7 @@ RENDEZVOUS, PATCHES, OBJECTS, TEAMS = "mapping-rendezvous", "mapping-patches", "
 OF_CENTRAL = "central has margin, help_s, acknowledge_rounds, common_plan, announces, repairs, queue"
 SEARCH, ESCORT, FERRY = "arrows-archaeology", "escort-lines", "ferry-passage"
 HUNT, RECOVERY, RESUPPLY = "minehunting-contacts", "recovery-field", "resupply-field"
+EVEN = [[0.002] * 30] * 20
 BAN, LOST = 'issuer="AUV00", vehicle="AUV02"', '{kind="lost",vehicle="AUV01",at_s=300}'
 BIAS = 'kind="biased", vehicle="AUV02", at_s=0.0'
 CAPABILITIES = (
@@ -100,6 +101,8 @@ REFUSED = [  # scenario, settings, what is said
     # applications
     (SEARCH, "search.x_m=[0.0, 1400.0]", r"search\.x_m\) = \[0, 1400\]: within world\.x_m = \[-100, 1300\]"),
     (SEARCH, "search.cell_m=10.0", "= 10: 120 x 80 cells; at most 4096"),
+    (SEARCH, "kind.amphorae.map=[[0.1]]", "= 1 rows of 1: 20 rows of 30 numbers"),
+    (SEARCH, f"kind.amphorae.map={EVEN}", "= sums to 1.2: shares of all cells sum to 1"),
     (SEARCH, "kind.amphorae.expected=400.0", "things in one cell: at most 1 of all kinds together"),
     (RENDEZVOUS, "finds.number=64;world.cell_m=100", r"number\) = 64: allowed: 0 to 16, the cells of all areas"),
     (RENDEZVOUS, "finds.number=2;finds.close_radius_m=30", r"_m\) = 30: allowed: 2 to world\.cell_m = 25"),
