@@ -118,6 +118,7 @@ def _divided(setup: Setup, jobs: Mapping[str, Job]) -> list[_Part]:
     """Allocate the jobs in the order given."""
     parts = {name: _Part(data, Outlook(0.0, data.start_m)) for name, data in setup.database.items()}
     for job in jobs.values():
+        # Of equal times, the lower node.
         ends = [
             (after.free_s, data.node, after)
             for data in _able(setup, job)

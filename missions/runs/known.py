@@ -128,7 +128,7 @@ def memories(lives: Sequence[RebuiltLife]) -> Iterator[tuple[float, float]]:
 
 
 def left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
-    """Return the members added (True) and not removed (False) since."""
+    """Return the members whose last event is an addition (True), not a removal."""
     members: set[T] = set()
     for member, is_in in events:
         (members.add if is_in else members.discard)(member)

@@ -336,6 +336,7 @@ def _codec(
         schedule.n_nodes,
         policy,
         n_items,
+        # Without the error of the product, since the definition hash covers it.
         round(horizon_s, 9),
         Widths(resolution_s, exchanged, schedule.frame_s),
         Framing(scenario.communication.crc_bits, key_of(scenario.communication.key_file)),

@@ -38,6 +38,7 @@ _ARROW = {"str": pa.string(), "bool": pa.bool_(), "int": pa.int64()}
 def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
     """Convert values to an Arrow array, quantised; a wrong type raises TypeError or ValueError."""
     for cls in set(map(type, values)) - {type(None)}:
+        # Python counts bool as an integer, Arrow does not.
         if not issubclass(cls, _VALUES[kind]) or (cls is bool and kind != "bool"):
             raise TypeError(f"{cls.__name__} in a column of kind {kind}")
     if kind in _ARROW:

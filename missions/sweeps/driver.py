@@ -174,6 +174,7 @@ def _drive(
                     # First in the queue, since later repeats of its configuration may wait for its outcome.
                     waiting.appendleft(task)
         folder.append(finished)
+        # Only now, since it visits all configurations of the study.
         if not waiting:
             waiting.extend(plan.due(summaries, {task.key for task in busy.values()}))
         # Only configurations of ended runs can have changed, and counting all takes longer the larger the study.

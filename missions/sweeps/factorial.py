@@ -111,12 +111,14 @@ def most_halvings(n_factors: int) -> int:
     >>> [most_halvings(n) for n in (2, 3, 5, 7, 8)]
     [0, 1, 2, 4, 4]
     """
+    # 2^(n - p) runs distinguish 2^(n - p) - 1 effects, besides the mean.
     return max(p for p in range(n_factors) if n_factors <= (1 << (n_factors - p)) - 1)
 
 
 def _candidates(factors: Sequence[str], halvings: int) -> Iterator[FactorialDesign]:
     """Yield the designs whose last columns are products of distinct sets of two or more others."""
     basic, made = factors[:-halvings], factors[-halvings:]
+    # ``min`` keeps the first of equal designs: that with the longest products.
     products = [frozenset(p) for size in range(len(basic), 1, -1) for p in itertools.combinations(basic, size)]
     for chosen in itertools.combinations(products, halvings):
         yield FactorialDesign(tuple(factors), dict(zip(made, chosen, strict=True)))

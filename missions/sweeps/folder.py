@@ -314,6 +314,7 @@ class SweepFolder:
                 lines = self._ledger.lines.items()
                 self.summaries = {key: line["summary"] for key, line in lines if key not in self._again}
                 self._table_bytes = sum(path.stat().st_size for path in (folder / KEPT).glob("[!.]*/*"))
+            # An interruption releases the lock too.
             except BaseException:
                 os.close(held)
                 raise
@@ -408,6 +409,7 @@ def run_table(lines: Mapping[str, Line]) -> Any:
     columns: dict[str, list[Any]] = {"key": [row["key"] for row in rows], "repeat": [row["repeat"] for row in rows]}
     for name in sorted({name for row in rows for name in row["settings"]}):
         columns[name] = [row["settings"].get(name) for row in rows]
+    # Columns have the order of the longest summary, since failed runs have few fields.
     longest_first = sorted(rows, key=lambda row: -len(row["summary"]))
     for name in dict.fromkeys(name for row in longest_first for name in row["summary"]):
         columns[name] = [row["summary"].get(name) for row in rows]

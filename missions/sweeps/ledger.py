@@ -145,6 +145,7 @@ def _read(raw: bytes) -> Line | None:
     if not isinstance(line, dict) or not line.keys() >= LINE_KEYS or not isinstance(line["summary"], dict):
         return None
     if (crc := line.pop("crc", None)) is not None:
+        # Behind the eight digits of the checksum and three characters.
         rest = raw[len(SEAL) + 11 :]
         if not raw.startswith(SEAL) or crc != f"{zlib.crc32(rest):08x}":
             return None

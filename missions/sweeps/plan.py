@@ -154,6 +154,7 @@ class RunSchedule:
             return self.file.study.repeats
         values: list[float | None] = []
         for repeat in range(rule.maximum):
+            # Repeats count up to the first gap, so that the order in which runs finish does not matter.
             summary = summaries.get(self.key(number, repeat))
             if summary is None:
                 break

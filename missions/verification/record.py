@@ -244,7 +244,7 @@ class WeighedRow(NamedTuple):
 
     @property
     def purpose(self) -> tuple[str, ...]:
-        """Identity independent of place or object, which determines the importance."""
+        """Identity without place or object: sets of one purpose have the same importance."""
         return (*self[2:5], *self.activities)
 
     @property
@@ -324,7 +324,7 @@ class Record:
 
     @cached_property  # 3 % of a check
     def decisions(self) -> list[tuple[float, str, list[WeighedRow]]]:
-        """Decisions with time, vehicle and candidates; each starts with the same candidate."""
+        """Decisions with time, vehicle and candidates; where the first candidate recurs, a new decision begins."""
         decisions: list[tuple[float, str, list[WeighedRow]]] = []
         for row in map(WeighedRow._make, self["decisions"].rows(*WeighedRow._fields)):
             if not decisions or decisions[-1][:2] != row[:2] or decisions[-1][2][0].about == row.about:
