@@ -107,6 +107,7 @@ def _matrix(axes: Axes, network: Network) -> None:
     is_upright = max(style.width_in(label, style.SMALL_PT) for label in labels) > BODY_IN / n - 0.05
     shades = [[network.per.get((a, b), math.nan) for b in names] for a in names]
     axes.imshow(shades, cmap="Greys", vmin=0.0, vmax=1.25)
+    # The numbers of more nodes would touch each other.
     if n <= 12:
         for row, column in ((row, column) for row in range(n) for column in range(n) if row != column):
             per = shades[row][column]

@@ -165,6 +165,7 @@ def _series(axes: Axes, rows: Sequence[StudyRow], x_of: Any, field: str) -> None
             (x_of(row), getattr(row, field)) for row in rows if row.policy == policy and getattr(row, field) is not None
         )
         xs = [x for x, _ in points]
+        # A single trial has no interval.
         low = [estimate.mean if estimate.ci95_low is None else estimate.ci95_low for _, estimate in points]
         high = [estimate.mean if estimate.ci95_high is None else estimate.ci95_high for _, estimate in points]
         axes.fill_between(xs, low, high, color=look["color"], alpha=0.2, linewidth=0)

@@ -146,6 +146,7 @@ def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal") ->
     shown = text
     while len(shown) > 1 and width_in(shown, size_pt, weight) > room_in:
         shown = shown.removesuffix("\u2026")[:-1].rstrip() + "\u2026"
+    # Matplotlib takes text between dollar signs for a formula.
     return shown.replace("$", r"\$")
 
 

@@ -73,6 +73,7 @@ def notebook_text(title: str) -> str:
 def frame(text: str, name: str = "") -> str:
     """Embed a page in a sandboxed frame; ``name`` is its element id."""
     named = f' id="{html.escape(name)}"' if name else ""
+    # Without allow-same-origin, so that the page has no access to the notebook around it.
     return (
         f'<iframe{named} srcdoc="{html.escape(text)}" sandbox="allow-scripts allow-downloads" title="replay" '
         f'style="width: 100%; height: {FRAME_PX}px; border: 0"></iframe>'

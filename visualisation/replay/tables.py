@@ -68,6 +68,7 @@ class Columns:
     def block(self, about: dict[str, Any]) -> bytes:
         """Compress all columns and JSON header (raw deflate), reproducibly."""
         head = json.dumps({**about, "columns": self._entries}, separators=(",", ":"), allow_nan=False).encode()
+        # Raw deflate, which browsers decompress by themselves.
         squeezed = zlib.compressobj(9, zlib.DEFLATED, -15)
         return squeezed.compress(struct.pack("<I", len(head)) + head + b"".join(self._parts)) + squeezed.flush()
 
@@ -161,6 +162,7 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
     def values(name: str) -> Any:
         return array(table[name])[order]
 
+    # Second differences of even ticks and of straight motion are 0.
     columns.add("track.time", values("time_s"), 2, TIME_STEP_S)
     columns.add("track.x", values("x_m"), 2, PLACE_STEP_M)
     columns.add("track.y", values("y_m"), 2, PLACE_STEP_M)

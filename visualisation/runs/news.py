@@ -121,6 +121,7 @@ def traffic(results: RunResults) -> RunPackets:
     for index, receiver in packets_refused(rows, results.rows("refused")):
         if receiver in number:
             refused[index, number[receiver]] = True
+    # A packet counts as received in its table even if the receiver refused it.
     lost |= collided | refused
     return RunPackets(
         vehicles,

@@ -152,6 +152,7 @@ def picture(
 
         page.lay_out(figure, maps[: len(rows)], bodies_in)
         for axes in maps:
+            # After the layout, since labels avoid each other by the final limits.
             _name_places(axes, scene)
     return DrawnPage(figure, _caption(results, scene, sentences), tuple(notes))
 
@@ -193,6 +194,7 @@ def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, PlanTrack]) -> 
     if len(looks) <= MOST_NAMED:
         return looks
     length_m = {name: float(np.hypot(np.diff(t.x_m), np.diff(t.y_m)).sum()) for name, t in tracks.items()}
+    # One entry of the legend is for all others.
     named = sorted(looks, key=lambda name: -length_m.get(name, 0.0))[: MOST_NAMED - 1]
     return {name: look if name in named else OTHERS for name, look in looks.items()}
 

@@ -330,6 +330,7 @@ def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbe
 
 def _file_name(stem: str, title: str, taken: set[str]) -> str:
     """Return an unused name of letters, digits and ``._=-``."""
+    # File systems allow names of 255 bytes, stem and ending included.
     short = re.sub(r"[^A-Za-z0-9._=-]+", "-", title.replace(" = ", "=")).strip("-")[:80]
     name = stem = f"{stem}-{short}" if short else stem
     number = 2
