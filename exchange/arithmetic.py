@@ -146,6 +146,7 @@ def log(x: float) -> float:
     mantissa, e = frexp(x)
     if mantissa < 0.7071067811865476:
         mantissa, e = 2.0 * mantissa, e - 1
+    # The mantissa is within the square roots of 1/2 and 2, where f is smallest and the series shortest.
     f = mantissa - 1.0
     s = f / (2.0 + f)
     z = s * s
@@ -182,6 +183,7 @@ def power_of_10(x: float) -> float:
     (1000.0, 0.01)
     """
     whole = floor(x + 0.5)
+    # Python converts decimal text with correct rounding.
     return float(f"1e{whole}") * exp((x - whole) * LN10)
 
 
@@ -207,6 +209,7 @@ def sincos(x: float) -> tuple[float, float]:
     """
     if not -6.5e6 < x < 6.5e6:
         raise ValueError(f"angle of {x} rad: at most 6.5e6 expected")
+    # The first parts have few digits, so that their products with a whole number are exact (Cody and Waite).
     quarters = floor(x / _HALF_PI + 0.5)
     r = ((x - quarters * _TURN_1) - quarters * _TURN_2) - quarters * _TURN_3
     z = r * r
@@ -304,6 +307,7 @@ def erfc(x: float) -> float:
             term *= -square / number
             total += term / (2 * number + 1)
         return 1.0 - 2.0 / sqrt(PI) * total
+    # Below the smallest number above 0.
     if x > 27.3:
         return 0.0
     short = floor(x * 1048576.0) / 1048576.0  # its square is exact

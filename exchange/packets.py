@@ -138,6 +138,7 @@ def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment
     parts: list[tuple[PropertyValue, ...]] = []
     part: tuple[PropertyValue, ...] = ()
     for fact in block.facts:
+        # Index and count have fixed widths, so that any values give the size.
         if part and size_bits(fragment((*part, fact), 0, 2)) > capacity_bits:
             parts.append(part)
             part = ()

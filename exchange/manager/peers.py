@@ -187,7 +187,7 @@ class PeerStates:
         self.epochs[node] = epoch
         for peer, known in enumerate(self._informed_of):
             self._informed_of[peer] = known | 1 << node if peer == self._me else known & ~(1 << node)
-        # A restarted vehicle has lost its memory, so that it is known to have received no epoch but its own.
+        # Of a restarted vehicle it is known only that it has its own epoch: it may have lost all others.
         self._informed_of[node] = 1 << node
 
     def is_over(self, origin: int, epoch: int) -> bool:

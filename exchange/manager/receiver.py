@@ -320,7 +320,7 @@ class Parking:
         before = peers.away
         peers.away |= sum([1 << node for node in parked])
         is_alone = self._all and peers.away == self._all
-        # Silence of all peers is a fault of the own receiver, or distance: there is no peer to settle items for.
+        # Silence of all peers is a fault of the own receiver or distance, rather than the absence of all.
         if is_alone:
             peers.away, peers.is_alone = 0, True
             peers.heard_frame[:] = [frame] * len(peers.heard_frame)

@@ -166,7 +166,7 @@ class Lines:
         if place is None:
             key, rank = (priority, "alone", candidate.tie), 0.0
         else:
-            # Equal sizes share a line: if one entry does not fit, the others of its line need no trial.
+            # With equal sizes in a line, skipping its rest behind entries that do not fit loses nothing.
             key, rank = (priority, candidate.size_bits, place.group), place.rank
         if terms.newest_first:
             key, rank = (priority, "newest", candidate.about[1]), candidate.observed_s
