@@ -111,6 +111,7 @@ def panel_in(axes: Axes) -> tuple[float, float]:
 
 
 def _cut(text: str, room_in: float, size_pt: float) -> str:
+    # Only the name is shortened: without its unit a number means nothing.
     unit = match[0] if (match := UNIT.search(text)) else ""
     named, room_in = text.removesuffix(unit), room_in - style.width_in(unit, size_pt)
     is_long = "\n" not in text and style.width_in(named, size_pt) > room_in

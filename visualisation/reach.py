@@ -64,6 +64,7 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
         for modem, look in zip(reaches, looks, strict=True):
             ranges_km = [point.range_m / 1000.0 for point in modem.points]
             whole = [point.delivered for point in modem.points]
+            # Markers tell lines apart in grey print; one at each point would hide them.
             every = max(1, len(whole) // MARKERS_ON_A_LINE)
             axes.plot(ranges_km, whole, color=look.colour, marker=look.marker, markevery=every)
             nominal_km = modem.nominal_m / 1000.0

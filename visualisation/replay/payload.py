@@ -188,6 +188,7 @@ def _add_tiles(columns: Columns, results: RunResults, parts: Sequence[Tiles]) ->
         first += len(tiles.squares)
         rows = ((row["time_s"], tuple(row[column] for column in tiles.columns)) for row in results.rows(tiles.table))
         done += [(time_s, numbers[square]) for time_s, square in rows if square in numbers]
+    # In time order, so that the stored differences are small.
     done.sort()
     columns.add("done.time", [time_s for time_s, _ in done], 1, TIME_STEP_S)
     columns.add("done.tile", [tile for _, tile in done], 1)

@@ -36,6 +36,7 @@ def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
     Raises DrawingError if the function raised, or did not return text.
     """
     try:
+        # User code may raise anything and return anything.
         text: object = what.draw(axes, results, Kit(results))
     except Exception as error:
         raise _failed(what, error) from error

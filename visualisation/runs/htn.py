@@ -74,10 +74,12 @@ def _tree(key: tuple[str, ...], rows: dict[int, list[dict[str, Any]]]) -> Tree:
     for node in sorted(rows):
         below[int(rows[node][0]["parent"])].append(node)
     tasks: list[TaskRow] = []
+    # The last entry is the next: reversed, so that tasks keep their order.
     left = [(node, 0) for node in reversed(below[-1])]
     while left:
         node, depth = left.pop()
         last = rows[node][-1]
+        # The top task names the group; those below need not repeat it.
         label = str(last["task"]).replace(f"({group}, ", "(").replace(f"({group})", "") if depth else last["task"]
         if last["method"] and depth:
             label += f": {last['method']}"

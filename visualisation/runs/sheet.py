@@ -157,6 +157,7 @@ def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
 
 def _time_axis(axes: Axes, run_end_s: float, inch_s: float) -> None:
     end_s = axes.get_xlim()[1]
+    # Half an inch has room for the label of a tick.
     ticks = MaxNLocator(max(1, int(end_s / inch_s / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, run_end_s)
     shown = [tick for tick in ticks if tick <= run_end_s]
     axes.set_xticks(shown, [f"{tick:g}" if tick < 1e6 else f"{tick:.3g}" for tick in shown])
