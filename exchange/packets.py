@@ -219,12 +219,10 @@ class Summary(NamedTuple):
 
 
 class OriginStatement(NamedTuple):
-    """Statement of the sender's received set about one origin.
+    """Statement of the sender's received set about one origin: all items below ``first`` are held.
 
-    Attributes:
-        first: all items below it are held.
-        mask: bit k is set if ``first + k`` is held, for k below ``length``.
-        is_known_to_all: all nodes are known to hold the items below ``first``.
+    Bit k of ``mask`` is set if ``first + k`` is held, for k below ``length``. ``is_known_to_all``: all nodes are known
+    to hold the items below ``first``.
     """
 
     origin: int

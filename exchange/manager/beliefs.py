@@ -38,11 +38,9 @@ ADDRESSED_SHARE = 10
 class Sendable:
     """Item that this node may send.
 
-    Attributes:
-        about: facts that decide which nodes need it: those of the whole block, if known.
-        addressed: peers (bit mask) that it is addressed to, beside those that need it.
-        spared: peers (bit mask) without need of it.
-        is_eased: True if all these hold it, so that its priority is lower.
+    ``about`` are the facts that decide which nodes need it: those of the whole block, if known. ``addressed`` are peers
+    (bit mask) beside those that need it, ``spared`` those without need; ``is_eased``: the former hold it, which lowers
+    its priority.
     """
 
     fragment: Fragment

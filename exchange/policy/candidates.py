@@ -78,7 +78,6 @@ class Candidate(Waiting):
     Attributes:
         column: of the item, or ``STATUS_COLUMN``.
         tie: order of candidates of equal value.
-        size_bits: approximate.
         version: changes with each placement or removal; line entries with an older one are stale.
         line: key of its queue class; None while not queued.
         rests: suspended, see ``Queue.rest``.

@@ -173,11 +173,9 @@ def plan_packet(
 ) -> int:
     """Plan a packet; return its number of symbols, which cover the reported items not taken.
 
-    Args:
-        room_bits: capacity for items, statements and symbols.
-        codes: symbols are allowed.
-        large_first: an item of more than half of the capacity precedes statements. Callers set it for every second
-            packet, since statements due in every packet would block the item for ever.
+    ``room_bits`` is the capacity for items, statements and symbols (if ``codes``). ``large_first``: an item of more
+    than half of it precedes statements. Callers set that for every second packet, since statements due in every packet
+    would block the item for ever.
     """
     best = 0.0
     for c in range(n_candidates):

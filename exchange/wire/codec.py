@@ -215,12 +215,10 @@ class Codec:
     Args:
         n_instances: instance uids 0..n_instances-1 have wire names.
         n_nodes: 2..256, by the byte that names a sender to the encryption.
-        policy: fixes the acknowledgement bits of the header.
         n_items: expected items per vehicle and epoch; later ones take more bits.
         duration_s: latest expected time of observation; later ones take more bits.
 
-    Raises:
-        ConfigurationError: invalid checksum or key size, or no encryption library.
+    Raises ConfigurationError for an invalid checksum or key size, or no encryption library.
     """
 
     def __init__(
@@ -349,15 +347,9 @@ class Codec:
     ) -> bytes:
         """Encode a packet.
 
-        Args:
-            rows: acknowledgement bits, one word per node, shape (n_nodes,).
-            fragments: in any order; encoded by origin and sequence, own ones first.
-            frame: whole TDMA frame number; selects the header layout.
-            slot_start_s: start of the sender's slot in that frame.
-            account: ignored if the policy does not report received sets.
-
-        Raises:
-            ConfigurationError: a value, epoch or signal has no wire format.
+        ``rows`` has the acknowledgement bits, one word per node; ``frame`` is the whole TDMA frame number, which
+        selects the header layout; ``slot_start_s`` the start of the sender's slot in it. ``account`` is ignored if the
+        policy does not report received sets. Raises ConfigurationError if a value, epoch or signal has no wire format.
         """
         base = self.fragments.base_of(slot_start_s)
         bodies = [(fragment, *self.fragments.encode(fragment, sender, epoch, base)) for fragment in fragments]

@@ -123,12 +123,8 @@ def derived(key: bytes, salt: bytes, about: bytes, size: int) -> bytes:
 class Seal:
     """Encryption of all behind the head of a packet.
 
-    Args:
-        key: of the fleet, 16, 24 or 32 bytes.
-        salt_of: salt of each sender, None if unknown; by default one fresh salt for all.
-
-    Raises:
-        ConfigurationError: another key size, or no encryption library.
+    ``key`` is the fleet's, of 16, 24 or 32 bytes; ``salt_of`` returns the salt of each sender, None if unknown; by
+    default one fresh salt for all. Raises ConfigurationError for another key size, or no encryption library.
     """
 
     size_bits = 8 * TAG_BYTES
