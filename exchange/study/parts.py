@@ -79,12 +79,10 @@ class Tally(NamedTuple):
 def play_all(
     study: ExchangeStudy, loops: Mapping[AckPolicy, SlotLoop], jobs: int, progress: Callable[[int, int], None]
 ) -> list[dict[AckPolicy, Tally]]:
-    """Run the trials of all policies; return tallies per loss matrix and policy.
+    """Run the trials of all policies, baseline first, by ``jobs`` threads (1 for Python loops).
 
-    Args:
-        loops: by policy, baseline first.
-        jobs: threads; 1 for Python loops. Sums do not depend on it.
-        progress: called with the numbers of batches done and in total.
+    Return tallies per loss matrix and policy, which do not depend on threads. ``progress`` is called with the numbers
+    of batches done and in total.
     """
     matrices = p_loss_matrices(study)
 

@@ -120,15 +120,12 @@ def run(
     progress: Callable[[int, int], None] = lambda done, total: None,
     say: Callable[[str], None] = lambda text: None,
 ) -> list[StudyRow]:
-    """Run a study; return a row per loss rate and policy, in the order given.
+    """Run a study; return a row per loss rate and policy, in the order given, whatever the number of threads
+    (``jobs``).
 
-    Args:
-        jobs: threads; results do not depend on it.
-        progress: called with batches done and in total.
-        say: receives an announcement before compilation, or the reason why it is impossible.
-
-    Raises:
-        ConfigurationError: `jobs` is not positive, or an acknowledgement cannot be compiled.
+    ``progress`` is called with batches done and in total; ``say`` receives an announcement before compilation, or the
+    reason why it is impossible. Raises ConfigurationError if ``jobs`` is not positive, or an acknowledgement cannot be
+    compiled.
     """
     if jobs < 1:
         raise ConfigurationError(f"jobs is {jobs}: at least 1 is needed")

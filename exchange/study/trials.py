@@ -175,18 +175,13 @@ def note_load(fleet: Fleet, place: int) -> None:
 
 
 def choose(weights: Ints, loaded: Ints, lane: int, room: int) -> None:
-    """Keep the candidates of greatest weight that fit one lane's packet; of equals the first.
+    """Keep the candidates of greatest weight that fit one lane's packet (``room`` items); of equals the first.
 
-    The weight of a candidate grows by its need priority, here 1, in each own slot and restarts at 0 when it is sent
-    (Maurelli et al., section 6). `exchange.policy.queue` implements the same rule incrementally.
-
-    Args:
-        weights: by column, of the sender.
-        loaded: by column, lanes with the item queued; the lane is cleared for items not chosen.
-        room: number of items.
+    ``loaded`` has by column the lanes with the item queued; the lane is cleared for items not chosen.
     """
     bit = lane_bit(lane)
     for column in range(len(loaded)):
+        # Weights grow by the need priority, here 1, in each own slot and restart at 0 when sent (Maurelli et al., section 6).
         weights[column] += loaded[column] >> lane & 1
     for _ in range(room):
         heaviest = -1
@@ -244,10 +239,8 @@ def play_slot(
 ) -> None:  # fmt: skip
     """Run one slot of a policy of the paper, or of the bound.
 
-    Args:
-        state: of another rule, beside the fleet; here unused.
-        heard: [node] lanes in which it receives the packet.
-        noted: lanes in which transmissions count.
+    ``state`` is of another rule, here unused; ``heard`` has by node the lanes in which it receives the packet,
+    ``noted`` the lanes in which transmissions count.
     """
     if case.knows_all:
         pass_freely(case, fleet, lanes, slot.owner, heard, playing, noted)
@@ -266,8 +259,7 @@ def pass_freely(case: Case, fleet: Fleet, lanes: Lanes, owner: int, heard: Ints,
 
     A packet carries all knowledge of its sender about holders, without a header. No policy receives more. For a single
     item this is a lower bound of the time in every trial. For several items, rarest first is a good heuristic, not
-    proved optimal; coded packets may also use receptions that bring no item here. Transmissions count by the receiver
-    that takes most.
+    proved optimal; coded packets may also use receptions that bring no item here.
     """
     for lane in range(LANES):
         if playing >> lane & 1:
@@ -279,6 +271,7 @@ def pass_freely(case: Case, fleet: Fleet, lanes: Lanes, owner: int, heard: Ints,
             for node in range(case.n_nodes):
                 if heard[node] >> lane & 1:
                     most = max(most, take(case, fleet, n_holders, lane, owner, node))
+            # Receivers may take different items of one packet: it counts as the most that one of them takes.
             for _ in range(most):
                 count(lanes.digits, lane_bit(lane) & noted)
     for node in range(case.n_nodes):
@@ -429,12 +422,10 @@ def arrive(case: Case, fleet: Fleet, lanes: Lanes, slot: int, playing: int) -> i
 def run_trials(
     slot_rule: Callable[..., None], header: Header, layouts: Layouts, case: Case, fleet: Fleet, lanes: Lanes, state: Any
 ) -> None:
-    """Run the trials `case.first_trial` and following of one policy; their results are `lanes.outcomes`.
+    """Run the trials `case.first_trial` and following of one policy with new state; their results are `lanes.outcomes`.
 
-    Args:
-        slot_rule: see `play_slot`; ``state`` is its own.
-        header: rule of the acknowledgement, or its compiled form.
-        fleet, lanes: new ones.
+    ``slot_rule`` is as `play_slot`, ``state`` its own; ``header`` is the rule of the acknowledgement, or its compiled
+    form.
     """
     n_nodes, n_trials, word_slots = case.n_nodes, len(lanes.outcomes), slots_of_word(case.n_nodes)
     # Plans of policies with received sets are numbers, not bits: one trial at a time.

@@ -90,9 +90,8 @@ RECENT_S = 30.0
 class Widths(NamedTuple):
     """Parameters of field widths beside the sizes of fleet and mission.
 
-    Attributes:
-        exchanged: uids of attributes that some vehicle needs; they get short names. None for all.
-        recent_s: age up to which a time takes the fewest bits, such as a TDMA frame.
+    ``exchanged`` attributes, which some vehicle needs, get short names; None for all. Times of an age up to
+    ``recent_s``, such as a TDMA frame, take the fewest bits.
     """
 
     time_resolution_s: float = 0.1

@@ -75,10 +75,7 @@ _CRCS: dict[int, Callable[[bytes], int]] = {8: crc8, 16: crc16}
 
 
 class Checksum:
-    """Checksum of 8, 16 or 32 bits behind a packet; other sizes raise ConfigurationError.
-
-    ``fault`` is the error text. Under encryption either checksum or tag may detect damage first, so both use one text.
-    """
+    """Checksum of 8, 16 or 32 bits behind a packet; other sizes raise ConfigurationError. ``fault`` is the error text."""
 
     def __init__(self, size_bits: int, fault: str = DAMAGED) -> None:
         if size_bits not in CRC_BITS:
@@ -96,6 +93,7 @@ class Checksum:
         """Remove the checksum; raise PeerFault if it is wrong."""
         body, crc = data[: -self._n_bytes], data[-self._n_bytes :]
         if self._of(body, frame) != crc:
+            # Under encryption either checksum or tag may detect damage first, so both use one text.
             raise PeerFault(self._fault)
         return body
 
