@@ -181,7 +181,7 @@ def choose(weights: Ints, loaded: Ints, lane: int, room: int) -> None:
     """
     bit = lane_bit(lane)
     for column in range(len(loaded)):
-        # Weights grow by the need priority, here 1, in each own slot and restart at 0 when sent (Maurelli et al., section 6).
+        # A weight grows by the need priority, here 1, in each own slot; it restarts when sent (Maurelli et al., 6).
         weights[column] += loaded[column] >> lane & 1
     for _ in range(room):
         heaviest = -1

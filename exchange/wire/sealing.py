@@ -75,7 +75,7 @@ _CRCS: dict[int, Callable[[bytes], int]] = {8: crc8, 16: crc16}
 
 
 class Checksum:
-    """Checksum of 8, 16 or 32 bits behind a packet; other sizes raise ConfigurationError. ``fault`` is the error text."""
+    """Checksum of 8, 16 or 32 bits behind a packet, with its error text; other sizes raise ConfigurationError."""
 
     def __init__(self, size_bits: int, fault: str = DAMAGED) -> None:
         if size_bits not in CRC_BITS:
