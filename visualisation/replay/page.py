@@ -170,6 +170,7 @@ class NotebookPage:
 
     def tell(self, data: bytes) -> None:
         """Show the current state of the run, from its ``run_data``."""
+        # In base64 no data can end the script.
         script = self._script(TELL).replace("DATA", json.dumps(base64.b64encode(data).decode()))
         self._show(script, f"{self._name}-told", self._is_told)
         self._is_told = True

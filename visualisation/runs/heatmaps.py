@@ -84,6 +84,7 @@ def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent
     axes.set_xticks(*_ticks(names, side_in / n), rotation=90)
     axes.tick_params(axis="x", length=0, labelsize=style.TINY_PT, pad=2)
     for i in range(len(names)):
+        # No vehicle receives its own packets.
         axes.plot([i - 0.5, i + 0.5], [i + 0.5, i - 0.5], color=style.GREY, linewidth=0.4)
     for receiver in range(len(names)):
         for sender in range(len(names)):
@@ -122,6 +123,7 @@ def strip(
 
 def key(figure: Figure, below: Axes, body_in: float, top: float, label: str, percent: bool = False) -> None:
     """Draw the scale of shades from 0 to ``top`` below a panel of height ``body_in``."""
+    # Matplotlib takes distance and thickness of a key as shares of the panel.
     share = min(1.0, KEY_IN / panel_in(below)[0])
     bar = figure.colorbar(
         ScalarMappable(Normalize(0.0, top), SHADES), ax=below, location="bottom", shrink=share, pad=0.05 / body_in,

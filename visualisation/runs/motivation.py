@@ -47,6 +47,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     columns = max(1, min(int(width_in / COLUMN_IN), len(closest)))
     n_bars = max((len(moment.rows) for moment in closest), default=1)
     body_in = BAR_IN * (n_bars + 0.4)
+    # Half an inch of the page is for the legend.
     n_rows = int((HIGHEST_IN - 0.5) / (body_in + BESIDE_IN))
     shown = sorted(closest[: columns * n_rows], key=lambda weighed: (weighed.time_s, weighed.vehicle))
     colours = {vehicle: look.colour for vehicle, look in Kit(results).looks.items()}

@@ -121,6 +121,7 @@ def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
 
 def _existence(group: GroupNode, marks: Iterable[ActMark]) -> list[Span]:
     own = [mark for mark in marks if mark.group == group.name and mark.kind in (CREATED, DISSOLVED)]
+    # A group whose first mark is its formation did not exist before.
     is_old = group.is_founded and not (own and own[0].kind == CREATED)
     return spans([(0.0, is_old), *((mark.time_s, mark.kind == CREATED) for mark in own)])
 

@@ -85,6 +85,7 @@ class Numbers:
     @cached_property  # asked for each figure
     def arrangement(self) -> Arrangement:
         """Arrangement of all configurations."""
+        # By a metric that every run has, so that no configuration is missing.
         return arranged(self.rows(RANKED), self.results.bounds)
 
     @cached_property  # asked for each figure
