@@ -361,6 +361,7 @@ class Memory:
             # The packet that completed the block is the last one up to that time.
             sender = nodes[max(receptions, key=itemgetter(0))[1]] if receptions else None
             told_by = sender if by_packets else block.origin
+            # The model keeps the facts of a status apart, each until a newer one of its property.
             parts = [block._replace(facts=(fact,)) for fact in block.facts] if block.is_status else [block]
             for candidate in parts:
                 if candidate in statuses or (candidate.is_item and model.block(candidate.guid) == candidate):

@@ -319,6 +319,7 @@ def _resolved(
                     allowed = f'{source} runs alike with it and with "{first.unforeseen}"; leave one of the two out'
                     faults.setdefault((case, ""), ConfigurationFault(f"unforeseen.{case}.name", f'"{case}"', allowed))
     resolved = list(resolved_by_text.values())
+    # Reversed, so that the first configuration of a source remains.
     bases |= {configured.source: configured.scenario for configured in reversed(resolved)}
     return resolved, bases, list(faults.values())
 
