@@ -16,9 +16,7 @@ from functools import cache
 from typing import Generic, TypeVar
 
 FIELD = 0x11D
-"""Field polynomial x^8 + x^4 + x^3 + x^2 + 1."""
 NONZERO = 255
-"""Number of non-zero field elements."""
 MOST_ROWS = 48
 """Undecoded symbols that a node stores; further ones are dropped."""
 

@@ -9,7 +9,6 @@ from exchange.policy.acknowledgement import Acknowledgement
 from exchange.policy.policies import ACK, PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits, policy_named
 
 MAX_NODES = 64
-"""Largest fleet of a study."""
 MAX_SEED = 1 << 62
 """Exclusive upper bound of seeds."""
 

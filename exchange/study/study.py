@@ -111,7 +111,6 @@ LOADED_RATES = (0.005, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.26
 """Items per node and slot in the loaded case, from nearly idle to overload of every policy."""
 
 LOADED_CAPACITY_BITS = 256
-"""Packet size of the loaded case: 32 bytes."""
 
 
 def run(

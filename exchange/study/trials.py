@@ -46,7 +46,6 @@ from exchange.study.lanes import (
 )
 
 Header = Callable[[int, int, int, int], int]
-"""Header rule of an acknowledgement."""
 
 ALL_LANES = -1
 
