@@ -83,9 +83,7 @@ def of_sweep(results: SweepResults) -> dict[str, str]:
 
 
 FORMATS = ("png", "svg", "pdf")
-"""Formats of figures."""
 LEAST_WIDTH_IN, MOST_WIDTH_IN = 3.0, 20.0
-"""Limits of the width of a figure."""
 
 
 class Drawn(NamedTuple):

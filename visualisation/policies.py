@@ -42,7 +42,6 @@ UNLOADED = {
     "source": Unloaded("relative_source", "source_acked_slots", "the source knows that all nodes hold the item"),
     "senders": Unloaded("relative_senders", "senders_acked_slots", "all senders know that all nodes hold the item"),
 }
-"""Figures of unloaded exchange, by kind."""
 
 LOADED = (
     ("delivered_slots", words.axis("delivery latency", "slots")),
@@ -50,7 +49,6 @@ LOADED = (
     ("items_in_flight", "items in flight"),
     ("goodput_items_per_slot", words.axis("goodput", "items per slot")),
 )
-"""Panels of the loaded case."""
 
 
 def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:

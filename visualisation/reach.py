@@ -14,7 +14,6 @@ from visualisation.output import DrawingError, as_csv, check_format
 
 BODY_IN = 2.3
 NAME = "delivery-against-range"
-"""File name without suffix."""
 NOMINAL = "nominal range"
 MARKERS_ON_A_LINE = 12
 

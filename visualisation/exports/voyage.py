@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 SEMI_MAJOR_M = 6378137.0
 FLATTENING = 1.0 / 298.257223563
 ECCENTRICITY_2 = FLATTENING * (2.0 - FLATTENING)
-"""Square of the first eccentricity."""
 ROUNDS = 4
 """Iterations of the latitude, each at least 150 times more exact."""
 

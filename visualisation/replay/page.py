@@ -29,11 +29,8 @@ VIEW = (
     "trees.js", "layout.js", "hands.js", "view.js", "save.js", "app.js",
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
-"""Scripts in page order."""
 LIVE = ("growing.js", "live.js")
-"""Additional scripts of a live run."""
 NOTEBOOK = ("growing.js", "notebook.js")
-"""Additional scripts of a live run in a notebook."""
 STYLES = ("page.css",)
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
@@ -43,7 +40,6 @@ POLICY = (
 LIVE_POLICY = f"{POLICY}; connect-src 'self'"
 """Policy of a live page: also requests to its server."""
 FRAME_PX = 720
-"""Height of a page in a notebook."""
 
 
 def asset(name: str) -> str:

@@ -58,7 +58,6 @@ def _text(value: Any) -> str:
 
 
 FORM = 1
-"""Version of the data, checked by the page."""
 SHOWS = {
     "trajectories": "positions of the vehicles",
     "roles": "roles of the vehicles",

@@ -87,7 +87,6 @@ NOBODY = -1
 EVENTS = (
     "roles", "organisation", "membership", "activities", "decisions", "plans", "faults", "refused", "links", "peers",
 )  # fmt: skip
-"""Event tables."""
 VEHICLES = ("vehicle", "peer", "issuer", "source", "sender")
 """Columns of events that name a vehicle."""
 UNSHOWN = ("motivation", "expected_energy_j")

@@ -13,7 +13,6 @@ from visualisation.page import DrawnPage
 from visualisation.runs import captions
 
 BODY_IN = 1.9
-"""Height of the panel."""
 
 
 class Kit:

@@ -138,7 +138,6 @@ def key(figure: Figure, below: Axes, body_in: float, top: float, label: str, per
 LEAST_FOR_TWO_IN = 5.0
 """Minimum page width for two matrices side by side."""
 POINTS = 400
-"""Number of sampling times."""
 
 
 def _sampled(end_s: float) -> Floats:

@@ -28,7 +28,6 @@ ENDS: dict[str, dict[str, Any]] = {
     "failed": {"marker": "X", "markersize": 4.5},
     "dropped": {"marker": "|", "markersize": 4.5},
 }
-"""Marks of final states of tasks."""
 EXPECTED: dict[str, Any] = {"marker": "d", "markersize": 3.0, "markerfacecolor": "white", "markeredgewidth": 0.6}
 MARK: dict[str, Any] = {"color": style.BLACK, "linestyle": "none"}
 

@@ -33,7 +33,6 @@ from visualisation.runs.views import (
 )  # fmt: skip
 
 LABELLED_IN = 0.09
-"""Minimum height of a labelled bar."""
 TICK: dict[str, Any] = {"marker": "|", "markersize": 8.0, "markeredgecolor": style.BLACK, "markeredgewidth": 1.2}
 MARKS: dict[str, tuple[dict[str, Any], str]] = {
     REFUSED: ({"marker": "X", "markersize": 4.5}, "refused"),
@@ -55,7 +54,6 @@ HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": style.GREY, "hatch": 
 DETAILS = ((0.115, 99), (0.07, 99), (0.04, 12), (0.04, 4))
 """Pairs of lane height, and most holders of a role that have lanes instead of a count, from most to least detail."""
 LEAST_ROW_IN = 0.11
-"""Minimum height of a row."""
 HEAD = "\u2605 "
 """Prefix of roles that lead their group."""
 LEAST_LIGHT = 0.45

@@ -106,9 +106,7 @@ MOST_LANES = 12
 HELD, DRIVING = 0.3, 0.68
 """Share of a row filled by a bar."""
 HATCHES = ("", "/////", ".....", "xxxxx", "-----", "|||||")
-"""Hatches of groups, the largest group first."""
 FOLDED = style.GREY
-"""Colour of folded lanes."""
 FAULT: dict[str, Any] = {
     "facecolor": "none", "edgecolor": style.tint(style.BLACK, 0.35), "hatch": "\\\\\\\\", "linewidth": 0, "zorder": 1,
 }  # fmt: skip

@@ -23,7 +23,6 @@ from visualisation import page, run_records, style, words
 from visualisation.run_records import MilestoneRow, Span
 
 TALLEST_IN = 9.0
-"""Height of a paper's page."""
 AROUND_IN, LINE_IN = 1.1, 0.137
 """Approximate height of axis, flags and legend, and height of a line of the key."""
 TITLE_IN, GAP_IN, INDENT_IN = 0.14, 0.06, 0.08

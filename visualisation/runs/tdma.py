@@ -42,7 +42,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         for axes, values in zip(strips, (by_sender, by_receiver), strict=False):
             heatmaps.strip(axes, results, values, 1.0, row_in, {})
             if values.size:
-                # Cells without a value are transparent, and differ by this from a loss of 0.
+                # Missing values are transparent, and differ by this from a loss of 0.
                 axes.set_facecolor(UNHEARD)
         heatmaps.key(figure, strips[1], bodies_in[1], 1.0, "share lost", percent=True)
         _slots(strips[2], traffic, stretch, lane_in, width_in)

@@ -13,7 +13,6 @@ from visualisation.output import unknown
 from visualisation.run_records import RoleKey, Span, n_at_once, outages, outside, spans, spans_by
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
-"""Marked acts."""
 REFUSED = "refused"
 """Event of a row, and mark, of a refused request."""
 OF_GROUPS = (CREATED, DISSOLVED, MISSION)

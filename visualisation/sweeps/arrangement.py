@@ -24,7 +24,6 @@ from visualisation.output import SWEEP_KINDS, DrawingError
 from visualisation.words import REPEAT
 
 RANKED = "mission_time_s"
-"""Default metric of a ranking."""
 RATE = "completed"
 """Metric that is a rate, with Wilson intervals."""
 TRADE_OFF = ("n_bytes", RANKED)

@@ -16,7 +16,6 @@ from visualisation.sweeps.arrangement import Arrangement, Series
 
 ROW_IN, LONGEST_NAME_IN = 0.19, 1.9
 LEAST_IN = 0.2
-"""Minimum width of a column."""
 NONE = "\u2013"
 MEAN = "mean"
 BEST = style.tint(style.BLUE, 0.25)
