@@ -249,12 +249,14 @@ def _check_radios(record: Record, report: CheckReport) -> None:
             parked.add(event)
         elif order == 1:
             slot, sender, acks = event
+            # A header acknowledges at least the last packet of each other node, in the n - 1 slots before.
             last = (packets.get(of, ("", {}))[1] for of in range(slot - n + 1, slot))
             least = sum(heard_s.get(sender, math.inf) <= at_s for heard_s in last)
             report.look("acknowledgements")
             if sender not in record.anew and not least <= acks <= (least if policy == "ack" else (n - 1) ** 2):
                 follows = f"{least}, number of peers whose last packet it received"
                 report.add("acknowledgements", "packets", at_s, sender, f"{acks} acknowledgements", follows)
+            # Vehicles record their links in the last of every eight frames.
             if slot % (8 * n) >= 7 * n:
                 due |= {(at_s, *key): (of.lost / of.weight, of.n) for key, of in links.items() if key[0] == sender}
         else:
