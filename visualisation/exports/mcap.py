@@ -96,6 +96,7 @@ def write(voyage: Voyage, target: Path) -> Counts:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start(profile="ros2", library="remoras")
         streams = messages.motion(), messages.events(), messages.scenes()
+        # Schemas and channels are registered at their first message, so that the file lists only topics with content.
         for time_ns, topic, kind, message in merge(*streams, key=lambda sent: sent.time_ns):
             if (channel := channels.get(topic)) is None:
                 if kind not in schemas:

@@ -60,6 +60,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             axes.set_title(f"{moment.vehicle}, {words.time(moment.time_s)}")
             _bars(axes, moment, colours[moment.vehicle], names_in)
             axes.set_xlim(0.0, 1.05 * most)
+            # All panels have room for as many bars, so that bars have one height.
             axes.set_ylim(n_bars - 0.3, -0.7)
         for axes in panels[-columns:]:
             axes.set_xlabel(words.axis("motivation"))

@@ -184,6 +184,7 @@ def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
     lanes: list[list[Holding]] = []
     for holding in holdings:
         free = [lane for lane in lanes if lane[-1].span.end_s <= holding.span.start_s]
+        # A vehicle that returns to a role stays in its lane.
         own = [lane for lane in free if lane[-1].vehicle == holding.vehicle]
         if free:
             (own or free)[0].append(holding)

@@ -180,6 +180,7 @@ def _curves(
     drawn = looks(arrangement.series)
     for number, series in enumerate(arrangement.series):
         own = curves.get(series, [])
+        # By the place among all series, so that one without values leaves its gap.
         aside = places.spread * ((number + 0.5) / len(arrangement.series) - 0.5)
         xs = [places.at[arrangement.x(row)] + aside for row in own]
         look = {**drawn[series], "markersize": size * drawn[series]["markersize"]}
