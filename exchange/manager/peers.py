@@ -146,7 +146,7 @@ class PeerStates:
             self._since_frame = frame
         passed_over, silent = self.away | 1 << self._me, list[tuple[int, int]]()
         for node, heard_frame in enumerate(self.heard_frame):
-            silence = frame - (heard_frame or self._since_frame)
+            silence = frame - (self._since_frame if heard_frame is None else heard_frame)
             if silence > SHORTEST_SILENCE and not passed_over >> node & 1:
                 silent.append((node, silence))
         return silent

@@ -18,3 +18,11 @@ def test_an_older_epoch_counts_only_when_it_is_heard_twice_in_a_row() -> None:
     with pytest.raises(PeerFault):
         peers.meet(1, 1, 3)
     assert peers.meet(1, 1, 4) is Met.NEW_LIFE
+
+
+def test_silence_counts_from_the_last_packet_even_of_the_first_frame() -> None:
+    peers = PeerStates(0, 3, ACK)
+    peers.meet(1, 0, 0)
+    assert peers.silences(2) == []  # the node begins to count in frame 2
+    assert peers.silences(5) == [(1, 5)]
+    assert peers.silences(7) == [(1, 7), (2, 5)]
