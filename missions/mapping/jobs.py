@@ -258,6 +258,16 @@ class _Left:
     rest: SurveyJob
 
 
+class _Memory:
+    """Remaining surveys by identity of the set of mapped cells."""
+
+    # Without a dictionary of its own: the identities of one run are no change of a mission that runs share.
+    __slots__ = ("by_set",)
+
+    def __init__(self) -> None:
+        self.by_set: dict[int, _Left] = {}
+
+
 @dataclass(frozen=True)
 class SurveyJob:
     """Zigzag survey of ``cells`` (None for all) of an area; ``ground`` None means cells of 25 m."""
@@ -269,7 +279,7 @@ class SurveyJob:
     cells: int | None = None
     parts: dict[int, SurveyJob] = field(default_factory=dict, compare=False, repr=False)
     depth_m: float = 0.0
-    _left: dict[int, _Left] = field(default_factory=dict, init=False, compare=False, repr=False)  # by id of a set
+    _left: _Memory = field(default_factory=_Memory, init=False, compare=False, repr=False)
 
     @cached_property  # 0.3 % of a mission
     def on(self) -> Ground:
@@ -307,7 +317,7 @@ class SurveyJob:
         # The set of an area grows in place until values are invalidated, so only its new indices need work. The weak
         # reference drops the entry together with the set, before another object can have the same identity.
         mapped = facts.values(("mappedCell", self.name))
-        key, left = id(mapped), self._left
+        key, left = id(mapped), self._left.by_set
         known = left.get(key)
         if known is None or known.of() is not mapped:
             known = left[key] = _Left(weakref.ref(mapped, lambda _: left.pop(key, None)), set(), self.of(self.on.work))
