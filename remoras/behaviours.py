@@ -104,8 +104,8 @@ class Reference(NamedTuple):
     """Guidance output: target (m) and speed (m/s, 0 to stay).
 
     Attributes:
-        holds_m: until ``perceive`` is called again, the answer is constant while the target is farther than this and no
-            other vehicle is within sonar range; infinite: ask in every motion tick.
+        holds_m: until ``perceive`` is called again, the answer is constant while the target is farther than this;
+            infinite: ask in every motion tick.
         is_over_ground: True for a speed over ground, as limited by sensors: held in a current up to the greatest speed.
             Else through the water.
     """
@@ -305,7 +305,7 @@ class Homing(Behaviour):
         self._radius_m = radius_m
         self._group = group
         self._way = Reference(point_m, data.transit_speed_mps, radius_m)
-        self._room, self._stay = Reference(point_m, data.survey_speed_mps), Reference(point_m, 0.0, holds_m=0.0)
+        self._room, self._stay = Reference(point_m, data.survey_speed_mps), Reference(point_m, 0.0)
         self._approach = Approach(data.transit_speed_mps)
         self._has_met = False
         self._picture: Picture | None = None

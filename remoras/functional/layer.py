@@ -426,7 +426,7 @@ class FunctionalLayer:
             (x_m, y_m), _, holds_m, _ = reference
             dx_m, dy_m = x_m - believed.x_m, y_m - believed.y_m
             # Only from there on may the behaviour state another reference, so it is not asked before.
-            if neighbours or math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
+            if math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
                 reference = None
         if reference is None and self._guiding is not None:
             reference = self.held = self._reference(self._guiding)

@@ -144,9 +144,9 @@ def count_what_the_first_uses_alone(patch: Patch) -> None:
 def let_the_older_of_two_count(patch: Patch) -> None:
     sound = Store.latest
 
-    def latest(self: Store, subject: int, attribute: int, at_s: float | None = None) -> Any:
+    def latest(self: Store, subject: int, attribute: int) -> Any:
         past = tuple(self.history(subject, attribute))
-        return past[0] if len(past) == 2 and at_s is None else sound(self, subject, attribute, at_s)
+        return past[0] if len(past) == 2 else sound(self, subject, attribute)
 
     patch.setattr(Store, "latest", latest)
 
