@@ -289,6 +289,7 @@ class Homing(Behaviour):
 
     Args:
         radius_m: radius of arrival.
+        answers: share of a call settled by coming, 0..1, by group and picture.
         after: groups of the vehicle that gather before.
     """
 
@@ -298,9 +299,10 @@ class Homing(Behaviour):
         radius_m: float,
         group: str,
         data: VehicleData,
+        answers: Callable[[str, Picture], float] = awaited,
         after: Collection[str] = (),
     ) -> None:
-        self._after = after
+        self._answers, self._after = answers, after
         self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
@@ -328,7 +330,7 @@ class Homing(Behaviour):
         return Perception(1.0, self._progress if performed else None, answers=self._settled, until_s=until_s)
 
     def _settled(self) -> float:
-        return 0.0 if self._picture is None else awaited(self._group, self._picture)
+        return 0.0 if self._picture is None else self._answers(self._group, self._picture)
 
     def _progress(self, motion: Motion, picture: Picture) -> float | None:
         return self._approach.advance(distance_m(motion, self._point_m), picture.body.now_s, True)

@@ -14,7 +14,7 @@ from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import swath_m
 from missions.meeting.meeting import MEET, Meeting, entrusted, expected_of
 from remoras.activities import Objective
-from remoras.behaviours import Behaviour, Perception, Reference
+from remoras.behaviours import Behaviour, Perception, Reference, awaited
 from remoras.beliefs import Beliefs, Known
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
@@ -99,6 +99,10 @@ class Unfinished:
         if self._n_changes != facts.n_changes:
             self._n_changes, self._holds = facts.n_changes, self.is_work_left(facts)
         return self._holds
+
+    def answers(self, group: str, picture: Picture) -> float:
+        """Effect of joining the rendezvous on a call, 0..1; 0 before the goal is reached."""
+        return 0.0 if self.holds(picture.facts) else awaited(group, picture)
 
     def is_work_left(self, facts: Known) -> bool:
         """Evaluate ``holds`` for any vehicle's knowledge, without the cache."""

@@ -67,6 +67,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.has_resigned = False
         self._may_have_replanned = True  # since the last rows of plans; saves 1 % of the calls of a mission
         self._weighed: tuple[ActivitySet, ...] = ()
+        self._perceived: Sequence[Perception] = ()  # last perceptions without results
         self._organisation = self.social.organisation
         self._shared: dict[str, tuple[str, ...]] = {}  # by peer: common groups
         for tell in made:
@@ -132,7 +133,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         """Perceive and decide; execute at once the parts of the social layer."""
         functional, executive = self.functional, self.executive
         functional.picture.groups.planning_due = bool(self.social.planner.due)
-        perceptions = self._note_events(functional.perceive(executive.decision.chosen), now_s)
+        perceptions: Sequence[Perception] = functional.perceive(executive.decision.chosen)
+        if perceptions is not self._perceived:  # saves 0.5 % of the instructions of a mission
+            perceptions = self._note_events(perceptions, now_s)
         before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s, functional.progress)
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets
@@ -170,6 +173,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if not [
             activities for activities in perceptions if activities.done or activities.failed or activities.concludes
         ]:
+            self._perceived = perceptions
             return perceptions
         functional, executive = self.functional, self.executive
         sets = executive.sets
