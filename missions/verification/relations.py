@@ -291,6 +291,8 @@ def _check_facts(record: Record, report: CheckReport) -> None:
     kinds, ended, before, listed = dict[str, str](), set[str](), "", set[Row]()
     columns = "recorded_s origin uid time_s subject attribute value kind uncertainty"
     rows = report.each("facts", record, "items", columns, 4)
+    # Observation times are rounded to the sent resolution; the usual one is 0.1 s.
+    most_off_s = float(record.of("communication").get("time_resolution_s", 0.1)) + 0.2 * RESOLUTION_S
     for wrong, at_s, _, uid, time_s, subject, attribute, value, kind, uncertainty in rows:
         if uid != before and uid in ended and "@" not in uid:
             wrong(f"facts of {uid} again", "all of one item behind each other")
@@ -306,7 +308,7 @@ def _check_facts(record: Record, report: CheckReport) -> None:
             wrong(f"uncertainty {uncertainty!r}", "a number, or none")
         if kind != ("status" if "@" in uid else "kept" if "-p" in uid else "told"):
             wrong(f"{uid} {kind}", "another kind, by its name")
-        if record.has_exact_clocks and abs(time_s - at_s) > 2.0 * RESOLUTION_S:
+        if record.has_exact_clocks and abs(time_s - at_s) > most_off_s:
             wrong(f"{uid} observed at {time_s:g} s", f"{at_s:g} s, when it was recorded")
     _check_reports(record, report)
     if "coverage" in record.tables and not (record.drifts or record.of("uncertainty").get("p_miss")):
