@@ -125,7 +125,7 @@ def definition(name: str, kind: str, texts: Collection[str]) -> nodes.definition
 
 
 class Tables(SphinxDirective):
-    """A list of the tables of results: columns with units, and what a row says, by the text below each declaration."""
+    """List of the tables of results: columns with units, and the text below each declaration."""
 
     def run(self) -> list[nodes.Node]:
         """A definition for each table, by name."""
@@ -169,7 +169,7 @@ class Public(SphinxDirective):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        """The names as links; then what autodoc makes of each: classes, then functions, then values."""
+        """Names as links, then the entry of each by autodoc: classes, functions, values."""
         package = self.arguments[0]
         found = sorted(self.directives(), key=lambda one: ("data::" in one[1], "autofunction" in one[1]))
         links = ", ".join(f":py:obj:`{name} <{package}.{name}>`" for name, _ in found)

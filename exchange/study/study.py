@@ -22,7 +22,7 @@ class StudyRow:
     """Results of one policy at one loss rate; times in slots from slot 0 or generation.
 
     Relative values are ratios to policy `ack`. An estimate is None if all trials are censored or the quantity needs
-    Poisson load. `acknowledgement` and `repeats` are for figures, not table columns.
+    Poisson load.
     """
 
     nodes: int

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from missions.runs.results import write_results
@@ -68,6 +70,13 @@ def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
     assert list(report.lines) == []
     assert report.checked["positions"] > 100
     assert report.checked["figures"] > 10
+
+
+def test_of_a_repeated_run_the_last_line_of_the_ledger_counts(tmp_path: Path) -> None:
+    rows = [{"key": "a", "summary": {"seed": 1, "mission_time_s": time_s}, "tables": ""} for time_s in (50.0, 90.0)]
+    (tmp_path / "ledger.jsonl").write_text("".join(f"{json.dumps(row)}\n" for row in rows))
+    pq.write_table(pa.table({"key": ["a"], "seed": [1], "mission_time_s": [90.0]}), tmp_path / "runs.parquet")
+    assert list(verify(tmp_path).lines) == []
 
 
 @pytest.mark.slow
