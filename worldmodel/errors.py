@@ -39,10 +39,8 @@ class QueryError(WorldModelError, ValueError):
 def suggestion(name: str, known: Iterable[str]) -> str:
     """Return the end of an error message that proposes the nearest known name; empty if none is near.
 
-    >>> suggestion("positon", ["position", "location"])
-    "; did you mean 'position'?"
-    >>> suggestion("xyz", ["position", "location"])
-    ''
+    >>> suggestion("positon", ["position", "location"]), suggestion("xyz", ["position", "location"])
+    ("; did you mean 'position'?", '')
     """
     close = difflib.get_close_matches(name, list(known), n=1)
     return f"; did you mean {close[0]!r}?" if close else ""

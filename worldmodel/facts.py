@@ -6,25 +6,21 @@ from typing import NamedTuple, cast
 
 from worldmodel.ontology.fields import Value
 
-Guid = tuple[int, int, int]
-"""(origin, epoch, sequence) of an item or private block, unique in the fleet."""
+Guid = tuple[int, int, int]  # (origin, epoch, sequence) of an item or private block, unique in the fleet
 
 BlockKey = tuple[float, int, int, int]
 """(time_s, origin, epoch, order): total order except for statuses, independent of arrival."""
 
-STATUS = -1
-"""Sequence of every status."""
-EPOCHS = 256
-"""Number of epochs: 0 to 255, one per restart."""
-MOST_ITEMS = 1 << 20
-"""Maximum number of items per origin and epoch; it bounds the cost of a corrupt sequence."""
+STATUS = -1  # sequence of every status
+EPOCHS = 256  # number of epochs: 0 to 255, one per restart
+MOST_ITEMS = 1 << 20  # maximum number of items per origin and epoch; it bounds the cost of a corrupt sequence
 _PRIVATE_ORDER = -(1 << 40)
 
 
 class PropertyValue(NamedTuple):
     """Value of one attribute of one instance.
 
-    ``uncertainty`` is the standard deviation of a number or point, the probability of any other value, or None.
+    ``uncertainty``: standard deviation of a number or point, probability of any other value, or None.
     """
 
     subject: int
@@ -57,12 +53,12 @@ class Block(NamedTuple):
 
     @property
     def guid(self) -> Guid:
-        """(origin, epoch, sequence); not unique for statuses."""
+        """(origin, epoch, sequence); statuses of one origin share it."""
         return (self.origin, self.epoch, self.sequence)
 
     @property
     def key(self) -> BlockKey:
-        """(time_s, origin, epoch, order)."""
+        """Sort key (time_s, origin, epoch, order), independent of arrival."""
         sequence = self.sequence
         # Private blocks count down: mirrored, they sort as recorded, before all others of one time and origin.
         order = sequence if sequence >= STATUS else _PRIVATE_ORDER - sequence
@@ -96,7 +92,7 @@ class Observation(NamedTuple):
 
     @property
     def fact(self) -> PropertyValue:
-        """Observed fact."""
+        """Observed value of a property."""
         return self.block.facts[self.position]
 
     @property
@@ -123,7 +119,7 @@ class Change(NamedTuple):
 
 
 class FaultCode(StrEnum):
-    """Kinds of faults in a block."""
+    """Reasons for refusing or discarding a block."""
 
     UNKNOWN_ORIGIN = "unknown origin"
     BAD_SEQUENCE = "bad sequence"

@@ -67,18 +67,14 @@ def fused(
     shared: float = 0.0,
     at_s: float | None = None,
 ) -> Estimate | None:
-    """Return the estimate from observations of one property, given in any order.
-
-    ``drift``, ``shared`` and ``at_s`` apply to numbers and points only.
+    """Return the estimate from observations of one property, given in any order; FactError for an invalid argument.
 
     Args:
         prior: weight (0 or more) of each truth value or symbol, 0 if not listed; uniform if None.
         independent: False if origins may have adopted values of each other; only the most certain then counts.
-        drift: random walk per square root of a second, in the unit of the attribute; if None, that of the ontology.
-        shared: standard deviation of the error common to one origin, in the unit of the attribute.
+        drift: random walk of numbers and points per square root of a second; None for that of the ontology.
+        shared: standard deviation of the error of numbers and points common to one origin, in their unit.
         at_s: time of the estimate (s); the last observation if None or earlier.
-
-    Raises FactError for an invalid prior, drift or shared error.
     """
     drift = attribute.drift if drift is None else drift
     for name, amount in (("drift", drift), ("shared", shared)):
@@ -195,8 +191,7 @@ def _time_s(weighed: Sequence[Observation]) -> float:
     return max(observation.time_s for observation in weighed)
 
 
-BEYOND_99 = 2.3263478740408408
-"""Quantile of the normal distribution at 0.99."""
+BEYOND_99 = 2.3263478740408408  # quantile of the normal distribution at 0.99
 
 
 class _OriginEstimate(NamedTuple):
@@ -230,7 +225,6 @@ def _estimates(observations: Sequence[Observation], attribute: Attribute) -> dic
 
 
 def _deviation(slots: Iterable[dict[int, _OriginEstimate]]) -> tuple[float, int]:
-    """Return ``Q`` of the module docstring (consistency of origins) and its degrees of freedom."""
     terms, degrees = [], 0
     for estimates in slots:
         if len(estimates) < 2:

@@ -21,10 +21,8 @@ from worldmodel.errors import FactError
 from worldmodel.facts import Block, Guid, Merged, Observation, PropertyValue
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox, ValueKind
 
-BANNED_FROM = "bannedFrom"
-"""Attribute name; without it an ontology has no exclusions."""
-CLOCK_TOLERANCE_S = 1.0
-"""Tolerated lead of an observation time over its arrival (s)."""
+BANNED_FROM = "bannedFrom"  # attribute name; without it an ontology has no exclusions
+CLOCK_TOLERANCE_S = 1.0  # tolerated lead of an observation time over its arrival (s)
 WAITING_S = 600.0
 WAITING_BLOCKS = 64
 
@@ -61,10 +59,7 @@ class PruneRule(NamedTuple):
 
 
 class Keeping(NamedTuple):
-    """Initial facts and acceptance limits of a store; equal at all vehicles of a fleet.
-
-    ``common_facts`` about common instances have neither time nor origin.
-    """
+    """Acceptance limits of a store, and initial facts without time or origin; equal at all vehicles of a fleet."""
 
     clock_tolerance_s: float = CLOCK_TOLERANCE_S
     waiting_s: float = WAITING_S
@@ -96,7 +91,7 @@ class BlockLog:
         return (block for sequence in sorted(self.blocks) if (block := self.blocks[sequence]) is not None)
 
     def put(self, sequence: int, block: Block | None) -> None:
-        """Mark a sequence as arrived and store its block, or None."""
+        """Mark a sequence as arrived; a ``block`` of None has no stored content."""
         self.blocks[sequence] = block
         if sequence >= self.n_whole:
             self.mask |= 1 << sequence - self.n_whole
@@ -118,12 +113,11 @@ class BlockLog:
 
 NOTHING = Merged((), ())
 
-Rank = tuple[bool, int, int]
-"""Creation order of an origin's blocks: items before private blocks, then as recorded."""
+Rank = tuple[bool, int, int]  # creation order of an origin's blocks: items before private blocks, then as recorded
 
 
 class Waiting(NamedTuple):
-    """Pending block: its missing instance, and the start of pending (s)."""
+    """Pending block; ``missing`` is the uid of the instance that it needs, ``since_s`` the start of pending (s)."""
 
     block: Block
     missing: int
@@ -171,7 +165,7 @@ class Arrivals:
         return known is not None and known[1] != class_uid
 
     def forget_all(self) -> None:
-        """Remove all blocks and creations."""
+        """Remove all blocks and classes of creation."""
         self.waiting.clear()
         self.refused.clear()
         self._created.clear()

@@ -1,11 +1,8 @@
 """Inference: classes whose definitions an instance meets, and further links.
 
 Conclusions are a function of the *seen* facts: latest values, asserted types and common facts, without excluded
-origins. They do not depend on the arrival order, and disappear with the values that they depend on. Block checks use
-asserted types only, since the merge must not depend on a view.
-
-``Inference`` reads only the properties that changed, of attributes used by rules. Inferred links are traversed on
-request, not stored.
+origins. They disappear with the values that they depend on, and do not depend on arrival. Block checks use asserted
+types only, since the merge must not depend on a view. Inferred links are traversed on request, not stored.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -17,8 +14,7 @@ from worldmodel.ontology.axioms import CompiledAxioms, ValueCondition
 from worldmodel.ontology.fields import Value
 from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
 
-Slot = tuple[int, int]
-"""(subject, attribute)."""
+Slot = tuple[int, int]  # (subject, attribute)
 
 
 class FactSource(Protocol):
@@ -46,7 +42,6 @@ class Inference:
         touched: set[Slot],
         common_facts: Iterable[PropertyValue] = (),
     ) -> None:
-        """Create the conclusions; the store adds changed properties to the shared set ``touched``."""
         self.rules = tbox.rules
         self.version = 0
         self._seen = seen
@@ -107,7 +102,7 @@ class Inference:
     # Changes -------------------------------------------------------------------------------------
 
     def settle(self) -> None:
-        """Process the changed properties."""
+        """Process the changed properties, and classes and links that may follow from them."""
         # Properties outside all rules are not reported as touched, but their types and links may have changed.
         if self._banned != self._seen.banned:
             self._banned = self._seen.banned

@@ -47,8 +47,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, che
     """Merge local or received blocks in any order; skip known ones.
 
     ``now_s`` is the arrival time (s); None accepts any time and counts pending time from the observation. ``checked``
-    blocks have a form that the decoder guarantees. The result includes blocks that an earlier ``record`` or ``expire``
-    released.
+    blocks have valid form. The result includes blocks that an earlier ``record`` or ``expire`` released.
     """
     arrivals = store.arrivals
     unreported, arrivals.unreported = arrivals.unreported, NOTHING
@@ -66,9 +65,9 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, che
 
 
 def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
-    """Discard blocks pending longer than ``waiting_s`` at ``now_s`` (s); return one fault each.
+    """Discard blocks pending longer than ``waiting_s``, so that they can be received again; return one fault each.
 
-    They can be received again. Their creations no longer count; the next ``merge`` reports released blocks.
+    Their creations no longer count; the next ``merge`` reports released blocks.
     """
     arrivals = store.arrivals
     faults = tuple(
@@ -130,7 +129,6 @@ def _take_status(store: Store, block: Block) -> Merged:
 
 
 def _settle(store: Store, block: Block, since_s: float | None = None) -> Merged:
-    """Accept, suspend or refuse a block of A; then settle the blocks pending for it."""
     merged = _put(store, block, since_s)
     if not merged.changes or not store.arrivals.waiting:
         return merged
@@ -279,7 +277,7 @@ def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, faults
 
 
 def check_fit(store: Store, block: Block) -> CheckResult:
-    """Check the fit of a block of valid form with the store, see the module docstring."""
+    """Check the fit of a block of valid form, as defined in the module docstring."""
     masks = store.index.masks
     for fact in block.facts:
         attribute = store.tbox.attributes[fact.attribute]

@@ -16,17 +16,13 @@ from worldmodel.ontology.tbox import TBox
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """Delivery requirements of a need.
+    """Delivery requirements of a need; raises NeedError unless the blackout is below the time to live.
 
     Attributes:
         time_to_live_s: age beyond which a value is no longer sent (s).
         blackout_s: minimum time between packets of a vehicle with this attribute of an instance (s).
         queue_limit: maximum number of queued items per vehicle; None for the queue's capacity.
         acknowledged: repeat until all interested nodes are known to hold the value, else send once.
-
-    >>> Terms(time_to_live_s=60.0, blackout_s=90.0)
-    Traceback (most recent call last):
-    worldmodel.errors.NeedError: blackout_s is 90 and time_to_live_s is 60; allowed: a blackout below the time to live
     """
 
     time_to_live_s: float = math.inf
@@ -64,8 +60,7 @@ class Terms:
         )
 
 
-PLAIN = Terms()
-"""Default: no limits, longest queued first, acknowledged."""
+PLAIN = Terms()  # default: no limits, longest queued first, acknowledged
 
 
 class Wanted(NamedTuple):
@@ -96,12 +91,7 @@ class Needs(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class InformationNeed:
-    """Need for ``attribute`` values of all instances of ``class_uid``, or of one ``instance``.
-
-    >>> InformationNeed(attribute=3, priority=1, class_uid=2, instance=4)
-    Traceback (most recent call last):
-    worldmodel.errors.NeedError: class_uid is 2 and instance is 4; allowed: exactly one of the two
-    """
+    """Need for ``attribute`` values of all instances of ``class_uid``, or of one ``instance``; NeedError if of both."""
 
     attribute: int
     priority: int

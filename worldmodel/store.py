@@ -34,18 +34,15 @@ from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
 USUAL = Keeping()
 _NONE = (None,)
 
-Slot = tuple[int, int]
-"""(subject, attribute)."""
-StatusSlot = tuple[int, int, int]
-"""(subject, attribute, origin)."""
+Slot = tuple[int, int]  # (subject, attribute)
+StatusSlot = tuple[int, int, int]  # (subject, attribute, origin)
 # Nested, not keyed by pairs, to save memory.
-Slots = dict[int, dict[int, list[Observation]]]
-"""Facts by attribute and subject, oldest first; no list is empty."""
+Slots = dict[int, dict[int, list[Observation]]]  # facts by attribute and subject, oldest first; no list is empty
 EMPTY: dict[int, list[Observation]] = {}
 
 
 def sort_key(observation: Observation) -> tuple[BlockKey, int]:
-    """Return the sort key of a fact."""
+    """Return a key that orders the facts of a property from oldest to latest."""
     return observation.block.key, observation.position
 
 
@@ -120,7 +117,6 @@ class Index:
         return self.apart if self.trust.hides(block.origin, block.time_s) else self.slots
 
     def _decide(self) -> None:
-        """Evaluate the exclusions; redistribute facts of properties observed by origins with a changed one."""
         both, attribute = (self.slots, self.apart), self.trust.attribute
         of_trust = [each for slots in both for entries in slots.get(attribute, EMPTY).values() for each in entries]
         origins = self.trust.decide(of_trust)
@@ -387,10 +383,7 @@ class Store:
     def history(
         self, subject: int, attribute: int, since_s: float | None = None, until_s: float | None = None
     ) -> tuple[Observation, ...]:
-        """Return the observations of a property, oldest first; of statuses only the newest per origin.
-
-        ``since_s`` and ``until_s`` (s) are inclusive; None for no limit.
-        """
+        """Return observations of a time range (s, ends inclusive), oldest first; of statuses the newest per origin."""
         entries = self.index.slots.get(attribute, EMPTY).get(subject, [])
         first = 0 if since_s is None else bisect_left(entries, since_s, key=_time_s)
         end = len(entries) if until_s is None else bisect_right(entries, until_s, key=_time_s)

@@ -21,8 +21,7 @@ from worldmodel.store import EMPTY, Store
 Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
 """Subject, attribute uid, value; optionally the uncertainty of the value."""
 
-PLACES = 16
-"""Number of epochs whose uid ranges start evenly spaced in the range of their owner."""
+PLACES = 16  # number of epochs whose uid ranges start evenly spaced in the range of their owner
 
 
 class WorldModel(Store):
@@ -31,9 +30,9 @@ class WorldModel(Store):
     def record(self, facts: Iterable[Stated], now_s: float, private: bool = False) -> Change:
         """Record facts observed together; accept blocks that were pending for them.
 
-        If all attributes have rm:latestOnly, the block is a status, else an item.
-        Values, uncertainties and ``now_s`` (s since mission start) are rounded to their grids. A ``private`` block is
-        never sent and not part of ``digest``.
+        If all attributes have rm:latestOnly, the block is a status, else an item. Values, uncertainties and ``now_s``
+        (s since mission start) are rounded to their grids. A ``private`` block is never sent and not part of
+        ``digest``.
 
         Returns the block as stored, with those of its facts that are now the latest. If the checks refuse a fact or an
         instance is unknown, raises FactError and records nothing.
@@ -136,7 +135,6 @@ def _prune(store: Store, now_s: float) -> None:
 
 
 def _outdated(entries: list[Observation], before_s: float) -> Iterator[Observation]:
-    """Yield facts of items older than ``before_s`` that are not the newest of their origin."""
     if not entries or entries[0].time_s >= before_s:
         return
     newest: set[int] = set()
@@ -150,10 +148,7 @@ def _outdated(entries: list[Observation], before_s: float) -> Iterator[Observati
 
 
 def remember(model: WorldModel, kept: WorldModel, now_s: float) -> Merged:
-    """Copy the contents of ``kept`` to the empty ``model`` of a new epoch.
-
-    Pending blocks stay pending. The result covers items and statuses, not private blocks.
-    """
+    """Copy the contents of ``kept`` to the empty ``model`` of a new epoch; the result omits private blocks."""
     private, blocks = list(kept.private_blocks()), []
     # Private blocks first, in a merge of their own: the result covers the others only.
     merge(model, private, _by(private, now_s))

@@ -37,10 +37,6 @@ def read_tbox(*files: Path | Source) -> TBox:
 
     Uids follow the string order of the IRIs over all files, after ``type`` with uid 0. An added file can shift them, so
     all vehicles of a fleet must read the same files. Duplicates count once; equal texts return the same object.
-
-    >>> tbox = read_tbox(*core_ontology_paths())
-    >>> tbox.attribute_named("type").uid, tbox.class_named("ASV").uid < tbox.class_named("AUV").uid
-    (0, True)
     """
     sources, faults = [], []
     for file in files:

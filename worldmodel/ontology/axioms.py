@@ -48,7 +48,6 @@ class CompiledAxioms:
     """Compiled axioms. Masks have bit c for class c, followed by one bit per condition.
 
     Attributes:
-        conditions: of sufficient definitions; ``bit_of`` returns their bits.
         superclasses: mask of all classes and conditions of the instances of each class, itself included.
         entailed: links that follow from a link of each attribute: (attribute, reversed), itself first.
         sources: inverse of ``entailed``: attributes whose links entail one of each attribute.
@@ -150,12 +149,10 @@ class CompiledAxioms:
         }
 
 
-Entailed = tuple[tuple[int, bool], ...]
-"""Attributes of the links that follow from a link, each with True if reversed."""
+Entailed = tuple[tuple[int, bool], ...]  # attributes of the links that follow from a link, each with True if reversed
 
 
 def _entailments(n_attributes: int, axioms: Axioms) -> tuple[Entailed, ...]:
-    """Return the entailments by inverses and super-attributes, for each attribute; itself first."""
     steps: list[set[tuple[int, bool]]] = [set() for _ in range(n_attributes)]
     for a, b in axioms.inverses:
         steps[a].add((b, True))

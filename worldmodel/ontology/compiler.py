@@ -52,8 +52,7 @@ SIT = Namespace("https://w3id.org/remoras/situation#")
 RM = Namespace("https://w3id.org/remoras/marine#")
 BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
 ANNOTATIONS = frozenset({*BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability, RM.drift, RM.maxBytes})
-SIGMAS = 64
-"""Number of standard deviations of a value: multiples of ``rm:sigma`` in six bits."""
+SIGMAS = 64  # number of standard deviations of a value: multiples of ``rm:sigma`` in six bits
 
 QUDT_UNITS = "http://qudt.org/vocab/unit/"
 _SYMBOLS = {
@@ -221,7 +220,6 @@ def _redefinitions(parsed: Parsed) -> Iterator[str]:
 
 
 def _stated_subjects(graph: Graph, classes: Set[Node]) -> Iterator[Node]:
-    """Yield instances of ``classes`` or owl:NamedIndividual outside the situation vocabulary."""
     for subject in set(graph.subjects(unique=True)) - classes:
         kinds = set(graph.objects(subject, RDF.type))
         if not str(subject).startswith(SIT) and (OWL.NamedIndividual in kinds or kinds & classes):
@@ -331,7 +329,6 @@ class _Reader:
         return compiled
 
     def _parents_of(self, iri: Node) -> Iterator[int]:
-        """Yield the named direct superclasses of a class, those in its definitions included."""
         for predicate in (RDFS.subClassOf, OWL.equivalentClass):
             for target in self.graph.objects(iri, predicate):
                 if predicate == OWL.equivalentClass and target in self.class_uid:
@@ -602,16 +599,11 @@ def _stored(attribute: Attribute, term: Node) -> Value | None:
 
 # Annotations of attributes ---------------------------------------------------------------------------
 
-Fault = Callable[[Node, str, str], None]
-"""Fault handler: subject, fault, allowed values."""
+Fault = Callable[[Node, str, str], None]  # fault handler: subject, fault, allowed values
 
 
 def symbol_of(iri: str) -> str | None:
-    """Return the symbol of a QUDT unit, or its name if not listed; None for other IRIs.
-
-    >>> symbol_of("http://qudt.org/vocab/unit/M"), symbol_of("http://qudt.org/vocab/unit/NanoFARAD"), symbol_of("m")
-    ('m', 'NanoFARAD', None)
-    """
+    """Return the symbol of a QUDT unit, such as ``m``, or its name if not listed; None for other IRIs."""
     name = iri.removeprefix(QUDT_UNITS)
     return None if not name or name == iri else _SYMBOLS.get(name, name)
 

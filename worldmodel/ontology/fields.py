@@ -1,8 +1,8 @@
 """Numbers on a grid with bounds and integer codes; bounded texts.
 
-Two vehicles hold the same value only if they hold the same double. The stored value is the double nearest to the
-decimal ``minimum + index * resolution``, computed in exact integers and rounded once. Sizes follow the DCCL rule
-(Schneider and Schmidt 2010, table of field encodings): ceil(log2((maximum - minimum) / resolution + 1)) bits.
+Two vehicles hold the same value only if they hold the same double: the one nearest to ``minimum + index * resolution``,
+computed in exact integers and rounded once. Sizes follow the DCCL rule (Schneider and Schmidt 2010, table of field
+encodings): ceil(log2((maximum - minimum) / resolution + 1)) bits.
 """
 
 import math
@@ -10,10 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 Value = float | int | bool | str | tuple[float, float]
-"""Stored value of an attribute.
-
-TYPE: class uid. NUMBER: float. POINT: (east, north). BOOLEAN: bool. SYMBOL: index. TEXT: str. LINK: instance uid.
-"""
+"""Stored value: uid of a TYPE or LINK, float, bool, str, (east, north) of a POINT, index of a SYMBOL."""
 
 # Above 2**50 steps the rounding error of a double reaches the step: an index would not survive the round trip.
 _MOST_STEPS = 2**50
@@ -21,12 +18,10 @@ _MOST_STEPS = 2**50
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Decimal numbers ``start + index * step``.
+    """Decimal numbers ``start + index * step``: equal on all vehicles, unlike sums of doubles.
 
-    >>> Grid(0.0, 0.1).value_at(3)
-    0.3
-    >>> Grid(0.0, 0.1).index_of(0.3)
-    3
+    >>> Grid(0.0, 0.1).value_at(3), Grid(0.0, 0.1).index_of(0.3)
+    (0.3, 3)
     """
 
     start: float
@@ -63,10 +58,8 @@ class Field:
     """Bounded number with resolution and unit.
 
     >>> tenths = Field(0, 1000, 0.1, "m")
-    >>> tenths.n_values, tenths.size_bits
-    (10001, 14)
-    >>> tenths.encode(12.34), tenths.decode(123), tenths.quantise(12.34)
-    (123, 12.3, 12.3)
+    >>> tenths.size_bits, tenths.encode(12.34), tenths.decode(123), tenths.quantise(12.34)
+    (14, 123, 12.3, 12.3)
     """
 
     minimum: float
@@ -75,9 +68,7 @@ class Field:
     unit: str
     n_values: int = field(init=False, repr=False, compare=False)
     size_bits: int = field(init=False, repr=False, compare=False)
-    """Size on the wire (bits)."""
     grid: Grid = field(init=False, repr=False, compare=False)
-    """Grid from ``minimum`` in steps of ``resolution``, without bounds."""
 
     def __post_init__(self) -> None:
         bounds = (self.minimum, self.maximum, self.resolution)
@@ -127,21 +118,13 @@ class Field:
         return self.decode(self.encode(value))
 
 
-LONGEST_BYTES = 255
-"""Maximum length (bytes) that an attribute may allow; packets are small."""
+LONGEST_BYTES = 255  # maximum length (bytes) that an attribute may allow; packets are small
 _CONTROLS = frozenset(map(chr, (*range(0x20), *range(0x7F, 0xA0), 0xFFFE, 0xFFFF)))
 """Characters that XML forbids or that end a line."""
 
 
 def bytes_of(text: object, most_bytes: int) -> bytes:
-    """Return a text in UTF-8; raises TypeError, or ValueError by length or forbidden characters.
-
-    >>> bytes_of("Täufer", 8)
-    b'T\\xc3\\xa4ufer'
-    >>> bytes_of("Täufer", 6)
-    Traceback (most recent call last):
-    ValueError: 'Täufer' takes 7 bytes of UTF-8; allowed: at most 6
-    """
+    """Return a text in UTF-8; raises TypeError, or ValueError by length or forbidden characters."""
     if not isinstance(text, str):
         raise TypeError(f"{text!r} is not a string")
     if not _CONTROLS.isdisjoint(text):
@@ -153,11 +136,7 @@ def bytes_of(text: object, most_bytes: int) -> bytes:
 
 
 def decoded_text(data: bytes, most_bytes: int) -> str:
-    """Decode a text from UTF-8; raises ValueError if it is invalid.
-
-    >>> decoded_text(b"T\\xc3\\xa4ufer", 8)
-    'Täufer'
-    """
+    """Decode a text from UTF-8; raises ValueError if it is invalid or longer than ``most_bytes``."""
     text = data.decode()
     bytes_of(text, most_bytes)
     return text

@@ -1,7 +1,7 @@
 """TBox as used by a vehicle: classes and attributes with short uids, compiled to tables.
 
-The TBox is fixed for a mission and equal on all vehicles ("a unique but short UID will be created for every class in
-the TBox", Maurelli et al., TDMA exchange policies, section 4). Built in are the class ``Thing`` (owl:Thing) and the
+It is fixed for a mission and equal on all vehicles ("a unique but short UID will be created for every class in the
+TBox", Maurelli et al., TDMA exchange policies, section 4). Built in are the class ``Thing`` (owl:Thing) and the
 attribute ``type`` (rdf:type), uid 0.
 """
 
@@ -300,8 +300,7 @@ def reaching(tbox: TBox, reach_m: float) -> TBox:
     """Return a TBox whose points reach at least ``reach_m`` from the map origin; ``tbox`` itself if it suffices.
 
     >>> from worldmodel import core_ontology_paths, read_tbox
-    >>> tbox = read_tbox(*core_ontology_paths())
-    >>> position = reaching(tbox, 55_000.0).attribute_named("position")
+    >>> position = reaching(read_tbox(*core_ontology_paths()), 55_000.0).attribute_named("position")
     >>> [str(field.maximum) for field in position.fields], [field.size_bits for field in position.fields]
     (['60000.0', '60000.0'], [18, 18])
     """

@@ -1,7 +1,4 @@
-"""SPARQL over world models, with a time limit.
-
-An alarm signal interrupts Python code, regular expressions included, in the main thread of a Unix process.
-"""
+"""SPARQL over world models; the time limit is an alarm signal, so it needs the main thread of a Unix process."""
 
 from __future__ import annotations
 
@@ -43,9 +40,9 @@ def query(
     """Evaluate a SPARQL query on the knowledge of one vehicle, or of each of several; return column names and rows.
 
     The prefixes of the ontology files, ``sit:``, ``rm:`` and ``run:`` are bound. Several models, by vehicle name, are
-    queried one by one and add the first column ``vehicle``; ASK gives the column ``answer``.
-    Instances appear by name, other IRIs as ``rm:Vehicle``, points as ``POINT (3.5 4.0)``, unbound variables as None.
-    Raises QueryError for any other text, or for a variable ``?vehicle`` with several models.
+    queried one by one and add the first column ``vehicle``; ASK gives the column ``answer``. Instances appear by name,
+    other IRIs as ``rm:Vehicle``, points as ``POINT (3.5 4.0)``, unbound variables as None. Raises QueryError for any
+    other text, or for a variable ``?vehicle`` with several models.
     """
     if not isinstance(known, Mapping):
         return _answer(known, sparql, most_rows)
@@ -137,8 +134,7 @@ class _Shown:
         return value if value is None or isinstance(value, (bool, int, float)) else str(value)
 
 
-AGAIN_S = 0.5
-"""Interval (s) at which the alarm repeats, since rdflib may catch the first."""
+AGAIN_S = 0.5  # interval (s) at which the alarm repeats, since rdflib may catch the first
 
 
 class _TimeIsUp(BaseException):
