@@ -1,8 +1,4 @@
-"""Figures of runs and studies, and exports of runs; importing this does not load matplotlib.
-
-Entry points: ``runs.drawing.draw_run_figures``, ``sweeps.comparison.draw_sweep_figures``, ``policies.write_figure``,
-``exports.export``.
-"""
+"""Figures of runs and studies, and exports of runs. Importing this does not load matplotlib."""
 
 from visualisation.output import FORMATS, KINDS, SWEEP_KINDS, DrawingError, Drawn, ExportError, VisualisationError
 

@@ -1,8 +1,4 @@
-"""Colours of figures and of the replay page, with one meaning each.
-
-Colour-blind safe palette of Okabe and Ito (Color Universal Design, 2008); wine and indigo are from Tol's "muted" scheme
-(2021).
-"""
+"""Colours of figures and replay: palette of Okabe and Ito (2008), wine and indigo of Tol's "muted" scheme (2021)."""
 
 from __future__ import annotations
 
@@ -20,7 +16,4 @@ INDIGO = "#332288"
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
 """Colours of series, in order, without yellow, which is invisible as a line on white paper."""
 VEHICLES = (*COLOURS[:-1], WINE, INDIGO)
-"""Eight distinct colours of vehicles, in figures and replay.
-
-In figures black is the fleet, yellow a place or milestone, grey (darker is worse) a share or an age.
-"""
+"""Vehicle colours; black is the fleet, yellow a place or milestone, grey a share or an age (darker is worse)."""

@@ -16,14 +16,10 @@ if TYPE_CHECKING:
     from exchange.channel.network import Network
 
 BODY_IN, RANGES_IN, LONGEST_NAME_IN = 2.9, 2.0, 1.2
-BEND = 0.12
-"""Curvature of the two directions of a link, as a share of its length."""
-WIDEST_PT = 1.8
-"""Width of an arrow without loss."""
-NODE_PT = 21.0
-"""Diameter of a node, which contains its name and depth."""
-DARK = 0.6
-"""Loss from which numbers are white."""
+BEND = 0.12  # curvature of the two directions of a link, as a share of its length
+WIDEST_PT = 1.8  # width of an arrow without loss
+NODE_PT = 21.0  # diameter of a node, which contains its name and depth
+DARK = 0.6  # loss from which numbers are white
 
 
 def network_contents(network: Network, format: str) -> list[tuple[str, bytes]]:
@@ -64,7 +60,6 @@ def _over_range(axes: Axes, network: Network) -> None:
 
 
 def _map(axes: Axes, network: Network) -> None:
-    """Nodes and one arrow per directed link: wider for less loss, curved to its left."""
     at_m = {node.name: node.position_m for node in network.node if node.position_m is not None}
     for (sender, receiver), per in network.per.items():
         if per < 1.0:
@@ -100,7 +95,6 @@ def _map(axes: Axes, network: Network) -> None:
 
 
 def _matrix(axes: Axes, network: Network) -> None:
-    """Grey matrix of losses, darker for more: rows send, columns receive."""
     names = [node.name for node in network.node]
     n = len(names)
     labels = [style.fitted(name, LONGEST_NAME_IN, style.SMALL_PT) for name in names]

@@ -51,11 +51,9 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "tdma": ("packets",),
     "links": ("links",),
 }
-"""Kinds of run figures, with the tables that each needs; missions may declare more."""
 SWEEP_KINDS = ("differences", "trade-off", "ranking", "overview")
 """Kinds of sweep figures, besides one chart per metric."""
-FACTORIAL_KINDS = ("effects",)
-"""Kinds of figures of a factorial study; by default they replace all others."""
+FACTORIAL_KINDS = ("effects",)  # kinds of figures of a factorial study; by default they replace all others
 
 
 NAME = "remoras"
@@ -116,10 +114,7 @@ def as_csv(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
 
 
 def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
-    """Write files into a folder, created if missing; return their paths.
-
-    Raises DrawingError if output failed; existing files are unchanged then, no partial file remains.
-    """
+    """Write files into a folder, created if missing; on DrawingError, existing files are unchanged."""
     if folder.exists() and not folder.is_dir():
         raise DrawingError(f"{folder}: is a file; name a folder")
     path, paths = folder, list[Path]()

@@ -1,7 +1,7 @@
-"""Page of a figure: constrained layout by Matplotlib, with its height fitted to the panels; labels without overlaps.
+"""Page of a figure: Matplotlib fits panels into a page; this fits the page to its panels, then freezes the layout.
 
 Papers show figures in true size, so legibility is a matter of inches: a row of text needs 0.15 in for two vehicles or
-sixteen. Matplotlib fits panels into a page; this fits the page to its panels and then freezes the layout.
+sixteen.
 """
 
 from __future__ import annotations
@@ -21,14 +21,10 @@ from visualisation import style
 
 Edge = Literal["outside lower center", "outside upper center"]
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
-BODY_GUESS_IN = 4.0
-"""Initial height of everything outside panel bodies."""
-LABEL_ROOM_IN = 2.5
-"""Maximum width of a legend entry."""
-PASSES, EXACT_IN = 4, 0.002
-"""Maximum number of layout passes, and their tolerance."""
-OVER_IN = 0.1
-"""Allowed excess of a vertical label over its axis."""
+BODY_GUESS_IN = 4.0  # initial height of everything outside panel bodies
+LABEL_ROOM_IN = 2.5  # maximum width of a legend entry
+PASSES, EXACT_IN = 4, 0.002  # maximum number of layout passes, and their tolerance
+OVER_IN = 0.1  # allowed excess of a vertical label over its axis
 UNIT = re.compile(r" \([^()]*\)$")
 
 
@@ -60,10 +56,7 @@ def legend(
     room_in: float = LABEL_ROOM_IN,
     **look: Any,
 ) -> None:
-    """Add a legend outside the panels, with as many columns as fit; no effect without entries.
-
-    ``room_in`` is the maximum width of a label; ``look`` passes to Matplotlib.
-    """
+    """Add a legend outside the panels in as many columns as fit, labels up to ``room_in``; none without entries."""
     if not entries:
         return
     width_in = figure.get_figwidth()
@@ -138,9 +131,9 @@ class Label(NamedTuple):
 
 
 def place_labels(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple[float, float]]) -> None:
-    """Place all labels that fit, most important first, shortened if necessary; omit the others.
+    """Place all labels that fit, most important first, shortened if necessary, none over a point of ``keep_clear``.
 
-    ``axes`` has its final limits and position. No label covers a point of ``keep_clear`` (data coordinates).
+    ``axes`` has its final limits and position; points are in data coordinates.
     """
     inch_px, frame = axes.figure.dpi, axes.get_window_extent()
     taken = [Bbox([point, point]).padded(inch_px / 24) for point in map(axes.transData.transform, keep_clear)]

@@ -1,8 +1,7 @@
 """Figures of the policy study, their data as CSV, and captions.
 
 Unloaded exchange (one item, no competing traffic): times relative to ACK on the left, as in the paper, absolute times
-on the right. Loaded exchange: results over offered load. Colour shows the acknowledgement; line style and marker fill
-show repeats.
+on the right. Colour shows the acknowledgement; line style and marker fill show repeats.
 """
 
 from __future__ import annotations
@@ -52,10 +51,10 @@ LOADED = (
 
 
 def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:
-    """Return names and contents of figure, caption and CSV of a study.
+    """Return names and contents of figure, caption and CSV of a study; DrawingError for an unknown kind, or no rows.
 
     ``kind`` is `delivered`, `source`, `senders` or `loaded`; for the last, ``rows`` are of studies that differ in their
-    rate only. Raises DrawingError for an unknown kind or format, or no rows.
+    rate only.
     """
     if kind not in (*UNLOADED, "loaded"):
         raise unknown("kind of figure", kind, (*UNLOADED, "loaded"))

@@ -37,10 +37,7 @@ class ModemReach(NamedTuple):
 
 
 def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list[tuple[str, bytes]]:
-    """Return names and contents of figure, caption and CSV; DrawingError for an unknown format.
-
-    ``sea`` describes water, noise and fading in the caption.
-    """
+    """Return names and contents of figure, caption and CSV; ``sea`` describes water, noise, fading in the caption."""
     check_format(format)
     figure, caption = reach_figure(reaches), reach_caption(reaches, sea)
     return style.contents(NAME, format, figure, caption, reach_csv(reaches))

@@ -29,11 +29,7 @@ class Span(NamedTuple):
 
 
 def spans(events: Iterable[tuple[float, bool]], last_s: float = math.inf) -> list[Span]:
-    """Return the intervals between begin and end events; an unfinished one lasts to ``last_s``.
-
-    >>> spans([(1.0, True), (2.0, True), (5.0, False), (7.0, True)], 9.0)
-    [Span(start_s=1.0, end_s=5.0), Span(start_s=7.0, end_s=9.0)]
-    """
+    """Return the intervals between begin and end events; an unfinished one lasts to ``last_s``."""
     closed: list[Span] = []
     since_s: float | None = None
     for time_s, begins in events:
@@ -80,11 +76,7 @@ def outages(results: RunResults) -> dict[str, list[Span]]:
 
 
 def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
-    """Return the parts of an interval outside all outages.
-
-    >>> outside(0.0, 10.0, [Span(2.0, 4.0), Span(9.0, math.inf)])
-    [Span(start_s=0.0, end_s=2.0), Span(start_s=4.0, end_s=9.0)]
-    """
+    """Return the parts of an interval outside all outages."""
     parts = [Span(start_s, end_s)]
     for gap in out:
         cut = [[(start, min(end, gap.start_s)), (max(start, gap.end_s), end)] for start, end in parts]
@@ -94,7 +86,6 @@ def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
 
 Floats = NDArray[np.float64]
 RoleKey = tuple[str, str]
-"""Group and role."""
 
 
 class PlanTrack(NamedTuple):
@@ -192,10 +183,7 @@ def end_s(results: RunResults) -> float:
 
 
 def tenures(results: RunResults) -> dict[str, list[Tenure]]:
-    """Return the roles of every vehicle by group, in order of first appearance.
-
-    No role is active during an outage.
-    """
+    """Return the roles of every vehicle by group, in order of first appearance; none is active during an outage."""
     events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicle_names(results)}
     groups: dict[str, int] = {}
     for row in results.rows("roles"):
@@ -240,11 +228,7 @@ def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, F
 
 
 def marker_step_s(length_s: float) -> float:
-    """Return a round interval for at most ten track markers in ``length_s``.
-
-    >>> marker_step_s(2062.0)
-    300.0
-    """
+    """Return a round interval for at most ten track markers in ``length_s``, such as 300 s for 2062 s."""
     steps_s = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
     return float(next((step for step in steps_s if length_s / step <= 10), length_s))
 
@@ -252,11 +236,7 @@ def marker_step_s(length_s: float) -> float:
 def packets_refused(
     packets: Sequence[Mapping[str, Any]], refusals: Iterable[Mapping[str, Any]]
 ) -> Iterator[tuple[int, str]]:
-    """Yield the index of each refused packet and the refusing vehicle.
-
-    The fields of a refused packet may be wrong, so it is matched by arrival time, else by slot. Refusals of foreign
-    packets are skipped.
-    """
+    """Yield the index of each refused packet and the refusing vehicle; refusals of foreign packets are skipped."""
     arrived: dict[tuple[str, float], int] = {}
     slots: dict[tuple[str, int], int] = {}
     for index, row in enumerate(packets):
@@ -265,6 +245,7 @@ def packets_refused(
             arrived[receiver, time_s] = index
     for row in refusals:
         vehicle = row["vehicle"]
+        # Fields of a refused packet may be wrong: the arrival time decides, else the slot.
         packet = arrived.get((vehicle, row["time_s"]), slots.get((vehicle, row["slot"])))
         if packet is not None:
             yield packet, vehicle

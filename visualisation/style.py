@@ -1,7 +1,4 @@
-"""Common style of figures: widths, font sizes, colours, and rendering to files.
-
-Each series also has a line style and marker, for greyscale print.
-"""
+"""Common style of figures. Each series also has a line style and marker, for greyscale print."""
 
 from __future__ import annotations
 
@@ -22,15 +19,12 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from visualisation import colours
 
-COLUMN_IN = 3.5
-"""Width of a figure in one column of a paper."""
-PAGE_IN = 7.2
-"""Width of a figure over both columns."""
+COLUMN_IN = 3.5  # width of a figure in one column of a paper
+PAGE_IN = 7.2  # width of a figure over both columns
 
-TEXT_PT = 8.0
-SMALL_PT = 7.0
-TINY_PT = 6.0
-"""Font sizes: labels and titles; ticks, legends and notes; smallest legible size."""
+TEXT_PT = 8.0  # labels and titles
+SMALL_PT = 7.0  # ticks, legends and notes
+TINY_PT = 6.0  # smallest legible size
 
 BLACK, BLUE, GREEN = colours.BLACK, colours.BLUE, colours.GREEN
 YELLOW, VERMILLION = colours.YELLOW, colours.VERMILLION
@@ -42,8 +36,7 @@ LINES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (1.2, 1)), (0, (5, 1.2, 1.2, 1
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 
 DPI = 300
-LEGEND_HANDLE_IN = 0.5
-"""Width of a legend column beyond its widest label."""
+LEGEND_HANDLE_IN = 0.5  # width of a legend column beyond its widest label
 _SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": TEXT_PT,
@@ -99,33 +92,19 @@ class Look(NamedTuple):
 
 
 def look(number: int) -> Look:
-    """Return the style of series ``number`` from 0; the first 28 differ in colour and line style.
-
-    >>> len({look(number)[:2] for number in range(28)})
-    28
-    """
+    """Return the style of series ``number`` from 0; the first 28 differ in colour and line style."""
     return Look(COLOURS[number % len(COLOURS)], LINES[number % len(LINES)], MARKERS[number % len(MARKERS)])
 
 
 def vehicle_look(number: int) -> Look:
-    """Return the style of vehicle ``number`` from 0, in all figures of a run; 32 differ.
-
-    >>> vehicle_look(0) == look(0), vehicle_look(6).colour == BLACK
-    (True, False)
-    >>> len({vehicle_look(number)[:2] for number in range(32)})
-    32
-    """
+    """Return the style of vehicle ``number`` from 0, in all figures of a run; the first 32 differ."""
     # Each turn through the colours shifts the lines, so that vehicles of one colour differ.
     turn, place = divmod(number, len(VEHICLES))
     return Look(VEHICLES[place], LINES[(place + turn) % len(LINES)], MARKERS[number % len(MARKERS)])
 
 
 def tint(colour: str, strength: float) -> tuple[float, float, float]:
-    """Mix ``colour`` with white: strength 1 is the colour, 0 is white.
-
-    >>> tint("#000000", 0.2)
-    (0.8, 0.8, 0.8)
-    """
+    """Mix ``colour`` with white: strength 1 is the colour, 0 is white."""
     red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return tuple(round(1 - strength * (1 - part), 4) for part in (red, green, blue))  # type: ignore[return-value]
 
@@ -138,11 +117,7 @@ def width_in(text: str, size_pt: float, weight: str = "normal") -> float:
 
 
 def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal") -> str:
-    r"""Shorten ``text`` to ``room_in`` inches with an ellipsis; escape dollar signs.
-
-    >>> fitted("US$ 5", 2.0, 7.0)
-    'US\\$ 5'
-    """
+    """Shorten ``text`` to ``room_in`` inches with an ellipsis; escape dollar signs."""
     shown = text
     while len(shown) > 1 and width_in(shown, size_pt, weight) > room_in:
         shown = shown.removesuffix("\u2026")[:-1].rstrip() + "\u2026"

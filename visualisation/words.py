@@ -4,43 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-REPEAT = "-repeat"
-"""Suffix of a policy under which others repeat items."""
+REPEAT = "-repeat"  # suffix of a policy under which others repeat items
 
 
 def axis(label: str, unit: str = "") -> str:
-    """Return an axis label with its unit; ``1`` is no unit.
-
-    >>> axis("time", "s"), axis("packet error rate"), axis("share", "1")
-    ('time (s)', 'packet error rate', 'share')
-    """
+    """Return an axis label with its unit, such as ``time (s)``; ``1`` is no unit."""
     return f"{label} ({unit})" if unit not in ("", "1") else label
 
 
 def time(time_s: float) -> str:
-    """Format a mission time.
-
-    >>> time(2061.96), time(7.25)
-    ('2062 s', '7.2 s')
-    """
+    """Format a mission time, as ``2062 s`` from 100 s on, ``7.2 s`` below."""
     return f"{time_s:.0f} s" if time_s >= 100 else f"{time_s:.1f} s"
 
 
 def listed(names: Sequence[str]) -> str:
-    """Join names with commas and a final "and".
-
-    >>> listed(["a", "b", "c"])
-    'a, b and c'
-    """
+    """Join names, as in ``a, b and c``."""
     return ", ".join(names[:-1]) + f" and {names[-1]}" if len(names) > 1 else names[0]
 
 
 def named_all(what: str, names: Iterable[str], several: str = "") -> str:
-    """Return a noun with its distinct names; ``several`` is its plural.
-
-    >>> named_all("policy", ["ack", "m-ack", "ack"], "policies")
-    'policies ack, m-ack'
-    """
+    """Return a noun with its distinct names, as in ``policies ack, m-ack``; ``several`` is its plural."""
     distinct = list(dict.fromkeys(names))
     return f"{what if len(distinct) == 1 else several or what + 's'} {', '.join(distinct)}"
 
@@ -51,11 +34,7 @@ def capital(text: str) -> str:
 
 
 def within(text: str) -> str:
-    """Lower the first letter unless text begins with an abbreviation.
-
-    >>> within("Mission time"), within("PER")
-    ('mission time', 'PER')
-    """
+    """Lower the first letter unless text begins with an abbreviation, such as PER."""
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]
 
 

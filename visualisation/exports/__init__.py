@@ -1,7 +1,4 @@
-"""Export formats by name, and atomic export of a run.
-
-Libraries load on use. Output is written under a draft name, then renamed.
-"""
+"""Export formats by name. Libraries load on use; output is written under a draft name, then renamed."""
 
 from __future__ import annotations
 
@@ -20,24 +17,18 @@ if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
 __all__ = ["FORMATS", "Exported", "Selection", "export", "export_path"]
-Counts = Mapping[str, int]
-"""Number of messages, rows or features by topic, table or kind."""
+Counts = Mapping[str, int]  # number of messages, rows or features by topic, table or kind
 
 
 Writer = Callable[[Voyage, Path], Counts]
-"""Function ``write`` of each format module: write a run to a file or folder that does not exist yet, return the counts.
+"""Function ``write`` of a format module: write a run to a path that does not exist yet, return the counts.
 
 It raises ExportError if the format cannot represent the run, OSError if output failed.
 """
 
 
 class FormatOfExport(NamedTuple):
-    """Format of an export.
-
-    ``ending`` is the file suffix, empty for a folder; ``libraries`` are additional packages; ``needs_datum``: it
-    supports only latitude and longitude; ``of_knowledge``: RDF, the knowledge of vehicles instead of the course of the
-    run.
-    """
+    """Export format; ``ending`` is empty for a folder, ``of_knowledge`` marks RDF of vehicles' knowledge, not runs."""
 
     ending: str
     libraries: tuple[str, ...] = ()
@@ -53,8 +44,7 @@ FORMATS: Mapping[str, FormatOfExport] = {
     **{name: FormatOfExport(f".{name}", of_knowledge=True) for name in ("ttl", "trig", "jsonld", "nt")},
 }
 """All formats, each with a module of its name; those of knowledge share the module ``rdf``."""
-STEM = "run"
-"""Default output name without suffix."""
+STEM = "run"  # default output name without suffix
 
 
 class Exported(NamedTuple):
@@ -109,13 +99,7 @@ def of_name(format: str) -> FormatOfExport:
 
 
 def export_path(folder: Path, format: str, selection: Selection = ALL) -> Path:
-    """Return the default output path, within the folder of the run.
-
-    >>> export_path(Path("r"), "mcap").as_posix(), export_path(Path("r"), "csv").as_posix()
-    ('r/run.mcap', 'r/run-csv')
-    >>> export_path(Path("r"), "nt", Selection("AUV01", items=True)).as_posix()
-    'r/items-AUV01.nt'
-    """
+    """Return the default path in a run's folder, such as ``run.mcap``, ``run-csv`` or ``items-AUV01.nt``."""
     chosen, stem = of_name(format), STEM
     if chosen.of_knowledge:
         stem = ("items" if selection.items else "knowledge") + (f"-{selection.vehicle}" if selection.vehicle else "")

@@ -1,7 +1,4 @@
-"""CSV export: one file per table, with units in column names.
-
-Lists are joined by ``;``. Numbers have the fewest digits that restore them.
-"""
+"""CSV export: one file per table, with units in column names; lists are joined by ``;``."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""GeoJSON export (RFC 7946): tracks with times, places and milestones.
-
-Positions are longitude, latitude and height (negative depth). A track with one record is a point.
-"""
+"""GeoJSON export (RFC 7946): tracks, places and milestones as longitude, latitude and height (negative depth)."""
 
 from __future__ import annotations
 
@@ -15,8 +12,7 @@ import numpy as np
 from visualisation.exports import Counts
 from visualisation.exports.voyage import Datum, Voyage, VoyageTrack
 
-TRACK, PLACE, MILESTONE = "track", "place", "milestone"
-"""Property ``kind`` of features."""
+TRACK, PLACE, MILESTONE = "track", "place", "milestone"  # property ``kind`` of features
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
@@ -85,6 +81,5 @@ def _milestones(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:
 
 
 def _doubled_size_m2(corners: list[tuple[float, float]]) -> float:
-    """Return twice the signed surface of a polygon (m2), positive if anticlockwise."""
     following = [*corners[1:], corners[0]]
     return sum(x * other_y - other_x * y for (x, y), (other_x, other_y) in zip(corners, following, strict=True))

@@ -47,7 +47,6 @@ METADATA = "remoras"
 STRING = "std_msgs/msg/String"
 PACKET = "remoras_msgs/msg/Packet"
 PACKET_FIELDS = ("slot", "sender", "size_bits", "items", "acks", "receivers", "lost_by")
-"""Columns of a packet in its message, behind the times."""
 TYPES = "messages.msg"
 """Definitions of the packet and of ``foxglove_msgs``, embedded in the output; Foxglove requires these names."""
 
@@ -55,16 +54,12 @@ INFO, WARNING = 2, 3
 LOOP, PAIRS = 1, 2
 LINE_PX = 2.0
 HEARD, LOST = style.GREEN, style.VERMILLION
-"""Colours of packet links in the scene."""
-LINK_S = 1.5
-"""Display time of packet links."""
-VEHICLE_M = (6.0, 2.0, 2.0)
-"""Length, width and height of a vehicle in the scene, enlarged for visibility at 1 km."""
+LINK_S = 1.5  # display time of packet links
+VEHICLE_M = (6.0, 2.0, 2.0)  # length, width and height of a vehicle in the scene, enlarged for visibility at 1 km
 LABEL_PX, LABEL_UP_M = 14.0, 6.0
 NS_PER_S = 1_000_000_000
 
-PointM = tuple[float, float, float]
-"""x east, y north, z up."""
+PointM = tuple[float, float, float]  # x east, y north, z up
 
 
 class Pose(NamedTuple):
@@ -131,11 +126,7 @@ def topic_names(vehicles: Iterable[str]) -> dict[str, str]:
 
 
 def nanoseconds(time_s: float) -> int:
-    """Convert mission time to nanoseconds; negative times become 0.
-
-    >>> nanoseconds(1.8)
-    1800000000
-    """
+    """Convert mission time to nanoseconds; negative times become 0."""
     return max(0, round(time_s * NS_PER_S))
 
 
@@ -227,7 +218,6 @@ class _Messages:
                 yield self._entity(0, name, name, colour, "text", [(0.0, 0.0, LABEL_UP_M)], vehicle)
 
     def _links(self, where: Mapping[str, PointM], packet: Mapping[str, Any]) -> list[Any]:
-        """Lines from sender to receivers, and half-way to vehicles that lost the packet."""
         start, name = where[packet["sender"]], self._names[packet["sender"]]
         ends = [where[receiver] for receiver in packet["receivers"] if receiver in where]
         broken = [where[v] for v in packet["lost_by"] if v in where]
@@ -244,10 +234,7 @@ class _Messages:
         self, time_ns: int, frame: str, name: str, colour: str, shape: str, points_m: Sequence[PointM], text: str = "",
         lifetime_s: float = 0.0,
     ) -> Any:  # fmt: skip
-        """Scene entity in one colour: ``loop``, ``pairs`` of points, ``box`` or ``text``.
-
-        It replaces an entity of equal name; a ``lifetime_s`` of 0 is unlimited.
-        """
+        """Return a ``loop``, ``pairs`` of points, ``box`` or ``text``; it replaces an entity of equal name."""
         rgba = self._of["Color"](*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1.0)
         lifetime = self._duration(*divmod(round(lifetime_s * 1e9), NS_PER_S))
         cubes, lines, texts = [], [], []
@@ -280,7 +267,6 @@ def _poses(track: VoyageTrack) -> list[Pose]:
 
 
 def _log(results: RunReader) -> Iterator[tuple[float, int, str, str]]:
-    """Yield time (s), level, subject and text of milestones, role changes, faults and missed peers."""
     for milestone in results.summary["milestones"]:
         actor = milestone["vehicle"] or milestone["group"]
         yield float(milestone["time_s"]), INFO, actor, milestone["name"].replace("_", " ")

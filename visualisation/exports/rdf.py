@@ -1,7 +1,4 @@
-"""RDF export of the knowledge of vehicles: Turtle, TriG, JSON-LD and N-Triples.
-
-Named graphs are the origins for one vehicle, else the vehicles; formats without graphs get the union.
-"""
+"""RDF export of the knowledge of vehicles. Named graphs are the origins for one vehicle, else the vehicles."""
 
 from __future__ import annotations
 

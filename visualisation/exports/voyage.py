@@ -19,27 +19,21 @@ if TYPE_CHECKING:
 SEMI_MAJOR_M = 6378137.0
 FLATTENING = 1.0 / 298.257223563
 ECCENTRICITY_2 = FLATTENING * (2.0 - FLATTENING)
-ROUNDS = 4
-"""Iterations of the latitude, each at least 150 times more exact."""
+ROUNDS = 4  # iterations of the latitude, each at least 150 times more exact
 
 
 class Datum(NamedTuple):
-    """Origin x = 0, y = 0 on the WGS 84 ellipsoid, degrees.
+    """Origin x = 0, y = 0 on the WGS 84 ellipsoid, degrees; the simulation plane is tangent there, x east and y north.
 
-    The simulation plane is tangent there, x east and y north. Points are projected along the ellipsoid normal, via
-    earth-centred coordinates. Distances from the datum are exact to 3 cm within 10 km and to 3 m within 50 km.
+    Points are projected along the ellipsoid normal, via earth-centred coordinates. Distances from the datum are exact
+    to 3 cm within 10 km and to 3 m within 50 km.
     """
 
     latitude_deg: float
     longitude_deg: float
 
     def degrees(self, x_m: Any, y_m: Any) -> tuple[Floats, Floats]:
-        """Return latitudes and longitudes of points, to 1e-8 degrees (1 mm); numbers or arrays.
-
-        >>> latitudes, longitudes = Datum(0.0, 0.0).degrees([0.0, 1000.0], [1000.0, 0.0])
-        >>> [round(float(latitudes[0]), 6), round(float(longitudes[1]), 6)]
-        [0.009044, 0.008983]
-        """
+        """Return latitudes and longitudes of points, to 1e-8 degrees (1 mm); numbers or arrays."""
         east, north = np.asarray(x_m, dtype=float), np.asarray(y_m, dtype=float)
         latitude, longitude = np.radians(self.latitude_deg), np.radians(self.longitude_deg)
         sine, cosine = np.sin(latitude), np.cos(latitude)
@@ -57,10 +51,8 @@ class Datum(NamedTuple):
         return np.round(np.degrees(geodetic), 8), np.round((longitudes + 180.0) % 360.0 - 180.0, 8)
 
 
-WAITING = "waiting"
-"""State of a vehicle without active role."""
-OUT = "out"
-"""State of a vehicle that is lost, not yet present, or without energy."""
+WAITING = "waiting"  # state of a vehicle without active role
+OUT = "out"  # state of a vehicle that is lost, not yet present, or without energy
 
 
 class VoyageTrack(NamedTuple):
@@ -90,11 +82,7 @@ class RoleState(NamedTuple):
 
     @property
     def text(self) -> str:
-        """State as text: roles, ``waiting`` or ``out``.
-
-        >>> RoleState(0.0, "AUV00", ("Cartographer", "Midfield")).text
-        'Cartographer, Midfield'
-        """
+        """Roles separated by commas, ``waiting`` without any, or ``out``."""
         return OUT if self.is_out else ", ".join(self.roles) or WAITING
 
 
@@ -111,7 +99,7 @@ ALL = Selection()
 
 @dataclass(frozen=True)
 class Voyage:
-    """One run, with the places declared by its mission, the name of the format, and the knowledge to export."""
+    """One run, with the places declared by its mission, the format name, and the knowledge to export."""
 
     results: RunReader
     places: Sequence[Place] = ()

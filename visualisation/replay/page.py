@@ -1,8 +1,7 @@
 """Replay page: assets and data as one self-contained HTML file; live page of a notebook.
 
 A notebook has two outputs: the page in a sandboxed frame, and a replaced script that posts the current data to it. Each
-script holds all data, since front ends may skip replaced scripts and a reopened notebook has the last one only. A frame
-announces when it is ready and then receives the data again.
+script holds all data, since front ends may skip replaced scripts and a reopened notebook has the last one only.
 """
 
 from __future__ import annotations
@@ -37,8 +36,7 @@ POLICY = (
     "base-uri 'none'; form-action 'none'"
 )
 """Content security policy: inline content only."""
-LIVE_POLICY = f"{POLICY}; connect-src 'self'"
-"""Policy of a live page: also requests to its server."""
+LIVE_POLICY = f"{POLICY}; connect-src 'self'"  # policy of a live page: also requests to its server
 FRAME_PX = 720
 
 
@@ -146,13 +144,11 @@ LISTEN = """<script>(function () {
     if (runs[name]) frame.contentWindow.postMessage(runs[name], "*");
   });
 })();</script>"""
-"""Script beside the frame: sends stored data to a page once ready."""
 TELL = """<script>(function () {
   const name = NAME, frame = document.getElementById(name);
   (globalThis.remorasRuns ??= {})[name] = DATA;
   if (frame) frame.contentWindow.postMessage(globalThis.remorasRuns[name], "*");
 })();</script>"""
-"""Script that stores data and posts them to the page."""
 
 
 class NotebookPage:
@@ -176,7 +172,6 @@ class NotebookPage:
 
 
 def _shown() -> Callable[[str, str, bool], None]:
-    """Return a function (text, name, replaces) that displays HTML under a name, or replaces what has that name."""
     shell: Any = None
     with suppress(ImportError):
         from IPython import get_ipython

@@ -14,15 +14,11 @@ from visualisation.replay import tables as of_run
 from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Names
 
 PLACE = ("x_m", "y_m")
-KINDS = {"double": "float", "int64": "int"}
-"""Kinds of number columns by Arrow type; all others are text."""
+KINDS = {"double": "float", "int64": "int"}  # kinds of number columns by Arrow type; all others are text
 
 
 def add_own(columns: Columns, names: Names, table: Any, called: str) -> dict[str, Any]:
-    """Add a mission table with a time as ``layer.called.column``; return its description.
-
-    Only the earliest ``MOST_ROWS`` are stored.
-    """
+    """Add the earliest ``MOST_ROWS`` of a mission table with times as ``layer.called.column``; return its columns."""
     rows = table.slice(0, MOST_ROWS).to_pylist()
     kept = PLACE if set(PLACE) <= {*table.column_names} else ()
     columns.add(f"layer.{called}.time", [row["time_s"] for row in rows], 1, TIME_STEP_S)
@@ -43,7 +39,6 @@ def add_own(columns: Columns, names: Names, table: Any, called: str) -> dict[str
 
 
 def _shown(value: Any, kind: str) -> Any:
-    """Return a value as displayed: numbers to five digits, None if missing or not finite; else text."""
     if kind == "text":
         return _text(value)
     if kind == "int" or value is None:
@@ -70,8 +65,7 @@ SHOWS = {
 """Content lost without a table."""
 OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "deliveries", "unsaid"})
 """Common tables of runs; others belong to the mission."""
-MOST_ROWS = 20_000
-"""Maximum number of rows per mission table, the earliest."""
+MOST_ROWS = 20_000  # maximum number of rows per mission table, the earliest
 
 
 class ShownJob(Protocol):
@@ -89,10 +83,9 @@ class ShownJob(Protocol):
 def run_data(
     results: RunResults, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), by_packets: bool = True
 ) -> bytes:
-    """Return the compressed replay data of a run, reproducible byte by byte.
+    """Return the compressed replay data of a run, reproducible byte by byte; OutputError without a readable scenario.
 
     A job with the name of a place is done there. ``by_packets`` is False if all vehicles share knowledge instantly.
-    Raises OutputError if the manifest holds no readable scenario.
     """
     scenario, columns = results.scenario_tables, Columns()
     vehicles = list(scenario.get("vehicle", ()))
@@ -129,7 +122,6 @@ def run_data(
 
 
 def _add_said(columns: Columns, names: Names, results: RunResults) -> float | None:
-    """Add packets and their items; return the slot length (s), if known."""
     sent_items = of_run.SentItems()
     if results.has("packets") and results.has("items"):
         of_run.add_items(columns, names, results.rows("items"), sent_items)
@@ -179,7 +171,6 @@ def _world(
 
 
 def _add_tiles(columns: Columns, results: RunResults, parts: Sequence[Tiles]) -> None:
-    """Times at which squares of places were truly done."""
     done: list[tuple[float, int]] = []
     first = 0
     for tiles in parts:

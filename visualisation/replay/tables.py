@@ -32,11 +32,7 @@ def in_steps(values: Numbers, step: float) -> Ints:
 
 
 def packed(numbers: Ints, order: int) -> bytes:
-    r"""Encode a column; ``order`` 0 stores values, 1 differences, 2 their differences.
-
-    >>> packed(np.array([5, 6, 7, 8]), 1)
-    b'\n\x02\x02\x02'
-    """
+    """Encode a column; ``order`` 0 stores values, 1 differences, 2 their differences."""
     for _ in range(order):
         numbers = np.diff(numbers, prepend=0)
     unsigned = ((numbers << 1) ^ (numbers >> 63)).astype(np.uint64)
@@ -73,26 +69,19 @@ class Columns:
         return squeezed.compress(struct.pack("<I", len(head)) + head + b"".join(self._parts)) + squeezed.flush()
 
 
-TIME_STEP_S = 2.0**-12
-"""Resolution of recorded times, so none is rounded here and their order stays."""
+TIME_STEP_S = 2.0**-12  # resolution of recorded times, so none is rounded here and their order stays
 PLACE_STEP_M = 2.0**-5
 TURN_STEP_RAD = 2.0 * np.pi / 256.0
 SPEED_STEP_MPS = 0.02
 SHARE_STEP = 0.00001
-"""Resolutions below that of a screen."""
 ENERGY_STEPS = 4096
-"""Number of steps up to the greatest energy use."""
-NOBODY = -1
-"""Index that is no vehicle."""
+NOBODY = -1  # index that is no vehicle
 EVENTS = (
     "roles", "organisation", "membership", "activities", "decisions", "plans", "faults", "refused", "links", "peers",
 )  # fmt: skip
 VEHICLES = ("vehicle", "peer", "issuer", "source", "sender")
-"""Columns of events that name a vehicle."""
 UNSHOWN = ("motivation", "expected_energy_j")
-"""Columns of events that the page does not show."""
-MISSING = -1000.0
-"""Placeholder of a missing number, below all values."""
+MISSING = -1000.0  # placeholder of a missing number, below all values
 STEP = {"time_s": TIME_STEP_S, "expected_time_s": 0.125, "p_loss": 2.0**-7}
 """Resolution of columns of events; else ``SHARE_STEP``."""
 
@@ -176,8 +165,8 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
 class SentItems:
     """Items, as referenced by packets.
 
-    ``items`` has the index by uid, of several statuses the newest; ``statuses`` recording times (s) and indices by uid,
-    two if a status was replaced at once.
+    ``items``: index by uid, of several statuses the newest; ``statuses``: recording times (s) and indices by uid, two
+    if a status was replaced at once.
     """
 
     items: dict[str, int] = field(default_factory=dict)
@@ -218,11 +207,7 @@ def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
 
 
 UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
-"""Packet outcome at a vehicle.
-
-In order: out of range, own or without energy; lost; received; collided, also with an own transmission; refused on
-arrival.
-"""
+"""Packet outcome at a vehicle; unreached also without energy, collided also with an own transmission."""
 
 
 def add_packets(
@@ -263,7 +248,6 @@ def add_packets(
 
 
 def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
-    """Correct receptions of vehicles without energy, and of undecodable packets."""
     for fault in faults:
         v = names.vehicle(fault["vehicle"])
         if fault["kind"] == "energy":
@@ -286,7 +270,6 @@ def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, s
 
 
 def _flat(column: Any) -> tuple[Ints, Any]:
-    """Flatten a list column: row index per element, and elements."""
     lists = column.combine_chunks()
     offsets = array(lists.offsets)
     lengths = np.diff(offsets)

@@ -30,10 +30,7 @@ class Kit:
 
 
 def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
-    """Call a mission's drawing function on axes; return its sentences for the caption.
-
-    Raises DrawingError if the function raised, or did not return text.
-    """
+    """Call a mission's drawing function; return its sentences for the caption, DrawingError if it failed."""
     try:
         # User code may raise anything and return anything.
         text: object = what.draw(axes, results, Kit(results))

@@ -1,7 +1,6 @@
 """Drawing of run figures by name: built-in figures and those declared by the mission.
 
-Matplotlib is loaded with the first figure. All figures are drawn before the first file is written, so an error leaves
-no partial output.
+All figures are drawn before the first file is written, so an error leaves no partial output.
 """
 
 from __future__ import annotations
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
 
 ORGANISATION = "organisation"
 HEATMAPS = ("delivery", "knowledge", "links")
-"""Kinds in one module; each of the others has its own."""
 
 
 def run_picture(
@@ -44,10 +42,9 @@ def run_picture(
 
     Args:
         kind: a name in ``KINDS``, or of a figure among ``figures``.
-        figures, places: declared by the run's mission.
         width_in: None for the default of the kind.
-        at_s, viewer: time and vehicle whose view is drawn, for the organisation; None for the end of the run, empty
-            for the roles that each vehicle assumes for itself.
+        at_s, viewer: time and vehicle of the organisation shown; None for the end of the run, empty for each
+            vehicle's own view.
 
     Raises DrawingError for an unknown kind, missing tables, a width out of range, no such time or viewer, or failure of
     the mission's function.
@@ -90,9 +87,8 @@ def draw_run_figures(
 ) -> Drawn:
     """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind; return the files and notes on omissions.
 
-    Arguments are as in ``run_picture``; empty ``kinds`` are all with tables. If ``at_s`` or ``viewer`` is given,
-    ``kinds`` must include the organisation or be empty. Nothing is written if DrawingError is raised: for an unknown
-    kind or format, missing tables of a named kind, or an invalid or failed figure of the mission.
+    Arguments and errors are as in ``run_picture``; empty ``kinds`` are all with tables, and must include the
+    organisation if ``at_s`` or ``viewer`` is given. Nothing is written if DrawingError is raised.
     """
     own = _own(figures)
     _check_kinds(kinds, own)
@@ -120,7 +116,6 @@ def draw_run_figures(
 
 
 def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
-    """Return the mission's figures by name; refuse invalid and duplicate declarations."""
     own: dict[str, Figure] = {}
     for figure in figures:
         if faults := "; ".join(faults_of_figure(figure)):
@@ -143,6 +138,5 @@ def _check_kinds(kinds: Sequence[str], own: Mapping[str, Figure]) -> None:
 
 
 def _lacking(results: RunResults, kind: str, own: Mapping[str, Figure]) -> str:
-    """Return the reason why a kind cannot be drawn; empty if it can."""
     lacking = [table for table in (own[kind].needs if kind in own else KINDS[kind]) if not results.has(table)]
     return f"these results have no table {', '.join(lacking)}" if lacking else ""

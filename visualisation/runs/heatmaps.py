@@ -1,7 +1,4 @@
-"""Figures ``delivery``, ``knowledge`` and ``links``: shares and ages as shades of grey, darker is worse.
-
-Colours denote vehicles in run figures; numbers are therefore grey.
-"""
+"""Figures of shares and ages, ``delivery``, ``knowledge``, ``links``: darker is worse; vehicles have colours."""
 
 from __future__ import annotations
 
@@ -22,16 +19,13 @@ from visualisation.runs import captions, news
 
 SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
 NAME_ROOM_IN = 0.9
-LEAST_NAME_IN = 0.095
-"""Minimum row height at which each row has its name."""
-KEY_IN, KEY_BAR_IN = 2.0, 0.07
-"""Length and height of a key."""
-MOST_NUMBERS = 8
-"""Maximum fleet size for numbers in matrices."""
+LEAST_NAME_IN = 0.095  # minimum row height at which each row has its name
+KEY_IN, KEY_BAR_IN = 2.0, 0.07  # length and height of a key
+MOST_NUMBERS = 8  # maximum fleet size for numbers in matrices
 
 
 class Shades(NamedTuple):
-    """Panel of shades: title, values, value of black, label of the key (empty for none), whether values are shares."""
+    """Panel of shades: ``top`` is the value of black, ``label`` that of the key (empty for none)."""
 
     title: str
     values: Floats
@@ -48,10 +42,7 @@ def row_in(n: int, least_in: float, most_in: float, all_in: float) -> float:
 def draw_shades(
     axes: Axes, values: Floats, top: float, extent: tuple[float, float, float, float] | None = None
 ) -> None:
-    """Draw rows of values from 0 (white) to ``top`` (black); NaN stays white.
-
-    ``extent``: left, right, bottom and top in data; None for numbers of columns and rows.
-    """
+    """Draw rows of values from 0 (white) to ``top`` (black); ``extent`` is left, right, bottom, top in data."""
     axes.imshow(
         np.ma.masked_invalid(values), cmap=SHADES, vmin=0.0, vmax=top, aspect="auto", interpolation="nearest",
         extent=extent,
@@ -135,8 +126,7 @@ def key(figure: Figure, below: Axes, body_in: float, top: float, label: str, per
     bar.set_label(label, fontsize=style.TINY_PT, labelpad=1)
 
 
-LEAST_FOR_TWO_IN = 5.0
-"""Minimum page width for two matrices side by side."""
+LEAST_FOR_TWO_IN = 5.0  # minimum page width for two matrices side by side
 POINTS = 400
 
 
@@ -149,7 +139,6 @@ def _sampled(end_s: float) -> Floats:
 def _drawn(
     results: RunResults, strips: Sequence[Shades], squares: Sequence[Shades], high_in: float, width_in: float
 ) -> Figure:
-    """Draw lettered strips with rows of ``high_in``, above matrices that are side by side on a wide page."""
     names, out = run_records.vehicle_names(results), outages(results)
     columns = 2 if squares and width_in >= LEAST_FOR_TWO_IN else 1
     side_in, strip_in, n = width_in / columns - 0.7, high_in * max(1, len(names)), len(strips)
@@ -192,10 +181,8 @@ def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     return DrawnPage(_drawn(results, (), squares, 0.0, width_in), text)
 
 
-AGE_ROWS_IN = 0.065, 0.3, 2.9
-"""Minimum and maximum height of a row, and target height of a panel."""
-WORST_ITEMS = 5.0
-"""Missing items per vehicle of the fleet that are drawn black."""
+AGE_ROWS_IN = 0.065, 0.3, 2.9  # minimum and maximum height of a row, and target height of a panel
+WORST_ITEMS = 5.0  # missing items per vehicle of the fleet that are drawn black
 
 
 def knowledge(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
@@ -219,12 +206,12 @@ def knowledge(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage
     return DrawnPage(_drawn(results, strips, (), row_in(n, *AGE_ROWS_IN), width_in), text)
 
 
-LOSS_ROWS_IN = 0.055, 0.18, 1.8
-"""Minimum and maximum height of a row, and target height of a panel."""
+LOSS_ROWS_IN = 0.055, 0.18, 1.8  # minimum and maximum height of a row, and target height of a panel
 INCOMING = "incoming"
-"""Direction of a link in table ``links`` from the peer to the vehicle."""
-THERE, SLOT_CONFLICT = ("heard again", "begins anew"), "slot conflict"
-"""Events in table ``peers``: peer present, duplicate slot. All others declare absence."""
+THERE, SLOT_CONFLICT = (
+    ("heard again", "begins anew"),
+    "slot conflict",
+)  # events of table ``peers``; others declare absence
 
 
 class LinkEstimates(NamedTuple):
@@ -297,6 +284,5 @@ def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _mean(values: Floats, axis: int = 1) -> Floats:
-    """Return the mean along an axis, by default over senders; NaN without values."""
     means: Floats = np.ma.masked_invalid(values).mean(axis=axis).filled(np.nan)
     return means

@@ -19,8 +19,7 @@ from visualisation.runs.declared import Kit
 from visualisation.runs.sheet import Row, ends_in, fitting, room_in, sheet
 
 ROW_IN = 0.125
-DEPTHS = (99, 2, 1, 0)
-"""Maximum tree depths, tried in order until a page fits; after the last, omit plans."""
+DEPTHS = (99, 2, 1, 0)  # maximum tree depths, tried in order until a page fits; after the last, omit plans
 HEIGHTS: dict[str, float] = {"waiting": 0.15, "running": 0.7}
 """Share of a row filled by the bar of a waiting or running task."""
 ENDS: dict[str, dict[str, Any]] = {

@@ -16,23 +16,17 @@ from visualisation.page import DrawnPage
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 
-COLUMN_IN, HIGHEST_IN = 3.2, 9.0
-"""Minimum width of a column of panels; height of a page."""
-MOMENTS, BARS = 9, 9
-"""Maximum number of panels, and of activity sets in a panel, best combinations first."""
+COLUMN_IN, HIGHEST_IN = 3.2, 9.0  # minimum width of a column of panels; height of a page
+MOMENTS, BARS = 9, 9  # maximum number of panels, and of activity sets in a panel, best combinations first
 BAR_IN, BESIDE_IN = 0.145, 0.54
-NAME_SHARE = 0.4
-"""Share of a column for names."""
+NAME_SHARE = 0.4  # share of a column for names
 HATCH = "//////"
 CANDIDATE = ("group", "role", "objective", "argument", "activities")
 """Columns that identify a candidate activity set among the rows of one vehicle and time."""
 
 
 class Weighed(NamedTuple):
-    """Decision of a vehicle with its alternatives: performed ones first, then by mean.
-
-    ``margin`` is the lead in mean motivation of the performed combination over the best rejected one.
-    """
+    """Decision with its alternatives; ``margin`` is the lead in mean motivation over the best rejected combination."""
 
     time_s: float
     vehicle: str

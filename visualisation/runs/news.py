@@ -20,16 +20,11 @@ from visualisation.run_records import Floats, Span, outages, packets_refused
 
 Flags = NDArray[np.bool_]
 
-WORST_FRAMES = 10
-"""Age of information, in TDMA frames, that is drawn black."""
+WORST_FRAMES = 10  # age of information, in TDMA frames, that is drawn black
 
 
 class PacketOutcome(NamedTuple):
-    """Outcomes of packets, as flags by packet (row) and vehicle (column).
-
-    ``heard``: received and accepted; ``lost``: sent and not accepted, for any reason. Subsets of ``lost``: ``collided``
-    with another packet or an own transmission, ``refused`` on arrival.
-    """
+    """Outcomes as flags by packet (row) and vehicle (column); ``lost`` includes ``collided`` and ``refused``."""
 
     heard: Flags
     lost: Flags
@@ -39,10 +34,7 @@ class PacketOutcome(NamedTuple):
 
 @dataclass(frozen=True)
 class RunPackets:
-    """All packets of a run: sending times, slots from 0, senders as indices into ``vehicles`` (scenario order).
-
-    ``out`` has the spans out of the mission, by vehicle.
-    """
+    """All packets of a run: senders as indices into ``vehicles`` (scenario order), ``out`` spans out of the mission."""
 
     vehicles: tuple[str, ...]
     time_s: Floats
@@ -76,7 +68,6 @@ class RunPackets:
         return ages
 
     def _news_s(self, receiver: int, sender: int) -> Floats:
-        """Return sending times of packets received from a sender, preceded by the start (0)."""
         return np.concatenate([[0.0], self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]])
 
     @property

@@ -41,23 +41,19 @@ MARKS: dict[str, tuple[dict[str, Any], str]] = {
     CREATED: (TICK, ""),
     DISSOLVED: (TICK, ""),
 }
-"""Look and legend label of each marked event."""
 MARK: dict[str, Any] = {
     "color": style.BLACK, "linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.4, "zorder": 6,
     "clip_on": False,
 }  # fmt: skip
 PALE = 0.25
 HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": style.GREY, "hatch": "//////", "linewidth": 0, "zorder": 1}
-"""Look of a span in which a role has too few holders."""
 
 
 DETAILS = ((0.115, 99), (0.07, 99), (0.04, 12), (0.04, 4))
 """Pairs of lane height, and most holders of a role that have lanes instead of a count, from most to least detail."""
 LEAST_ROW_IN = 0.11
-HEAD = "\u2605 "
-"""Prefix of roles that lead their group."""
-LEAST_LIGHT = 0.45
-"""Names on colours with a luminance (0 to 1) up to this are white."""
+HEAD = "\u2605 "  # prefix of roles that lead their group
+LEAST_LIGHT = 0.45  # names on colours with a luminance (0 to 1) up to this are white
 
 
 class RoleRow(NamedTuple):
@@ -71,7 +67,6 @@ class RoleRow(NamedTuple):
 
 
 RowOfGroup = Row[tuple[GroupNode, RoleRow | None]]
-"""Role of a group; None for the title."""
 
 
 def picture(
@@ -79,8 +74,8 @@ def picture(
 ) -> DrawnPage:
     """Draw all role holders over the mission, with a line at the time whose holders the caption names.
 
-    ``at_s`` is that time, None for the end of the run; ``viewer`` a vehicle, empty for the roles that each vehicle
-    assumes for itself. Raises DrawingError for no such time or vehicle.
+    ``at_s`` None is the end of the run; an empty ``viewer`` shows the roles that each vehicle assumes for itself.
+    Raises DrawingError for no such time or vehicle.
     """
     whole, looks = view_of(results, viewer), Kit(results).looks
     end_s = run_records.end_s(results)
@@ -119,7 +114,6 @@ def picture(
 
 
 def _by_supervision(groups: Sequence[GroupNode]) -> Iterator[tuple[GroupNode, int]]:
-    """Yield groups, each before those that it supervises, with the number of groups above it."""
     names = {group.name for group in groups}
     front = [(group, 0) for group in groups if group.above not in names][::-1]
     while front:
@@ -129,7 +123,6 @@ def _by_supervision(groups: Sequence[GroupNode]) -> Iterator[tuple[GroupNode, in
 
 
 def _rows(view: View, group: GroupNode, depth: int, lane_in: float, most_lanes: int) -> Iterator[RowOfGroup]:
-    """Yield the title of a group, and a row for each role that was ever held, required or marked."""
     yield Row(group.name, TITLE_IN, depth, (group, None), "bold")
     vacancies = view.vacancies(group)
     marked = {mark.role for mark in view.marks if mark.group == group.name}
@@ -180,7 +173,6 @@ def ink(colour: str) -> str:
 
 
 def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
-    """Assign holdings to lanes: reuse a free lane, preferably that of the same vehicle."""
     lanes: list[list[Holding]] = []
     for holding in holdings:
         free = [lane for lane in lanes if lane[-1].span.end_s <= holding.span.start_s]
@@ -237,7 +229,6 @@ def _caption(results: RunResults, view: View, at_s: float, rows: Sequence[RoleRo
 
 
 def _holders(view: View, group: GroupNode, at_s: float) -> str:
-    """Name a group with the holders and vacancies of its roles at a time."""
     roles = []
     for role in group.roles:
         holders = [holding for holding in view.holdings.get((group.name, role.name), ()) if holding.holds(at_s)]

@@ -25,7 +25,6 @@ from visualisation.runs.declared import Kit
 from visualisation.runs.sheet import TITLE_IN, Row, ends_in, fitting, room_in, sheet
 
 Tenures = Mapping[str, Sequence[Tenure]]
-"""Roles by vehicle."""
 
 
 class LaneRole(NamedTuple):
@@ -74,7 +73,6 @@ def same_beginning(tenures: Tenures) -> list[VehicleLane]:
 
 
 FOLDS: tuple[Callable[[Tenures], list[VehicleLane]], ...] = (one_each, same_roles, same_beginning)
-"""Folding functions, in order of decreasing number of lanes."""
 
 
 def _folded(tenures: Tenures, alike: Callable[[str], Hashable]) -> list[VehicleLane]:
@@ -101,16 +99,13 @@ def shares(of_vehicles: Sequence[Sequence[Span]], n_vehicles: int) -> list[tuple
 
 
 ROW_IN, FOLDED_ROW_IN = 0.12, 0.2
-MOST_LANES = 12
-"""Maximum number of lanes before similar vehicles are folded."""
-HELD, DRIVING = 0.3, 0.68
-"""Share of a row filled by a bar."""
+MOST_LANES = 12  # maximum number of lanes before similar vehicles are folded
+HELD, DRIVING = 0.3, 0.68  # share of a row filled by a bar
 HATCHES = ("", "/////", ".....", "xxxxx", "-----", "|||||")
 FOLDED = style.GREY
 FAULT: dict[str, Any] = {
     "facecolor": "none", "edgecolor": style.tint(style.BLACK, 0.35), "hatch": "\\\\\\\\", "linewidth": 0, "zorder": 1,
 }  # fmt: skip
-"""Look of a band during a fault."""
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
@@ -164,7 +159,6 @@ def _bars(axes: Axes, row: LaneRole, colour: str, hatch: str, middle_in: float) 
 
 
 def _shares(axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> None:
-    """Draw a folded lane: pale the share that holds a role, dark the share that it drives."""
     for of_vehicles, strength in ((row.held, 0.4), (row.active, 1.0)):
         draw_shares(axes, of_vehicles, len(lane.vehicles), middle_in, style.tint(FOLDED, strength))
 

@@ -16,15 +16,11 @@ from visualisation.runs.declared import Kit
 from visualisation.runs.sheet import sheet
 
 LOWEST, HIGHEST = -128, 127
-STEP = HIGHEST - LOWEST + 60
-"""Distance of the zeros of two vehicles, in units of satisfaction."""
+STEP = HIGHEST - LOWEST + 60  # distance of the zeros of two vehicles, in units of satisfaction
 NAME_ROOM_IN = 1.0
-HIGHEST_BAND_IN, BODY_IN = 0.95, 5.0
-"""Maximum height of a band, and of all bands."""
-CRAMPED_IN = 0.4
-"""Bands up to this height label only zero."""
-MARKED = 0.15
-"""Distance of markers on a line, as a share of the diagonal of the panel."""
+HIGHEST_BAND_IN, BODY_IN = 0.95, 5.0  # maximum height of a band, and of all bands
+CRAMPED_IN = 0.4  # bands up to this height label only zero
+MARKED = 0.15  # distance of markers on a line, as a share of the diagonal of the panel
 THIN, THICK = 0.7, 1.9
 
 
@@ -82,7 +78,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _labels(keys: list[RoleKey]) -> list[str]:
-    """Return role names, with the group where two groups share the name."""
     roles = [role for _, role in keys]
     return [role if roles.count(role) == 1 else f"{role}, {group}" for group, role in keys]
 

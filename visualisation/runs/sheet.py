@@ -23,12 +23,10 @@ from visualisation import page, run_records, style, words
 from visualisation.run_records import MilestoneRow, Span
 
 TALLEST_IN = 9.0
-AROUND_IN, LINE_IN = 1.1, 0.137
-"""Approximate height of axis, flags and legend, and height of a line of the key."""
+AROUND_IN, LINE_IN = 1.1, 0.137  # approximate height of axis, flags and legend, and height of a line of the key
 TITLE_IN, GAP_IN, INDENT_IN = 0.14, 0.06, 0.08
 """Height of the title of a band, gap between bands, indent of a name for each level."""
-NAME_SHARE = 0.38
-"""Maximum share of a page for names of rows."""
+NAME_SHARE = 0.38  # maximum share of a page for names of rows
 FLAG = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": style.BLACK, "linewidth": 0.5}
 
 Content = TypeVar("Content")
@@ -166,7 +164,7 @@ def _time_axis(axes: Axes, run_end_s: float, inch_s: float) -> None:
 
 
 def _flags(axes: Axes, marks: Sequence[NumberedMark], inch_s: float) -> None:
-    """Draw a line at each milestone, and flags above; milestones too close for flags of their own share one."""
+    """Draw lines at milestones with flags above; milestones too close for separate flags share one."""
     shared: list[list[NumberedMark]] = []
     for mark in marks:
         axes.axvline(mark.time_s, color=style.BLACK, linewidth=0.5, linestyle=(0, (3, 2)), zorder=3)
@@ -184,5 +182,4 @@ def _flags(axes: Axes, marks: Sequence[NumberedMark], inch_s: float) -> None:
 
 
 def _numbers(flag: Sequence[NumberedMark]) -> str:
-    """Return the numbers of a flag: ``3``, or ``3–5``."""
     return "\u2013".join(dict.fromkeys((str(flag[0].number), str(flag[-1].number))))

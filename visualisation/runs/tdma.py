@@ -18,8 +18,7 @@ from visualisation.runs.news import Flags, RunPackets
 
 ROWS_IN, LANES_IN = (0.055, 0.18, 1.8), (0.075, 0.24, 2.4)
 """Minimum and maximum row height, target panel height: of overviews, of single slots."""
-SLOTS = 36
-"""Approximate number of slots shown one by one, in whole frames."""
+SLOTS = 36  # approximate number of slots shown one by one, in whole frames
 UNHEARD = style.tint(style.BLACK, 0.08)
 
 
@@ -52,7 +51,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
-    """Return shares lost by sender and by receiver (rows) in each frame (columns)."""
     n = len(traffic.vehicles)
     n_frames = int(traffic.frames.max()) + 1 if traffic.frames.size else 0
     received, lost = np.zeros((2, n, n_frames)), np.zeros((2, n, n_frames))
@@ -98,11 +96,9 @@ TICKS = {
     "collided": Tick("collided (down, grey)", False, "#8C8C8C", style.BLACK),
 }
 ALWAYS = ("heard", "lost")
-"""Ticks that the legend always shows."""
 
 
 def _fates(traffic: RunPackets) -> dict[str, Flags]:
-    """Return packet outcomes as disjoint sets."""
     outcome = traffic.outcome
     only_lost = outcome.lost & ~outcome.collided & ~outcome.refused
     return {
@@ -114,7 +110,6 @@ def _fates(traffic: RunPackets) -> dict[str, Flags]:
 
 
 def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width_in: float) -> None:
-    """Draw a tick for each outcome in the lane of the receiver, a dot in that of the sender."""
     n = max(1, len(traffic.vehicles))
     inside = np.flatnonzero((traffic.time_s >= stretch.start_s) & (traffic.time_s < stretch.end_s))
     slot_s = (stretch.end_s - stretch.start_s) / max(1, inside.size)

@@ -20,22 +20,16 @@ from visualisation.page import DrawnPage, Label
 from visualisation.run_records import PlanTrack, outages
 from visualisation.runs import captions, declared
 
-WIDTHS = (3.55, 2.25)
-"""Width ratio of the whole-mission panel to that beside it."""
-LEAST_FOR_TWO_IN = 5.5
-"""Minimum page width for panels side by side."""
+WIDTHS = (3.55, 2.25)  # width ratio of the whole-mission panel to that beside it
+LEAST_FOR_TWO_IN = 5.5  # minimum page width for panels side by side
 TALLEST, LOWEST = 1.25, 0.6
 LEAST_EXTENT_M = 20.0
-MARGIN_OF_MAP = 0.075
-"""Space around the contents of a map, as a share of their extent."""
+MARGIN_OF_MAP = 0.075  # space around the contents of a map, as a share of their extent
 WHOLE = "whole mission"
-CLOSE = 0.4
-"""Maximum extent of end positions in their own panel, relative to the whole mission."""
-MOST_NAMED = 12
-"""Maximum number of vehicles in the legend, limited by distinguishable line styles."""
+CLOSE = 0.4  # maximum extent of end positions in their own panel, relative to the whole mission
+MOST_NAMED = 12  # maximum number of vehicles in the legend, limited by distinguishable line styles
 OTHERS = style.Look(style.GREY, "-", "")
-BELOW = 0.1
-"""Factor on the z-order of layers: keeps their order, below places and tracks."""
+BELOW = 0.1  # factor on the z-order of layers: keeps their order, below places and tracks
 
 
 class Symbol(NamedTuple):
@@ -64,7 +58,6 @@ MARKS = (("X", 6.5), ("d", 6.0), ("p", 6.5), ("8", 6.0))
 POINTS = (("*", 8.0, "Stars"), ("P", 6.5, "Crosses"), ("^", 6.5, "Triangles"), ("H", 6.5, "Hexagons"))
 """Markers of point places by order of kind, with their names in captions."""
 OUTLINES = (("-", "Outlines"), (style.LINES[1], "Dashed outlines"), (style.LINES[2], "Dotted outlines"))
-"""Line styles of polygon places, likewise."""
 
 
 class TrackEvent(NamedTuple):
@@ -111,8 +104,8 @@ def picture(
 ) -> DrawnPage:
     """Draw the whole mission; beside it the final positions if they are close together.
 
-    The mission's ``layers`` are below the tracks, those with missing tables are omitted with a note; ``marks`` are
-    milestones marked on the tracks. A ``width_in`` of None is a column of a paper, or a page with several panels.
+    ``layers`` lie below the tracks, those with missing tables are omitted with a note; ``marks`` are milestones on
+    tracks. A ``width_in`` of None is a column of a paper, or a page with several panels.
     """
     shown = [layer for layer in layers if all(map(results.has, layer.needs))]
     notes = [
@@ -190,7 +183,6 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
 
 
 def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, PlanTrack]) -> Mapping[str, style.Look]:
-    """Return vehicle looks; in a large fleet, all but the longest tracks are grey."""
     if len(looks) <= MOST_NAMED:
         return looks
     length_m = {name: float(np.hypot(np.diff(t.x_m), np.diff(t.y_m)).sum()) for name, t in tracks.items()}
@@ -234,7 +226,6 @@ def _size_m(frame: Bbox) -> float:
 
 
 def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
-    """Draw the layers of the mission below all else; return their sentences for the caption."""
     sentences = [declared.draw_declared(layer, axes, results) for layer in layers]
     for artist in (*axes.collections, *axes.lines, *axes.patches, *axes.texts, *axes.images):
         artist.set_zorder(BELOW * artist.get_zorder())
@@ -264,7 +255,6 @@ def _draw(axes: Axes, scene: MapContents) -> None:
 
 
 def _marks(scene: MapContents) -> list[tuple[PointM, Symbol]]:
-    """Return symbols at points: places, then starts, ends and milestones."""
     marks = [(place.outline_m[0], scene.symbols[kind]) for kind, of_kind in scene.points.items() for place in of_kind]
     for name, track in scene.tracks.items():
         marks += [(track.at(0.0), START), (track.at(scene.end_s), END._replace(face=scene.looks[name].colour))]
@@ -272,7 +262,6 @@ def _marks(scene: MapContents) -> list[tuple[PointM, Symbol]]:
 
 
 def _name_places(axes: Axes, scene: MapContents) -> None:
-    """Label places, points first, without covering symbols."""
     names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
         frame = frame_of(place.outline_m)

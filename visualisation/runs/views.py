@@ -14,7 +14,6 @@ from visualisation.run_records import RoleKey, Span, n_at_once, outages, outside
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 REFUSED = "refused"
-"""Event of a row, and mark, of a refused request."""
 OF_GROUPS = (CREATED, DISSOLVED, MISSION)
 
 
@@ -46,8 +45,7 @@ class ActMark(NamedTuple):
 class View(NamedTuple):
     """Role assignments over time, seen by ``viewer``; empty for the roles that each vehicle assumes for itself.
 
-    ``groups`` include those formed at run time; ``holdings`` are by start, ``marks`` in time order. A group that exists
-    at the end of the run has an infinite span in ``exists``.
+    ``groups`` include those formed at run time. A group that exists at the end has an infinite span in ``exists``.
     """
 
     viewer: str
@@ -69,10 +67,7 @@ class View(NamedTuple):
 
 
 def view_of(results: RunResults, viewer: str = "") -> View:
-    """Read the organisation of a run; an empty viewer means each vehicle's view of itself.
-
-    Raises DrawingError for no such vehicle.
-    """
+    """Read the organisation of a run; an empty viewer means each vehicle's view of itself. DrawingError if unknown."""
     names = run_records.vehicle_names(results)
     if viewer and viewer not in names:
         raise unknown("vehicle", viewer, names)

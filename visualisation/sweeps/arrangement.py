@@ -1,6 +1,4 @@
-"""Arrangement of a sweep's metrics in panels and series.
-
-Charts use only the declaration of a metric, so metrics of missions need no code here.
+"""Arrangement of a sweep's metrics in panels and series, by the declaration of a metric only.
 
 - Axis: the packet error rate. If it is constant, or an estimate of the acoustic channel: the numeric setting with the
   most values, else the unforeseen cases, else a textual setting of three values or more, such as the modem.
@@ -24,13 +22,10 @@ from visualisation.output import SWEEP_KINDS, DrawingError
 from visualisation.words import REPEAT
 
 RANKED = "mission_time_s"
-RATE = "completed"
-"""Metric that is a rate, with Wilson intervals."""
-TRADE_OFF = ("n_bytes", RANKED)
-"""Metrics of the trade-off: horizontal, vertical."""
+RATE = "completed"  # metric that is a rate, with Wilson intervals
+TRADE_OFF = ("n_bytes", RANKED)  # metrics of the trade-off: horizontal, vertical
 MOST_IN_OVERVIEW = 9
-PREFIXED = frozenset({"B", "bit", "J", "m", "W", "Wh"})
-"""Units with SI prefixes for large values; seconds have none."""
+PREFIXED = frozenset({"B", "bit", "J", "m", "W", "Wh"})  # units with SI prefixes for large values; seconds have none
 PREFIXES = ((1e6, "M"), (1e3, "k"))
 
 
@@ -64,10 +59,7 @@ class Measure:
         return self.metric.name == RATE and not self.signed
 
     def bounds(self, row: Comparison) -> tuple[float, float]:
-        """Return the interval on the scale of the axis; minimum and maximum without one.
-
-        If all runs completed, it is the interval of the mean of completed runs.
-        """
+        """Return the interval on the axis: of completed runs if all completed; minimum and maximum without one."""
         all_reached = row.n_reached == row.n
         ends = (row.reached_ci95_low, row.reached_ci95_high) if all_reached else (row.ci95_low, row.ci95_high)
         spread = row.least, row.largest
@@ -86,10 +78,7 @@ def measure(metric: Metric, rows: Sequence[Comparison]) -> Measure:
 
 
 def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, list[Comparison]]:
-    """Return differences to the baseline as a measure, and rows with them in place of means.
-
-    Rows without a difference are omitted.
-    """
+    """Return differences to the baseline as a measure, and the rows that have one, with it in place of means."""
     metric = replace(own.metric, label=f"{own.metric.label}, difference")
     differences = [
         replace(
@@ -105,20 +94,12 @@ def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, l
 
 
 def figure_kind(metric: Metric) -> str:
-    """Return the figure kind of a metric: its label with hyphens.
-
-    >>> from missions.metric import Better
-    >>> figure_kind(Metric("n_dives", "", Better.LOWER, "Dives per vehicle", len))
-    'dives-per-vehicle'
-    """
+    """Return the figure kind of a metric: its label with hyphens, such as ``dives-per-vehicle``."""
     return re.sub(r"[^a-z0-9]+", "-", metric.label.lower()).strip("-")
 
 
 def by_kind(metrics: Sequence[Metric]) -> Mapping[str, Metric]:
-    """Return metrics by figure kind.
-
-    Raises DrawingError if two metrics share a kind, or one has that of another figure.
-    """
+    """Return metrics by figure kind; DrawingError if two share a kind, or one has that of another figure."""
     charts: dict[str, Metric] = {}
     for metric in metrics:
         kind = figure_kind(metric)
@@ -132,10 +113,8 @@ def by_kind(metrics: Sequence[Metric]) -> Mapping[str, Metric]:
 
 
 PER, UNFORESEEN = "per", "unforeseen"
-ACOUSTIC = "acoustic"
-"""Channel with an estimated packet error rate, which no study sets."""
-LEAST_CASES = 3
-"""Minimum number of values of a textual setting on the axis."""
+ACOUSTIC = "acoustic"  # channel with an estimated packet error rate, which no study sets
+LEAST_CASES = 3  # minimum number of values of a textual setting on the axis
 STRATEGIES = (
     "remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync",
 )  # fmt: skip
@@ -149,9 +128,7 @@ WORDS = {
     "communication.range_m": "range of the modems (m)",
     "communication.modem": "modem",
 }
-"""Labels of frequently varied settings."""
-FAR_APART = 10.0
-"""Minimum ratio of the last to the first axis value for even spacing."""
+FAR_APART = 10.0  # minimum ratio of the last to the first axis value for even spacing
 
 Row = TypeVar("Row", bound=Comparison | Rank)
 
@@ -228,10 +205,9 @@ class Arrangement:
 
 
 def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrangement:
-    """Return the arrangement of a study, from the rows of all its configurations.
+    """Return the arrangement of a study, from the rows of all its configurations; ``bounds`` are strategies marked so.
 
-    Strategies in ``bounds`` are marked as bounds in legends. Raises DrawingError if the configurations share no axis,
-    as in a Latin hypercube of several keys.
+    Raises DrawingError if the configurations share no axis, as in a Latin hypercube of several keys.
     """
     axis = _axis(rows)
     cases = _cases(rows, axis)
@@ -264,7 +240,6 @@ def _axis(rows: Sequence[Comparison]) -> str:
 
 
 def _cases(rows: Sequence[Comparison], axis: str) -> tuple[str, ...]:
-    """Return the places of a categorical axis; none for a numeric one."""
     if axis == PER or (axis != UNFORESEEN and all(_is_number(row.settings.get(axis, "")) for row in rows)):
         return ()
     cases = dict.fromkeys(_case(row, axis) for row in rows)
@@ -287,7 +262,6 @@ def _is_number(text: str) -> bool:
 
 
 def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
-    """Return the axis and the settings monotonic in it, with one value per axis value."""
     values: dict[str, dict[float, set[str]]] = defaultdict(lambda: defaultdict(set))
     for row in rows:
         if axis == PER or axis in row.settings:
@@ -333,7 +307,6 @@ def policy_place(policy: str) -> tuple[int, str]:
 
 
 def _titles(combinations: Sequence[PanelSettings]) -> list[str]:
-    """Return titles of only the settings that differ among the combinations."""
     keys = dict.fromkeys(key for combination in combinations for key, _ in combination.settings)
     parts = [
         [

@@ -32,16 +32,12 @@ from visualisation.sweeps.arrangement import (
 from visualisation.words import REPEAT
 
 BODY_IN, TRADE_OFF_BODY_IN, OVERVIEW_BODY_IN = 2.1, 2.5, 1.45
-LEAST_PANEL_IN = 2.3
-"""Minimum width of a panel with its label; limits panels per row on pages of other widths."""
-SPREAD = 10.0
-"""Minimum ratio of the largest to the smallest mean for a logarithmic axis."""
-HOLLOW = (1, 3, 4)
-"""Looks with hollow markers, as all from the eighth on, to separate looks of one line style."""
+LEAST_PANEL_IN = 2.3  # minimum width of a panel with its label; limits panels per row on pages of other widths
+SPREAD = 10.0  # minimum ratio of the largest to the smallest mean for a logarithmic axis
+HOLLOW = (1, 3, 4)  # looks with hollow markers, as all from the eighth on, to separate looks of one line style
 SIDE_BY_SIDE, MOST_ASIDE = 0.45, 0.045
 """Maximum spread of points of one axis value, as share of the step and of the axis."""
-SIZES_PT = (2.0, 6.0)
-"""Sizes of trade-off markers at the low and the high end of the axis."""
+SIZES_PT = (2.0, 6.0)  # sizes of trade-off markers at the low and the high end of the axis
 
 
 def looks(series: Sequence[Series]) -> dict[Series, dict[str, Any]]:
@@ -70,7 +66,6 @@ def looks(series: Sequence[Series]) -> dict[Series, dict[str, Any]]:
 
 
 def _numbers(names: Sequence[str], known: Sequence[str]) -> dict[str, int]:
-    """Return the look number of each name: its index in ``known``, or the next free one."""
     fixed = {name: known.index(name) for name in names if name in known}
     free = (number for number in itertools.count() if number not in fixed.values())
     return {name: fixed[name] if name in fixed else next(free) for name in names}
@@ -130,10 +125,7 @@ def trade_off(
     rows: Mapping[str, Sequence[Comparison]],
     width_in: float | None = None,
 ) -> Figure:
-    """Draw one metric over another, points of a series joined; marker size shows the axis value.
-
-    There is a panel for each combination; ``rows`` are of all combinations, by metric name.
-    """
+    """Draw one metric over another, a panel per combination; lines join a series, marker size shows the axis value."""
     shown = [
         [arrangement.of(combination, rows[measure.metric.name]) for measure in (across, up)]
         for combination in combinations
@@ -161,7 +153,6 @@ class Places(NamedTuple):
 
 
 def _places(arrangement: Arrangement, rows: Sequence[Comparison]) -> Places:
-    """Return positions to scale, or evenly spaced if a scale would crowd them."""
     xs = sorted({arrangement.x(row) for row in rows})
     evenly = arrangement.is_spaced_evenly(rows)
     positions = {x: float(number) if evenly else x for number, x in enumerate(xs)}
@@ -174,7 +165,6 @@ def _places(arrangement: Arrangement, rows: Sequence[Comparison]) -> Places:
 def _curves(
     axes: Axes, arrangement: Arrangement, rows: Sequence[Comparison], measure: Measure, size: float = 1.0
 ) -> None:
-    """Draw means with intervals; points of one axis value stand side by side."""
     curves = arrangement.curves(rows)
     places = _places(arrangement, rows)
     drawn = looks(arrangement.series)
@@ -193,7 +183,6 @@ def _curves(
 
 
 def _place_ticks(axes: Axes, places: Places, arrangement: Arrangement) -> None:
-    """Set a tick at each of few places, else at round numbers; name cases if the names fit."""
     along, width_in = list(places.at.values()), axes.bbox.width / axes.figure.dpi
     if along:
         axes.set_xlim(along[0] - 0.5 * places.step, along[-1] + 0.5 * places.step)
@@ -210,10 +199,6 @@ def _crosses(
     measures: tuple[Measure, Measure],
     sizes: Mapping[float, float],
 ) -> None:
-    """Draw the series of a trade-off.
-
-    ``shown`` are rows of the horizontal and the vertical metric; ``sizes`` are marker sizes (pt) by axis value.
-    """
     across, up = measures
     drawn = looks(arrangement.series)
     curves = [arrangement.curves(rows) for rows in shown]
@@ -238,7 +223,6 @@ def _sizes(n: int) -> list[float]:
 
 
 def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure, along: str) -> None:
-    """Set the same limits on all panels, and a logarithmic scale for a large spread."""
     means = [row.mean * measure.scale for row in rows]
     ends = [*means, *(end for row in rows for end in measure.bounds(row))]
     log = not measure.share and not measure.signed and min(ends) > 0.0 and max(means) > SPREAD * min(means)
@@ -254,7 +238,6 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
 
 
 def _limits(ends: Sequence[float], signed: bool) -> tuple[float, float]:
-    """Return limits with a margin around all intervals, from 0 if that is near or the values are differences."""
     low, high = min(ends), max(ends)
     with_0 = signed or 0.0 <= low < 0.5 * high
     span = max(high, 0.0) - min(low, 0.0) if with_0 else high - low
@@ -273,11 +256,8 @@ def _page(
 ) -> tuple[Figure, list[Axes]]:
     """Create panels with letters and titles, and a legend of all series below.
 
-    Args:
-        titles: of the panels; a single one is not shown.
-        wanted_in: width of the page, which limits the panels per row; None for a column or page of a paper.
-        x_label: empty for the axis of the arrangement.
-        rows: if given, the legend omits series without rows, such as the baseline of differences.
+    ``wanted_in`` is the page width, None for a column or page of a paper; an empty ``x_label`` is that of the axis.
+    With ``rows``, the legend omits series without rows, such as the baseline of differences.
     """
     columns = min(columns, len(titles), *([] if wanted_in is None else [max(1, int(wanted_in / LEAST_PANEL_IN))]))
     figure = page.opened(wanted_in or (style.COLUMN_IN if columns == 1 else style.PAGE_IN), len(titles) * BODY_IN)

@@ -1,8 +1,7 @@
-"""Figures of a sweep, each with its data as CSV and a caption.
+"""Figures of a sweep, each with its data as CSV and a caption; factorial studies have figures of effects.
 
 Up to six combinations of scenario, channel, other settings and unforeseen case share a figure as panels; more have a
-figure each, with the combination in its name. Overview and ranking always have one per combination. Factorial studies
-have figures of effects.
+figure each, with the combination in its name. Overview and ranking always have one per combination.
 """
 
 from __future__ import annotations
@@ -52,16 +51,15 @@ if TYPE_CHECKING:
     from visualisation.page import DrawnPage
 
 MOST_PANELS = 6
-MOST_FIGURES = 8
-"""Maximum number of figures if the user names none."""
+MOST_FIGURES = 8  # maximum number of figures if the user names none
 DIRECTIONS = (Better.HIGHER, Better.LOWER)
 
 
 class Numbers:
     """Data of the figures of a sweep, computed for the first figure that needs them.
 
-    ``kinds`` are metrics by figure kind, ``overview`` metrics of the overview; ``ranked_by`` is the metric of ranking,
-    differences and effects. Raises DrawingError if two metrics share a kind, OutputError for an unknown ranking metric.
+    ``kinds`` are metrics by figure kind; ``ranked_by`` is the metric of ranking, differences and effects. Raises
+    DrawingError if two metrics share a kind, OutputError for an unknown ranking metric.
     """
 
     def __init__(self, results: SweepResults, ranked: str) -> None:
@@ -129,11 +127,7 @@ class SweepChart:
 
 
 def sweep_picture(results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None) -> DrawnPage:
-    """Draw one figure of a sweep in memory, with its caption and notes for the user.
-
-    Arguments and errors are as in ``draw_sweep_figures``; DrawingError also if the sweep has several figures of this
-    kind.
-    """
+    """Draw one figure of a sweep in memory; arguments as in ``draw_sweep_figures``. DrawingError if it has several."""
     from visualisation.page import DrawnPage
 
     numbers, (asked,), notes = _prepared(results, [kind], ranked, width_in)
@@ -162,7 +156,6 @@ def draw_sweep_figures(
     Args:
         kinds: names in ``SWEEP_KINDS``, or metrics by the name of their chart or of their field.
         ranked: name of the metric of ranking, differences and effects.
-        progress: called with amounts done and total.
         width_in: of all figures; None for a column or a page of a paper.
         draw_all: without kinds, draw all kinds with data.
 
@@ -193,7 +186,6 @@ def _prepared(
     format: str = "png",
     draw_all: bool = False,
 ) -> tuple[Numbers, list[str], list[str]]:
-    """Return the data of figures, the kinds that can be drawn, and notes on omissions."""
     numbers = Numbers(results, ranked)
     asked = _asked(kinds, numbers.kinds) if kinds or draw_all else _telling(results, numbers.kinds)
     if results.file.factors and not kinds:
@@ -220,7 +212,6 @@ def _prepared(
 
 
 def _telling(results: SweepResults, charts: Mapping[str, Metric]) -> list[str]:
-    """Return the default kinds of the study, most informative first."""
     design = results.file.study
     strategies, policies = len(design.strategies or ()) > 1, len(design.policies or ()) > 1
     kinds = {metric.name: kind for kind, metric in charts.items()}
@@ -231,7 +222,6 @@ def _telling(results: SweepResults, charts: Mapping[str, Metric]) -> list[str]:
 
 
 def _asked(kinds: Sequence[str], charts: Mapping[str, Metric]) -> list[str]:
-    """Return the kinds to draw without duplicates; a metric's field stands for its chart."""
     usual = (*charts, *SWEEP_KINDS)
     known = (*usual, *FACTORIAL_KINDS)
     fields = {metric.name: kind for kind, metric in charts.items()}
@@ -280,7 +270,6 @@ def _caption(numbers: Numbers, chart: SweepChart) -> str:
 
 
 def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
-    """Yield the figures of a kind: one for all combinations, or one for each."""
     if kind in FACTORIAL_KINDS:
         from visualisation.sweeps import charts as drawn
 
@@ -330,7 +319,6 @@ def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbe
 
 
 def _file_name(stem: str, title: str, taken: set[str]) -> str:
-    """Return an unused name of letters, digits and ``._=-``."""
     # File systems allow names of 255 bytes, stem and ending included.
     short = re.sub(r"[^A-Za-z0-9._=-]+", "-", title.replace(" = ", "=")).strip("-")[:80]
     name = stem = f"{stem}-{short}" if short else stem

@@ -35,10 +35,7 @@ def ordered(arrangement: Arrangement, shown: Sequence[Rank]) -> list[tuple[Serie
 
 
 def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width_in: float | None = None) -> Figure:
-    """Draw the table of one combination, ranked by the metric named ``measured``.
-
-    A ``width_in`` of None is a column of text, or a page if needed. Raises DrawingError if the table needs more.
-    """
+    """Draw the table of one combination, ranked by the metric named ``measured``; DrawingError if it is too wide."""
     rows = ordered(arrangement, shown)
     places = sorted({arrangement.x(rank) for rank in shown})
     names = [style.fitted(series.label, LONGEST_NAME_IN, style.SMALL_PT) for series, _ in rows]
