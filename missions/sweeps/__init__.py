@@ -1,10 +1,8 @@
-"""Sweeps: all runs of a study, each once, resumable after interruptions.
+"""Sweeps: ``sweep`` makes all runs of a study, each once, in a folder, ``SweepResults.read`` reads it.
 
 >>> from missions.sweeps import load_study
 >>> load_study("strategies-quick").n_runs
 160
-
-``sweep`` makes the runs of a study in a folder, ``SweepResults.read`` reads it. Modules load on first use.
 """
 
 from typing import TYPE_CHECKING

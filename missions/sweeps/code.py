@@ -1,7 +1,7 @@
 """Fingerprint of the code that makes runs, to keep runs of different programs apart.
 
-It has a digest of every file that can change a run, in this program and in plug-ins with the project files they import,
-and the versions of Python, Mesa and NumPy.
+It has a digest of every file that can change a run, of plug-ins and the project files they import included, and the
+versions of Python, Mesa and NumPy.
 """
 
 from __future__ import annotations
@@ -20,12 +20,10 @@ from typing import Any
 from missions.files import is_reference, texts
 from remoras.plugins import asked_for
 
-MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")
-"""Packages that make runs."""
+MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")  # packages that make runs
 TELL_ONLY = ("remoras/cli", "missions/benchmark", "missions/comparison", "missions/sweeps")
 """Folders in these packages that only plan or report runs."""
-RESTED_ON = ("mesa", "numpy")
-"""Distributions whose version may change a run."""
+RESTED_ON = ("mesa", "numpy")  # distributions whose version may change a run
 N_DIGITS = 12
 
 
@@ -70,7 +68,6 @@ def code_digests(named: Iterable[str]) -> dict[str, str]:
 
 
 def _imported(module: str, top: Path) -> Iterator[Path]:
-    """Yield the sources below ``top`` that a module imports, directly or not."""
     finder = ModuleFinder([str(top)])
     # A faulty plug-in has at least its own file in the digest; its fault appears on loading.
     with suppress(ImportError, SyntaxError, ValueError):

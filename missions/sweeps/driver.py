@@ -23,10 +23,8 @@ from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart
 from missions.sweeps.study import Study
 from missions.sweeps.worker import killed, run_checked, run_task
 
-MAX_ATTEMPTS = 3
-"""Attempts of a run before it counts as fatal to its process."""
-AHEAD = 2
-"""Runs submitted per process."""
+MAX_ATTEMPTS = 3  # attempts of a run before it counts as fatal to its process
+AHEAD = 2  # runs submitted per process
 TIMED_RUNS = 3
 
 
@@ -36,17 +34,13 @@ class PartlyDoneError(MissionsError):
 
 @dataclass(frozen=True)
 class SweepEstimate:
-    """Result of a dry run.
-
-    ``planned`` bounds the number of runs; configurations known to draw no random numbers count once.
-    """
+    """Result of a dry run; ``planned`` bounds the runs, since configurations without random draws run once."""
 
     planned: int
     estimate_s: float
 
 
-ReportProgress = Callable[[int, int], None]
-"""Callback with the numbers of finished and of planned runs."""
+ReportProgress = Callable[[int, int], None]  # callback with the numbers of finished and of planned runs
 
 
 def estimate(study: Study, jobs: int) -> SweepEstimate:
@@ -78,7 +72,6 @@ def sweep(
     Args:
         cluster: address of a Dask scheduler that replaces local processes.
         executor: other executor with ``jobs`` processes.
-        progress: called with the numbers of finished and of planned runs.
         timeout_s, memory_mb: limits of every run, which fails beyond them; a timeout needs local processes.
         accept_code: resume a folder of other code.
 
@@ -116,7 +109,6 @@ def sweep(
 
 
 def _compact_if_possible(folder: SweepFolder) -> None:
-    """Write the tables of finished runs if the disk allows; the ledger has all data."""
     with suppress(OutputError):
         folder.compact()
 
@@ -125,7 +117,6 @@ def _compact_if_possible(folder: SweepFolder) -> None:
 def _engine(
     jobs: int, cluster: str | None, executor: Executor | None, timeout_s: float | None
 ) -> Iterator[tuple[Executor, int]]:
-    """Yield the executor and its number of processes; shut it down if it was created here."""
     if executor is not None:
         yield executor, jobs
     elif cluster is not None:
@@ -184,7 +175,6 @@ def _drive(
 
 
 def _is_death(error: Exception) -> bool:
-    """True if a process died with the run, as reported by the pool or by Dask."""
     if isinstance(error, WorkersCannotStart):
         return False
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"

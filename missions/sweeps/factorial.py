@@ -18,8 +18,7 @@ from functools import cached_property
 LOW, HIGH = -1, 1
 MOST_FACTORS = 8
 ROMAN = ("", "I", "II", "III", "IV", "V", "VI", "VII", "VIII")
-Term = frozenset[str]
-"""Factors whose columns are multiplied: one for a main effect, two for an interaction."""
+Term = frozenset[str]  # factors whose columns are multiplied: one for a main effect, two for an interaction
 
 
 @dataclass(frozen=True)
@@ -87,10 +86,7 @@ class FactorialDesign:
 
 
 def designed(factors: Sequence[str], halvings: int) -> FactorialDesign:
-    """Return the minimum-aberration design of these factors after ``halvings``.
-
-    Raises:
-        ValueError: with so many halvings, main effects would be aliased with each other.
+    """Return the minimum-aberration design of these factors; ValueError if ``halvings`` alias main effects.
 
     >>> designed(("a", "b", "c", "d", "e"), 1).description()
     '2^(5-1) = 16 runs, resolution V (e = a x b x c x d)'
@@ -106,17 +102,12 @@ def designed(factors: Sequence[str], halvings: int) -> FactorialDesign:
 
 
 def most_halvings(n_factors: int) -> int:
-    """Return the most halvings that keep resolution III: no aliased pair of main effects.
-
-    >>> [most_halvings(n) for n in (2, 3, 5, 7, 8)]
-    [0, 1, 2, 4, 4]
-    """
+    """Return the most halvings that keep resolution III, so no pair of main effects is aliased."""
     # 2^(n - p) runs distinguish 2^(n - p) - 1 effects, besides the mean.
     return max(p for p in range(n_factors) if n_factors <= (1 << (n_factors - p)) - 1)
 
 
 def _candidates(factors: Sequence[str], halvings: int) -> Iterator[FactorialDesign]:
-    """Yield the designs whose last columns are products of distinct sets of two or more others."""
     basic, made = factors[:-halvings], factors[-halvings:]
     # ``min`` keeps the first of equal designs: that with the longest products.
     products = [frozenset(p) for size in range(len(basic), 1, -1) for p in itertools.combinations(basic, size)]
@@ -125,6 +116,5 @@ def _candidates(factors: Sequence[str], halvings: int) -> Iterator[FactorialDesi
 
 
 def _aberration(design: FactorialDesign) -> tuple[int, ...]:
-    """Count the words of each length, the shortest first; fewer short words are better."""
     lengths = [len(word) for word in design.words]
     return tuple(lengths.count(length) for length in range(1, len(design.factors) + 1))

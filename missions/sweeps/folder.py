@@ -1,11 +1,9 @@
 """Folder of a sweep: reading, and writing while it runs.
 
 ``study.json`` records the study: version, tables, scenarios, digests of configurations and code. A sweep resumes only
-if every configuration is still there, with the same content and code; the study may have more. Declared metrics and
-labels allow analysis without importing the mission. ``ledger.jsonl`` has a line per finished run, ``runs`` the results
-folder of every sampled run (``key=KEY``, the name by which tools for Parquet add the column). ``runs.parquet`` is
-derived: a row per run, by key.
-Table libraries load on first use, so that ``remoras sweep --status`` is fast.
+if every configuration is still there, with the same content and code; the study may have more. ``ledger.jsonl`` has a
+line per finished run, ``runs`` the results folder of every sampled run (``key=KEY``, the name by which tools for
+Parquet add the column). ``runs.parquet`` is derived: a row per run, by key.
 """
 
 from __future__ import annotations
@@ -44,12 +42,10 @@ if TYPE_CHECKING:
     from missions.runs.results import Results
     from missions.sweeps.plan import SweepPlan
 
-MOST_TABLE_BYTES = 500_000_000
-"""Limit (bytes) on a study's tables, unless it sets the repeats to keep."""
+MOST_TABLE_BYTES = 500_000_000  # limit (bytes) on a study's tables, unless it sets the repeats to keep
 STUDY, STUDY_TEXT, RUNS, KEPT, LOCK = "study.json", "study.toml", "runs.parquet", "runs", "lock"
 DAMAGED = "lost or changed since it was written; repeat the sweep with the same --out to restore it"
 MOST_DIFFERENCES = 20
-"""Most differences between studies listed in a message."""
 CODE_CHANGED = "the code that makes the runs has changed: continue with --accept-code, which marks its runs; or "
 DECLARATIONS, CONFIGURATIONS, IDENTITY, OWN = "metrics", "configurations", "id", "own_metrics"
 """Keys of the record that may differ when a sweep resumes."""
@@ -58,7 +54,6 @@ FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_ta
 """Keys that must not differ when a sweep resumes."""
 REPEATS = "study.study.repeats"
 OWN_METRICS = ".scenario.metrics"
-"""Suffix of the key of metrics named by a scenario."""
 LACK_IT = "; runs that were made lack it: `remoras compare DIR --metric FILE.py:METRIC` reads the tables that were kept"
 REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
 """Keys that change metrics or number of runs, but no run."""
@@ -89,10 +84,9 @@ class SweepStatus:
 
 @dataclass(frozen=True)
 class SweepResults:
-    """Results in the folder of a sweep, finished or not.
+    """Results in the folder of a sweep, finished or not; need neither study file, scenarios, missions nor strategies.
 
-    Reading needs neither the study file nor its scenarios, missions and strategies. ``measured``: user metrics by name,
-    computed from kept tables.
+    ``measured``: user metrics by name, computed from kept tables.
     """
 
     folder: Path
@@ -140,7 +134,6 @@ class SweepResults:
 
     @cached_property  # a file of megabytes
     def _record(self) -> StudyRecord:
-        """Content of ``study.json``; raises OutputError if it is damaged or of another version."""
         try:
             return StudyRecord.model_validate_json((self.folder / STUDY).read_bytes())
         except ValueError:  # as pydantic's errors are
@@ -151,13 +144,13 @@ class SweepResults:
 
     @cached_property  # it keeps the keys of the runs
     def schedule(self) -> RunSchedule:
-        """Study with the keys of its runs; raises OutputError for another version's record."""
+        """Study with the keys of its runs; raises OutputError if ``study.json`` is damaged or of another version."""
         record = self._record
         return RunSchedule(record.version, record.study, record.configurations, self.metrics)
 
     @property
     def file(self) -> StudyFile:
-        """Study file; raises OutputError for another version's record."""
+        """Study file; raises OutputError as ``schedule``."""
         return self._record.study
 
     @cached_property  # asked for each name
@@ -183,10 +176,7 @@ class SweepResults:
         return bounds()
 
     def assumed(self, settings: Mapping[str, str]) -> list[str]:
-        """Return the assumptions of channels with these settings, for captions; often none.
-
-        settings: by key, as in comparisons; ``channel.name`` is the channel.
-        """
+        """Return the assumptions of channels with these settings (by key), for captions; often none."""
         texts = [
             label.assumed
             for label in self._record.configurations
@@ -207,11 +197,6 @@ class SweepResults:
         return self._with_measured(lines) if self.measured else lines
 
     def _with_measured(self, lines: Mapping[str, Line]) -> dict[str, Line]:
-        """Return ledger lines with values of the user's metrics in the summaries, where tables exist.
-
-        Values equal those measured by the run. A run without tables has no value and does not count in comparisons.
-        Raises PluginError if a metric fails.
-        """
         from missions.runs.reader import value_of
 
         changed = dict(lines)
@@ -278,12 +263,9 @@ def is_damaged(folder: Path, line: Line) -> bool:
 class SweepFolder:
     """Folder of a running sweep, created if missing, locked by one process.
 
-    Args:
-        accept_code: resume runs of other code; the column ``code`` separates them.
-        retry_failed: repeat failed runs.
-
-    Raises StudyChangedError if it belongs to another study or an incompatible version of this one, OutputError if it
-    cannot be written or another sweep is writing it.
+    ``accept_code`` resumes runs of other code (column ``code``); ``retry_failed`` repeats failed runs. Raises
+    StudyChangedError for another study or an incompatible version of this one, OutputError if another sweep is writing
+    it.
     """
 
     def __init__(
@@ -324,7 +306,6 @@ class SweepFolder:
             raise kind(f"--out {folder}: cannot be written: {error.strerror}") from None
 
     def _make_sure_of_study(self, record: Mapping[str, Any], accept_code: bool) -> str:
-        """Reject an incompatible study; return the folder's study identity."""
         path = self.folder / STUDY
         if path.is_file():
             differing = list(differences(path, record, accept_code))
@@ -343,7 +324,6 @@ class SweepFolder:
         return identity
 
     def _to_make_again(self, retry_failed: bool) -> frozenset[str]:
-        """Return the keys of runs to repeat: failed ones, if asked for, and those with lost tables."""
         lines = self._ledger.lines
         return frozenset(
             key
@@ -352,10 +332,9 @@ class SweepFolder:
         )
 
     def append(self, finished: Sequence[FinishedRun]) -> None:
-        """Record finished runs on disk; known ones are skipped.
+        """Record finished runs on disk, known ones skipped; on OutputError the ledger is unchanged.
 
-        Raises OutputError if the disk rejects them, or a repeated run with lost tables ends differently; the ledger is
-        unchanged then.
+        It is raised if the disk rejects them, or a repeated run with lost tables ends differently.
         """
         known, runs = self._ledger.lines, self.folder / KEPT
         new = {run.key: run for run in finished if run.key in self._again or run.key not in known}
@@ -422,7 +401,6 @@ def run_table(lines: Mapping[str, Line]) -> Any:
 
 
 def _array(values: list[Any]) -> Any:
-    """Convert values to a column; mixed kinds become text."""
     import pyarrow as pa
 
     try:
@@ -491,7 +469,6 @@ def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
-    """True if a difference cannot invalidate runs; ``lost``: configurations are missing."""
     if key in FIXED or (key.startswith("code.") and old is not None):
         return False
     if key.endswith(OWN_METRICS):

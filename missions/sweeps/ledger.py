@@ -1,9 +1,8 @@
 """Ledger of a sweep: one line of JSON per finished run, synced to disk before it counts.
 
 A kill leaves at most a torn last line, which is removed on reopening; its run is repeated. So no run is lost or
-doubled. Each line has a checksum, its study and a digest of its kept tables. An altered, foreign or contradicting line
-is reported by number and blocks the ledger until it is removed. A later line of a run that failed, or whose tables were
-made again, replaces the earlier one.
+doubled. An altered, foreign or contradicting line is reported by number and blocks the ledger until it is removed. A
+later line of a run that failed, or whose tables were made again, replaces the earlier one.
 """
 
 from __future__ import annotations
@@ -21,20 +20,15 @@ from missions.disk import synced
 from missions.errors import OutputError
 
 LEDGER = "ledger.jsonl"
-DONE, FAILED = "done", "failed"
-"""Outcome of a run: a summary, or an error."""
+DONE, FAILED = "done", "failed"  # outcome of a run: a summary, or an error
 MACHINE_COLUMNS = ("wall_s", "cpu_s", "host", "worker", "finished_at")
-"""Machine-dependent columns."""
 LINE_KEYS = {"key", "status", "repeat", "settings", "summary", "error", "replay", "tables", "machine"}
 
-SEAL = b'{"crc": "'
-"""Start of a line with checksum; older lines have none."""
+SEAL = b'{"crc": "'  # start of a line with checksum; older lines have none
 TAKE_OUT = "Take the line out, and the same sweep makes its run again"
-MAY_DIFFER = {"machine", "code", "replay", "tables", "crc"}
-"""Keys that may differ between two lines of one run."""
+MAY_DIFFER = {"machine", "code", "replay", "tables", "crc"}  # keys that may differ between two lines of one run
 
-Line = dict[str, Any]
-"""Record of a run in the ledger, with all of ``LINE_KEYS``."""
+Line = dict[str, Any]  # record of a run in the ledger, with all of ``LINE_KEYS``
 
 
 @dataclass(frozen=True)
@@ -51,10 +45,9 @@ class FinishedRun:
 
 
 class RunLedger:
-    """Ledger of a running sweep, open for appending; a torn last line is removed.
+    """Ledger of a running sweep, open for appending; ``study`` is stored in every line.
 
-    ``study`` is stored in every line. Raises OutputError if another line is malformed, OSError if the file cannot be
-    opened.
+    Raises OutputError if a line other than a torn last one is malformed, OSError if the file cannot be opened.
     """
 
     def __init__(self, path: Path, study: str = "") -> None:
@@ -71,7 +64,6 @@ class RunLedger:
             raise
 
     def _recovered(self) -> dict[str, Line]:
-        """Remove a torn last line and return the lines by key."""
         content = self._path.read_bytes()
         whole = content.rfind(b"\n") + 1
         if whole < len(content):
@@ -101,10 +93,7 @@ class RunLedger:
 
 
 def read_ledger(path: Path, study: str = "") -> dict[str, Line]:
-    """Return the whole lines of a ledger by key, in key order, even during a sweep.
-
-    Raises OutputError for a line that is malformed, contradicting, or of another study (if ``study`` is given).
-    """
+    """Return the whole lines of a ledger by key, in key order, even during a sweep; errors as ``ledger_lines``."""
     content = path.read_bytes() if path.is_file() else b""
     return dict(sorted(ledger_lines(content, path, study).items()))
 
@@ -112,7 +101,7 @@ def read_ledger(path: Path, study: str = "") -> dict[str, Line]:
 def ledger_lines(content: bytes, path: Path, study: str = "") -> dict[str, Line]:
     """Parse the whole lines of a ledger by key; of a failed run's lines the last counts.
 
-    study: required identity; empty for any. Raises OutputError as ``read_ledger``.
+    Raises OutputError for a line that is malformed, contradicting, or of another ``study`` (empty for any).
     """
     lines: dict[str, Line] = {}
     numbers: dict[str, int] = {}
@@ -137,7 +126,6 @@ def _sealed(line: Mapping[str, Any]) -> bytes:
 
 
 def _read(raw: bytes) -> Line | None:
-    """Parse a line; None if it is malformed or its checksum is wrong."""
     try:
         line = json.loads(raw)
     except (ValueError, RecursionError):

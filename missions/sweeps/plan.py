@@ -1,8 +1,7 @@
 """Plan: runs that a study needs, and its stopping rule.
 
 Common random numbers: a run's seed depends only on master seed and repeat, so the n-th repeats of all configurations
-meet the same losses. A run's key is a hash of version, resolved configuration and seed. The runs still needed depend
-only on the finished ones, not on their order.
+meet the same losses. The runs still needed depend only on the finished ones, not on their order.
 """
 
 from __future__ import annotations
@@ -25,14 +24,10 @@ if TYPE_CHECKING:
     from missions.sweeps.study import Configuration, Study
     from missions.sweeps.study_file import StoppingRule, StudyFile
 
-UNFORESEEN = "unforeseen"
-"""Column of the table of runs with the name of the unforeseen case."""
-DRAWN = "drawn"
-"""Summary field: whether the run drew random numbers; null if unknown."""
-OF_THE_SEED = frozenset({"seed", DRAWN})
-"""Fields that differ between repeats of one run."""
-Summaries = Mapping[str, Mapping[str, Any]]
-"""Summary of every finished run by key."""
+UNFORESEEN = "unforeseen"  # column of the table of runs with the name of the unforeseen case
+DRAWN = "drawn"  # summary field: whether the run drew random numbers; null if unknown
+OF_THE_SEED = frozenset({"seed", DRAWN})  # fields that differ between repeats of one run
+Summaries = Mapping[str, Mapping[str, Any]]  # summary of every finished run by key
 
 
 def run_content(scenario: Scenario) -> str:
@@ -66,10 +61,10 @@ class RunTask:
 
 @dataclass(frozen=True)
 class ConfigurationLabel:
-    """Description of a configuration in the folder.
+    """Configuration as stored; ``digest`` identifies the resolved scenario, ``source`` is as for `remoras run`.
 
-    ``source`` is as for `remoras run`; ``unforeseen`` names the case, if any. ``duration_s``: end of an incomplete run.
-    ``digest`` identifies the resolved scenario. ``assumed``: assumptions of its channel, if any.
+    ``unforeseen`` names the case, if any; ``duration_s`` is the end of an incomplete run; ``assumed`` are assumptions
+    of its channel.
     """
 
     source: str
@@ -112,8 +107,7 @@ def _key(version: str, digest: str, master: int, repeat: int) -> str:
 class RunSchedule:
     """Keys of the runs of a study, sufficient for its progress without scenarios.
 
-    ``labels`` describe its configurations. A run without a value of the stopping rule's metric counts with its duration
-    if the metric is censored.
+    A run without a value of the stopping rule's metric counts with its duration if the metric is censored.
     """
 
     version: str
@@ -174,10 +168,7 @@ class RunSchedule:
         return ((number, repeat) for repeat, number in due if self.key(number, repeat) not in busy)
 
     def labelled(self, lines: Mapping[str, Line]) -> dict[str, Line]:
-        """Return ledger lines with the study's current settings of their configurations.
-
-        A study that has grown may set keys that it left to the scenario before; the runs are the same.
-        """
+        """Return ledger lines with the current settings of their configurations; a grown study may set more keys."""
         n_repeats = 1 + max((line["repeat"] for line in lines.values()), default=-1)
         labels = {self.key(n, repeat): label for n, label in enumerate(self.labels) for repeat in range(n_repeats)}
         return {key: labels[key].on(line) if key in labels else line for key, line in lines.items()}
@@ -228,10 +219,9 @@ def outcome(summary: Mapping[str, Any], but: Collection[str] = ()) -> dict[str, 
 
 
 def repeats_needed(rule: StoppingRule, values: Sequence[float | None]) -> int:
-    """Return the repeats that a stopping rule demands, given the first repeats' values in order.
+    """Return the repeats that a stopping rule demands, given the first repeats' values; None counts as a repeat.
 
-    It is evaluated at the minimum and after every further half of it. A missing value (None, such as a failed run)
-    counts as a repeat.
+    It is evaluated at the minimum and after every further half of it.
     """
     from missions.statistics import t_half_width  # slow to load, and workers need no statistics
 

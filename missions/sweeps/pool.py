@@ -27,14 +27,12 @@ from missions.sweeps.code import program
 from remoras.plugins import SAFE_PATH, look_in, plugin_folders, switched_on
 
 START_ATTEMPTS = 3
-SERVER_DIED = 255
-"""Exit code in ``multiprocessing`` of a process whose fork server was killed."""
+SERVER_DIED = 255  # exit code in ``multiprocessing`` of a process whose fork server was killed
 GUARD = (
     "before its first run; a script that calls sweep does so below if __name__ == '__main__': since every worker "
     "loads the script again"
 )
-_STARTING = Lock()
-"""Lock for process starts, which use global state."""
+_STARTING = Lock()  # lock for process starts, which use global state
 Arguments = ParamSpec("Arguments")
 T = TypeVar("T")
 Call = tuple["Future[Any]", Callable[..., Any], tuple[Any, ...], dict[str, Any]]
@@ -55,7 +53,7 @@ class WorkersCannotStart(BrokenExecutor):
 class SupervisedPool(Executor):
     """Executor that replaces dead processes; new ones have the module ``preload`` loaded.
 
-    After ``limit_s`` seconds of a call its process is killed, and its future raises ``TookTooLong``.
+    A call longer than ``limit_s`` (s) is killed, and its future raises ``TookTooLong``.
     """
 
     def __init__(self, n_workers: int, preload: str, limit_s: float | None = None) -> None:
@@ -95,7 +93,6 @@ class SupervisedPool(Executor):
                 thread.join()
 
     def _watch(self) -> None:
-        """Send calls to one process, and replace it if it dies."""
         process: BaseProcess | None = None
         began = False
         while (call := self._calls.get()) is not None:
@@ -145,7 +142,6 @@ class SupervisedPool(Executor):
             self._processes.discard(process)
 
     def _started(self) -> tuple[BaseProcess, Connection]:
-        """Start a process; return it with the local end of its connection."""
         for attempt in range(1, START_ATTEMPTS + 1):
             ours, theirs = self._context.Pipe()
             process: BaseProcess = self._context.Process(target=_serve, args=(theirs, plugin_folders()), daemon=True)  # type: ignore[attr-defined]
@@ -165,11 +161,7 @@ class SupervisedPool(Executor):
 
 @contextmanager
 def _interruption_held() -> Iterator[None]:
-    """Start processes with Ctrl-C blocked, since the terminal sends it to all of them.
-
-    They inherit this thread's signal mask, as does the fork server. Until they install handlers, an interruption would
-    end them with a traceback.
-    """
+    """Block Ctrl-C, which a terminal sends to all processes: started ones inherit the mask until they have handlers."""
     if sys.platform == "win32":
         yield
         return
@@ -182,7 +174,6 @@ def _interruption_held() -> Iterator[None]:
 
 
 def _serve(connection: Connection, folders: tuple[str, ...]) -> None:
-    """Answer calls until the connection closes; interruptions are left to the parent."""
     look_in(folders)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
@@ -205,19 +196,14 @@ def _serve(connection: Connection, folders: tuple[str, ...]) -> None:
 
 
 ADDRESS = re.compile(r"(tcp|tls|ucx|wss?)://(\[[0-9a-fA-F:]+\]|[^/:\s]+):\d{1,5}")
-REACH_S = 10.0
-"""Timeout (s) for a scheduler to answer and a worker to join."""
+REACH_S = 10.0  # timeout (s) for a scheduler to answer and a worker to join
 
-JOINING = 32
-"""Least number of threads assumed, so that workers that join later find tasks."""
+JOINING = 32  # least number of threads assumed, so that workers that join later find tasks
 
 
 @contextmanager
 def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
-    """Connect to a Dask cluster; yield the executor and its number of threads.
-
-    address: of the scheduler, tcp://HOST:PORT. Raises ClusterError if it is unreachable or has no workers.
-    """
+    """Connect to a Dask scheduler (tcp://HOST:PORT); yield executor and thread count, ClusterError without workers."""
     try:
         import distributed
     except ImportError:

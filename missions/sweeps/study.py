@@ -1,8 +1,7 @@
-"""Studies: the product of scenarios, fleet sizes, strategies, policies, channels and points.
+"""Studies: the product of scenarios, fleet sizes, strategies, policies, channels, unforeseen cases and points.
 
-Unforeseen cases are a further axis. A point sets keys of the scenario, named as for ``--set``; points come from a full
-grid, a list, a Latin hypercube or a two-level factorial design. Loading resolves every configuration, so that a study
-that starts can finish.
+A point sets keys of the scenario, named as for ``--set``; points come from a full grid, a list, a Latin hypercube or a
+two-level factorial design. Loading resolves every configuration, so that a study that starts can finish.
 """
 
 from __future__ import annotations
@@ -55,8 +54,7 @@ OPTION = "--strategy"
 
 
 Settings = tuple[StudySetting, ...]
-FAULT = "fault"
-"""Scenario key of the faults of a run."""
+FAULT = "fault"  # scenario key of the faults of a run
 
 
 class Combination(NamedTuple):
@@ -88,7 +86,6 @@ def _unforeseen(case: Unforeseen, place: str) -> Settings:
 
 
 def _channels(file: StudyFile) -> list[Settings]:
-    """Return the settings of every channel; a list of values in its table is a grid."""
     channels = []
     for number, table in enumerate(file.channel):
         place = channel_place(file, number)
@@ -120,7 +117,6 @@ def _factorial(file: StudyFile) -> list[Settings]:
 
 
 def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, seed: int) -> list[Settings]:
-    """Return a Latin hypercube (McKay, Beckman, Conover 1979) with values of six digits."""
     from scipy.stats import qmc  # slow to load
 
     unit = qmc.LatinHypercube(len(bounds), seed=seed).random(samples)
@@ -134,18 +130,12 @@ def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, se
 
 
 def _between(low: float, high: float, share: float) -> float:
-    """Interpolate at a share 0..1; integers have equal parts of the interval.
-
-    >>> _between(4, 6, 0.34), _between(4.0, 6.0, 0.34)
-    (5, 4.68)
-    """
     if isinstance(low, int) and isinstance(high, int):
         return low + min(int(share * (high - low + 1)), high - low)
     return float(f"{low + share * (high - low):.6g}")
 
 
 def _product(grid: Sequence[StudySetting]) -> list[Settings]:
-    """Return the settings of a full grid; a scalar or a list of tables is constant."""
     choices = [
         [setting._replace(value=value) for value in (setting.value if is_axis(setting.value) else [setting.value])]
         for setting in grid
@@ -158,10 +148,7 @@ KEY_OF_METRICS = "study.metrics"
 
 @dataclass(frozen=True)
 class Configuration:
-    """One combination of settings, with its resolved scenario.
-
-    ``source`` is as for `remoras run`; ``unforeseen`` names the case, if any.
-    """
+    """One combination of settings, with its resolved scenario; ``source`` is as for `remoras run`."""
 
     source: str
     settings: tuple[tuple[str, Any], ...]
@@ -171,10 +158,7 @@ class Configuration:
 
 @dataclass(frozen=True)
 class Study:
-    """Study with every configuration resolved.
-
-    ``metrics`` are those that can be compared; ``own_metrics`` names the users' ones.
-    """
+    """Study with every configuration resolved; ``metrics`` can be compared, ``own_metrics`` are the users' ones."""
 
     text: str
     file: StudyFile
@@ -239,7 +223,6 @@ def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
 
 
 def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tuple[StudyFile, list[ConfigurationFault]]:
-    """Add strategies to the tables, and return the faults; the scenarios' strategies are kept."""
     if not added:
         return file, []
     listed: Iterable[str] = file.study.strategies or ()
@@ -263,7 +246,6 @@ def _designed(file: StudyFile, **changes: Any) -> StudyFile:
 
 
 def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[str, ...], list[ConfigurationFault]]:
-    """Replace metric references by field names; return tables, references and faults."""
     names: list[str] = []
     own: dict[str, None] = {}
     faults: list[ConfigurationFault] = []
@@ -286,7 +268,6 @@ def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[s
 def _resolved(
     file: StudyFile, folder: Path, own: Sequence[str]
 ) -> tuple[list[Configuration], dict[str, Scenario], list[ConfigurationFault]]:
-    """Return the distinct configurations, a scenario per source, and all faults."""
     bases: dict[str, Scenario] = {}
     resolved_by_text: dict[str, Configuration] = {}
     faults: dict[tuple[str, str], ConfigurationFault] = {}
@@ -325,7 +306,6 @@ def _resolved(
 
 
 def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
-    """Resolve a scenario's source: a shipped name, or a file beside the study or elsewhere."""
     nearby = folder / name
     if name in known:
         return name
@@ -335,7 +315,6 @@ def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
 
 
 def _configuration(source: str, document: Document, combination: Combination, own: Sequence[str]) -> Configuration:
-    """Return a scenario with settings (the last of a key counts) and the study's metrics."""
     last = {setting.key: setting for setting in combination.settings}
     if (channel := last.get("channel.name")) is not None:
         last = {key: setting for key, setting in last.items() if not is_left_aside(key, channel.value)}
@@ -352,7 +331,6 @@ def _naming(scenario: Scenario, own: Sequence[str]) -> Scenario:
 
 
 def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Iterator[ConfigurationFault]:
-    """Map faults of a scenario to the study's keys that caused them."""
     # Longest first, since one place may be the beginning of another.
     places = sorted({setting.place for setting in settings}, key=len, reverse=True)
     for fault in faults:
@@ -363,7 +341,6 @@ def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Itera
 
 
 def _metrics(scenarios: Mapping[str, Scenario]) -> tuple[dict[str, Metric], list[ConfigurationFault]]:
-    """Return the metrics of all missions by name, and faults for names with two meanings."""
     metrics: dict[str, Metric] = {}
     faults = []
     for scenario in scenarios.values():

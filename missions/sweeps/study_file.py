@@ -18,8 +18,7 @@ TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin", "factorial": "fac
 LISTS = {"strategies": "strategy.name", "policies": "communication.policy", "vehicles": "fleet.size"}
 """Lists of ``[study]`` and the scenario key that each sets."""
 
-CONDITIONS = ("channel.name", "channel.per")
-"""Keys that name the conditions of a comparison."""
+CONDITIONS = ("channel.name", "channel.per")  # keys that name the conditions of a comparison
 
 
 def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
@@ -49,7 +48,6 @@ def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield faults: tables that the sampling lacks or does not read."""
     sampling = file.study.sampling
     used = TABLE_OF[sampling]
     for table in TABLE_OF.values():
@@ -61,7 +59,6 @@ def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield faults: unforeseen cases that cannot be distinguished."""
     yield from repeated_names("unforeseen", file.unforeseen)
     empty = [(number, case.name) for number, case in enumerate(file.unforeseen, 1) if not case.set and not case.fault]
     for number, name in empty[1:]:
@@ -79,7 +76,6 @@ def repeated_names(table: str, cases: Sequence[Any]) -> Iterator[ConfigurationFa
 
 
 def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield faults: empty lists and channels without name."""
     tables = [("grid", dict(dotted(file.grid)))]
     tables += [(channel_place(file, number), channel) for number, channel in enumerate(file.channel)]
     for table, values in tables:
@@ -93,7 +89,6 @@ def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield faults: bounds of a Latin hypercube that are not two finite, ascending numbers."""
     for key, bounds in dotted(file.latin):
         numbers = isinstance(bounds, list) and [type(bound) in (int, float) for bound in bounds] == [True, True]
         if not numbers or not bounds[0] < bounds[1] or not math.isfinite(bounds[1] - bounds[0]):
@@ -101,7 +96,6 @@ def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _factorial_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield faults: factors without two levels, channel factors, too few or too many factors."""
     factors, halvings = file.factors, file.study.halvings
     for key, levels in factors.items():
         if not isinstance(levels, list) or len(levels) != 2 or levels[0] == levels[1]:

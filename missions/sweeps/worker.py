@@ -1,7 +1,4 @@
-"""Worker of a sweep: execution and verification of runs.
-
-Only this module of the missions reads the wall clock, for the ledger; it does not affect the model.
-"""
+"""Worker of a sweep: execution and verification of runs. It reads the wall clock for the ledger, not for the model."""
 
 from __future__ import annotations
 
@@ -103,10 +100,7 @@ def _finished(
 
 
 def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[str]]]:
-    """Repeat finished runs; yield each key with the fields and tables that differ.
-
-    count: of runs, evenly spaced over those without error. Raises OutputError if none exists.
-    """
+    """Repeat ``count`` finished runs; yield each key with fields and tables that differ. OutputError without runs."""
     results = SweepResults.read(folder)
     tasks = {task.key: task for task in SweepPlan(study).missing({})}
     keys = [key for key, line in results.lines.items() if line["status"] != FAILED and key in tasks]
@@ -124,7 +118,6 @@ def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[s
 
 
 def _is_alike(kept: Path, again: bytes) -> bool:
-    """True if a kept file has the table of a repeated run; bytes depend on the version of pyarrow."""
     if kept.suffix != ".parquet":
         return True  # summaries are compared by the ledger, manifests name the machine
     try:
