@@ -96,10 +96,7 @@ def assemble(
     channel: Channel | None = None,
     vehicle: Callable[..., Vehicle] = Vehicle,
 ) -> Fleet:
-    """Assemble a fleet ready to run.
-
-    For tests and experiments, ``channel`` replaces the scenario's, ``vehicle`` makes the vehicles.
-    """
+    """Assemble a fleet ready to run; in tests, ``channel`` replaces the scenario's, ``vehicle`` makes the vehicles."""
     if setup.scenario.communication.key_file:
         # Several runs may share a setup: a fresh salt keeps nonces unique under the key.
         setup = replace(setup, codec=renewed(setup.codec))
@@ -228,7 +225,6 @@ def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:
 
 
 def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, RenewedNeeds | None]:
-    """Return the exchange manager of a vehicle, and its needs if they can change."""
     setup = shared.setup
     communication = setup.scenario.communication
     subjects, organisation = setup.subjects, setup.agreement.organisation

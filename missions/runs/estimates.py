@@ -4,9 +4,6 @@ Jobs are allocated by list scheduling (Graham 1969): the longest first, each to 
 first. A vehicle travels in transit, works at survey speed, waits at hotel load until the last job is done, and returns
 home with a margin. Ways to a rendezvous are ignored. The estimate is no bound: strategies may allocate better, share
 jobs or lose time. It therefore gives a warning, not a fault.
-
-Check value: a job 100 m away that takes 600 s, at 2 m/s in transit and 1 m/s at work, with 10 W + 10 W/(m/s)^3 speed^3,
-needs 50 s x 90 W + 600 s x 20 W + 125 s x 20 W = 19 kJ, with the way home of 100 m times 1.25.
 """
 
 from __future__ import annotations
@@ -34,8 +31,6 @@ class Caution:
 
 @dataclass
 class _Part:
-    """Allocated jobs of one vehicle, with its travel (m), work (s) and expected completion."""
-
     data: VehicleData
     outlook: Outlook
     jobs: list[str] = field(default_factory=list)
@@ -43,7 +38,6 @@ class _Part:
     work_s: float = 0.0
 
     def take(self, job: Job, then: Outlook) -> None:
-        """Append a job."""
         all_s = then.free_s - self.outlook.free_s
         way_m = min(distance(self.outlook.position_m, job.place_m), all_s * self.data.transit_speed_mps)
         self.jobs.append(job.name)
@@ -53,11 +47,9 @@ class _Part:
 
     @property
     def home_m(self) -> float:
-        """Distance (m) home from the last job."""
         return distance(self.outlook.position_m, self.data.start_m)
 
     def energy_j(self, end_s: float) -> float:
-        """Energy (J) required if the last vehicle completes its work at ``end_s``."""
         data = self.data
         survey_w, transit_w = data.power_w(data.survey_speed_mps), data.power_w(data.transit_speed_mps)
         moving_j = transit_w * self.way_m / data.transit_speed_mps
@@ -94,7 +86,6 @@ def cautions(setup: Setup) -> Iterator[Caution]:
 
 
 def _soonest(setup: Setup, job: Job) -> tuple[str, float] | None:
-    """Return the vehicle that would complete a job first, and when; None if none is able."""
     times = [
         (after.free_s, data.name)
         for data in _able(setup, job)
@@ -115,7 +106,6 @@ def _able(setup: Setup, job: Job) -> list[VehicleData]:
 
 
 def _divided(setup: Setup, jobs: Mapping[str, Job]) -> list[_Part]:
-    """Allocate the jobs in the order given."""
     parts = {name: _Part(data, Outlook(0.0, data.start_m)) for name, data in setup.database.items()}
     for job in jobs.values():
         # Of equal times, the lower node.

@@ -1,8 +1,7 @@
-"""Metrics of the fleet: motion, separation, energy, connectivity.
+"""Metrics of the fleet from tables that every run has: motion, separation, energy, connectivity.
 
 Connectivity uses windows in which every vehicle has two TDMA slots. Users name objects of this module in studies,
-`remoras plot` and Python, such as ``missions.runs.fleet_metrics:CONNECTED``. All are computed from tables that every
-run has, so they apply to every mission whose work is jobs of roles.
+`remoras plot` and Python, such as ``missions.runs.fleet_metrics:CONNECTED``.
 """
 
 from __future__ import annotations
@@ -26,17 +25,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-SLOTS_EACH = 2
-"""Slots of every vehicle in a window."""
+SLOTS_EACH = 2  # slots of every vehicle in a window
 PACKETS = ("slot", "time_s", "sender", "receivers")
-"""Columns read."""
 
 
 class Window(NamedTuple):
     """Interval of a run that starts with a packet.
 
-    ``is_connected``: a path leads from each vehicle to every other. ``n_components``: parts connected by bidirectional
-    links. ``cutting``: vehicles whose removal splits such a part.
+    ``is_connected``: a path leads from each vehicle to every other; ``n_components``: parts connected by bidirectional
+    links; ``cutting``: vehicles whose removal splits such a part.
     """
 
     from_s: float
@@ -68,7 +65,6 @@ def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> It
 
 
 def _mean(run: MeasuredRun, value: Callable[[Window], float]) -> float | None:
-    """Mean of a value over the windows of a run, to six decimals; None without windows."""
     from remoras.recorder import PACKETS as TABLE
 
     packets = (dict(zip(TABLE.column_names, row, strict=True)) for row in run.recorder.rows("packets"))
@@ -124,11 +120,10 @@ CONNECTIVITY = Figure("connectivity", "Connectivity of the fleet", _draw, needs=
 
 
 def idle_s(run: MeasuredRun) -> float | None:
-    """Mean idle time (s) until the mission's end, over the vehicles able to do a job.
+    """Mean idle time (s) until the mission's end, over the vehicles able to do a job; None without such vehicles.
 
     A vehicle is busy while its executive decision serves a role with a job, travel included. It is idle while it waits,
-    follows or heads for a rendezvous, but not before it joins or after its loss. None if no vehicle is able to do a
-    job.
+    follows or heads for a rendezvous, but not before it joins or after its loss.
     """
     work = job_roles(run.scenario)
     joined_s, lost_s = _joined_s(run), _first_s(run, Absence.LOSS, False)
@@ -141,7 +136,6 @@ def idle_s(run: MeasuredRun) -> float | None:
 
 
 def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
-    """Return the time of each vehicle's first declared absence of this kind, or of its end."""
     reached = [
         (row[1], row[0])
         for row in run.recorder.rows("faults")
@@ -152,13 +146,11 @@ def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
 
 
 def _joined_s(run: MeasuredRun) -> dict[str, float]:
-    """Return the time at which late vehicles joined; infinite if never."""
     away = _first_s(run, Absence.BEFORE, False)
     return {vehicle: _first_s(run, Absence.BEFORE, True).get(vehicle, math.inf) for vehicle in away}
 
 
 def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
-    """Yield the intervals in which a vehicle served a role with a job, in time order."""
     serving: set[tuple[str, str]] = set()
     since_s = 0.0
     for time_s, name, group, role, event in run.recorder.rows("roles"):
@@ -198,10 +190,6 @@ def conflicts(run: MeasuredRun) -> int:
 
 
 def _least_distances_m(run: MeasuredRun) -> list[float]:
-    """Least distance (m) of every pair while both are present and in one depth layer.
-
-    A vehicle is present from its arrival until it is lost or without energy, when it floats up.
-    """
     import numpy as np  # slow to load, and checking a scenario loads these metrics
 
     rows = run.recorder.rows("trajectories")  # all vehicles with a track, in the same order at every tick

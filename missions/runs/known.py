@@ -1,9 +1,8 @@
 """Knowledge of a vehicle at a given time, reconstructed from the tables of a run.
 
 A vehicle has a block of facts from when it recorded the block, received its last item, or received it as a status. With
-instant sharing it has the block from when the origin recorded it, and again after a restart without memory. Receptions
-of the exchange after the mission are in a separate table. Merging does not depend on order, so the model built from
-these blocks equals the vehicle's.
+instant sharing it has the block from when the origin recorded it, and again after a restart without memory. Merging
+does not depend on order, so the model built from these blocks equals the vehicle's.
 """
 
 from __future__ import annotations
@@ -98,8 +97,8 @@ def fill(
 ) -> None:
     """Replay a vehicle's merges and pruning into an empty model, until ``at_s``.
 
-    ``known`` has times of possession (s) and blocks. ``given_up_s`` are times at which blocks were discarded,
-    ``frame_ends_s`` those of pruning, before the vehicle recorded anything at that time.
+    ``known`` has times of possession (s) and blocks; ``given_up_s`` are times of discards, ``frame_ends_s`` of pruning,
+    which precedes recordings of that time.
     """
     # Merging does not depend on order, but discarding and pruning do: an exclusion protects what it hides from pruning.
     rest = deque(sorted((arrival for arrival in known if arrival[0] <= at_s), key=itemgetter(0)))
@@ -117,7 +116,6 @@ def fill(
 
 
 def _block_of(uid: str) -> str | tuple[int, int, int]:
-    """Return the name common to the items of a block: the uid of a status, else origin, epoch and number."""
     return uid if "@" in uid else guid_of(uid)
 
 
@@ -217,9 +215,7 @@ class KnownAt:
         drift: float | None = None,
         shared: float = 0.0,
     ) -> Fused | None:
-        """Fuse all observations of a property that this vehicle has received, at ``at_s``.
-
-        Every observation with an uncertainty counts, except those of excluded origins; see ``worldmodel.fusion``.
+        """Fuse all observations of a property that this vehicle has received, at ``at_s``, by ``worldmodel.fusion``.
 
         Args:
             prior: weight of each symbol or truth value before any observation; uniform if None.
@@ -248,9 +244,9 @@ class KnownAt:
     def history(
         self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None
     ) -> tuple[Belief, ...]:
-        """Return known observations of a property, the oldest first, or raise UnknownNameError.
+        """Return known observations of a property, the oldest first; ``since_s`` and ``until_s`` (s) are inclusive.
 
-        Excluded origins are left out; ``since_s`` and ``until_s`` bound the time of observation, inclusive.
+        Excluded origins are left out. Raises UnknownNameError.
         """
         slot = self._names.uid(subject), self.model.tbox.attribute_named(attribute).uid
         return tuple(map(self._belief, self.model.history(*slot, since_s, until_s)))
@@ -293,7 +289,6 @@ class Memory:
 
     @cached_property  # all packets
     def _heard(self) -> Mapping[tuple[str, str], list[tuple[float, str]]]:
-        """Times (s) and senders of the packets that delivered an item or status, by (vehicle, uid)."""
         receptions: dict[tuple[str, str], list[tuple[float, str]]] = defaultdict(list)
         for row in self._results.table(PACKETS.name).to_pylist():
             for vehicle, at_s in zip(row["receivers"], row["arrivals_s"], strict=True):
@@ -351,7 +346,6 @@ class Memory:
         )
 
     def _receptions(self, vehicle: str, at_s: float, model: WorldModel) -> Iterator[Reception]:
-        """Yield time and sender of each received block in the model."""
         setup, statuses = self._setup, set(model.statuses())
         nodes, by_packets = setup.nodes, setup.strategy.declaration.communicates
         for since_s, block, items, until_s in self._known_s[vehicle]:
@@ -370,7 +364,6 @@ class Memory:
     # Reading -------------------------------------------------------------------------------------
 
     def _read(self, results: RunResults) -> None:
-        """Reassemble blocks, with the interval in which each vehicle had them."""
         setup = self._setup
         exhausted_s = {row["vehicle"]: row["time_s"] for row in self._faults if row["kind"] == "energy"}
         received: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))  # by item and vehicle
@@ -398,7 +391,6 @@ class Memory:
                 self._hold(name, times_s, block, items)
 
     def _hold(self, name: str, times_s: Iterable[Sequence[float]], block: Block, items: tuple[str, ...]) -> None:
-        """Record a block for each memory interval with receptions of all its items (``times_s``)."""
         for from_s, until_s in memories(self._lives[name]):
             heard_s = [[time_s for time_s in of_item if from_s <= time_s < until_s] for of_item in times_s]
             if all(heard_s):
@@ -410,7 +402,6 @@ class Memory:
     def _heard_statuses(
         self, results: RunResults, blocks: Sequence[_Told], exhausted_s: Mapping[str, float]
     ) -> dict[int, dict[str, list[float]]]:
-        """Return the reception times of statuses; of one name, the newest recorded is sent."""
         recorded: dict[str, list[int]] = defaultdict(list)
         for number, status in enumerate(blocks):
             if status.block.is_status:
@@ -450,8 +441,6 @@ class Memory:
 
 
 class _Held(NamedTuple):
-    """Block known to a vehicle, until it lost its memory."""
-
     since_s: float
     block: Block
     items: tuple[str, ...]
@@ -459,8 +448,6 @@ class _Held(NamedTuple):
 
 
 class _Told(NamedTuple):
-    """Recorded block, with its name in the tables."""
-
     block: Block
     origin: str
     recorded_s: float
@@ -469,7 +456,6 @@ class _Told(NamedTuple):
 
 
 def _uid(model: WorldModel, name: str) -> int:
-    """Return an instance uid by name; instances created at run time have it as suffix."""
     try:
         return model.instance_named(name).uid
     except UnknownNameError:

@@ -64,7 +64,6 @@ def modem_energy_j(run: MeasuredRun) -> float:
 
 
 def _powered_s(run: MeasuredRun) -> float:
-    """Total time (s) in which vehicles had power: ticks with consumption."""
     used_j: dict[str, float] = {}
     n_ticks = 0
     for _, vehicle, _, _, _, _, energy_j, _ in run.recorder.rows("trajectories"):
@@ -114,8 +113,8 @@ def consistency(recorder: MeasuredTables, n_vehicles: int) -> tuple[float | None
     """Return (consistency_time_s, consistent_fraction) of the fleet's items.
 
     An item is consistent once every vehicle, silent ones included, has held it. The time is the mean over these items
-    from observation until the last vehicle first held it; later receptions do not count. None without such an item. The
-    fraction is their share of all items observed; None without items.
+    from observation until the last vehicle first held it; None without such an item. The fraction is their share of all
+    items observed; None without items.
     """
     observed_s: dict[str, float] = {}
     lacking: dict[str, int] = {}

@@ -1,7 +1,6 @@
 """Metrics of the organisation: divergence of views, conflicts of holders, refused requests.
 
-They are computed from the table ``organisation``, which records every change of each vehicle's view. A vehicle's own
-view of its roles is the truth. Absent vehicles do not count meanwhile.
+A vehicle's own view of its roles is the truth; absent vehicles do not count meanwhile.
 """
 
 from __future__ import annotations
@@ -29,7 +28,6 @@ class _Event(NamedTuple):
 
 
 def _events(run: MeasuredRun) -> list[_Event]:
-    """Return all changes in time order; at equal times, vehicles enter and leave first."""
     changes = [
         _Event(row[0], row[1], row[2], (row[3], row[4]), row[5] == "assigned")
         for row in run.recorder.rows("organisation")
@@ -41,11 +39,7 @@ def _events(run: MeasuredRun) -> list[_Event]:
 
 
 class _Views:
-    """Views of all vehicles at one moment.
-
-    ``left_out`` roles are not compared; ``rooms`` limits their holders. ``by_groups``: vehicles need to know only the
-    roles of their groups.
-    """
+    """Views at one moment: ``left_out`` roles are not compared; with ``by_groups`` only those of own groups count."""
 
     def __init__(
         self, names: Iterable[str], left_out: frozenset[RoleKey], rooms: dict[RoleKey, int], by_groups: bool
@@ -65,31 +59,26 @@ class _Views:
 
     @property
     def divergence(self) -> float | None:
-        """Share of (viewer, peer) pairs with an error on the peer's roles; None without pairs."""
         pairs = list(permutations(self._inside, 2))
         return sum(self._errs(*pair) for pair in pairs) / len(pairs) if pairs else None
 
     def _errs(self, viewer: str, peer: str) -> bool:
-        """True if a viewer is wrong on a role of a peer: any, or with needs by groups one of its own groups."""
         wrong = (self._views[viewer, peer] ^ self._views[peer, peer]) - self._left_out
         own = {group for group, _ in self._views[viewer, viewer]}
         return any(not self._by_groups or group in own for group, _ in wrong)
 
     @property
     def true_roles(self) -> Iterator[RoleAssignment]:
-        """Roles that the present vehicles play by their own views."""
         for name in self._inside:
             yield from (RoleAssignment(*role, name) for role in self._views[name, name])
 
     @property
     def is_in_conflict(self) -> bool:
-        """True if a role has more holders, by their own views, than allowed."""
         holders = Counter(role for name in self._inside for role in self._views[name, name] if role in self._rooms)
         return any(n > self._rooms[role] for role, n in holders.items())
 
 
 def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
-    """Yield each interval (s) without changes, with the views in it."""
     keeps_jobs = run.setup.strategy.declaration.private_jobs
     groups = run.setup.agreement.groups
     roles = {(group.name, role.name): role for group in groups for role in group.roles}
@@ -111,7 +100,6 @@ def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
 
 
 def _mean_over_time(run: MeasuredRun, value_of: Callable[[_Views], float | None]) -> float | None:
-    """Time-weighted mean of a value of the views, where it is defined; None if nowhere."""
     spells = [(spell_s, value) for spell_s, views in _moments(run) if (value := value_of(views)) is not None]
     total_s = math.fsum(spell_s for spell_s, _ in spells)
     return round(math.fsum(spell_s * value for spell_s, value in spells) / total_s, 6) if total_s > 0.0 else None
@@ -120,8 +108,7 @@ def _mean_over_time(run: MeasuredRun, value_of: Callable[[_Views], float | None]
 def view_divergence(run: MeasuredRun) -> float | None:
     """Share of time, over all pairs of vehicles, with an error on the other's roles.
 
-    Roles with a job are ignored if the strategy keeps them private. If needs follow from groups, so are roles of groups
-    without the viewer.
+    Not compared are private roles with a job and, if needs follow from groups, roles of groups without the viewer.
     """
     return _mean_over_time(run, lambda views: views.divergence)
 

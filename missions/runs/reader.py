@@ -1,7 +1,7 @@
-"""Reader of one run: in memory, in progress, or in a folder, as a sweep keeps its runs too.
+"""Reader of one run: in memory, in progress, or in a folder.
 
-Metrics, figures, the replay, exports and queries read runs through it. Tables are quantised to the step of their units,
-so a run gives the same values from every source.
+Tables are quantised to the step of their units, so a run gives the same values to metrics, figures, replay and queries
+from every source.
 """
 
 from __future__ import annotations
@@ -179,9 +179,9 @@ class RunReader(ABC):
         return self._memory.known(vehicle, at_s)
 
     def knowledge(self, vehicle: str | None = None, at_s: float | None = None) -> dict[str, Knowledge]:
-        """Return the knowledge of one vehicle, or of all if None, by name.
+        """Return the knowledge of one vehicle, or of all if None, by name; ``at_s`` None is the end of the run.
 
-        at_s: None for the end of the run. Raises OutputError for an unknown vehicle, time or table.
+        Raises OutputError for an unknown vehicle, time or table.
         """
         moment = self.end_s + (self.summary.get("settling_s") or 0.0) if at_s is None else at_s
         names = [table.name for table in self.scenario.vehicle] if vehicle is None else [vehicle]
@@ -226,10 +226,7 @@ def _in_time_order(table: pa.Table) -> list[tuple[Any, ...]]:
 
 
 def value_of(metric: Metric, run: MeasuredRun, of: str) -> float | int | bool | Absent | None:
-    """Return the value of a metric declared by ``of`` in a finished run.
-
-    Raises PluginError if the metric raises or returns no finite number, truth value or None.
-    """
+    """Return the value of a metric declared by ``of``; PluginError if it raises or gives no finite value or None."""
     where = f"metric {metric.name} of {of}" if of else f"metric {metric.name}"
     try:
         value = metric.of(run)

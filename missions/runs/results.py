@@ -1,7 +1,7 @@
 """Results of a run: summary, manifest and tables.
 
-A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table, with units in the column metadata. It
-is written and replaced atomically (``folder``). Each file has the run's id; a reader rejects a mixture of two runs.
+A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table, with units in the column metadata.
+Each file has the run's id; a reader rejects a mixture of two runs.
 """
 
 from __future__ import annotations
@@ -39,10 +39,8 @@ LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
 MODEM_KEYS = ("name", "payload_bytes", "rate_bps", "head_s", "receive_w")
 """Modem data that determine slots, packets and energy; the scenario names only the modem."""
 NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
-ASSUMED = "assumed"
-"""Manifest key of the channel assumptions, for captions."""
-RUN_ID = "run_id"
-"""Key of the run id in summary, manifest and table metadata."""
+ASSUMED = "assumed"  # manifest key of the channel assumptions, for captions
+RUN_ID = "run_id"  # key of the run id in summary, manifest and table metadata
 
 
 def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
@@ -61,9 +59,8 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
 def summary(run: Run) -> dict[str, Any]:
     """Return the summary of a run, or raise PluginError for a metric that fails.
 
-    Metrics named by the scenario read the run as stored, those of the mission the run itself. ``per`` is the mean
-    packet error rate of the loss model, without blackouts and range. An undefined value, such as a latency without
-    packets, is None; a metric that does not apply is absent.
+    ``per`` is the mean packet error rate of the loss model, without blackouts and range. An undefined value, such as a
+    latency without packets, is None; a metric that does not apply is absent.
     """
     mission, own = run.scenario.scenario.mission, run.setup.own_metrics
     names = {metric.name for metric in own.values()}
@@ -89,10 +86,7 @@ def _applicable(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def manifest(run: Run) -> dict[str, Any]:
-    """Return the data needed to repeat the run: version, resolved scenario (TOML) and seed.
-
-    It also has machine-dependent data (libraries, platform, wall time), and channel assumptions, if any.
-    """
+    """Return the data needed to repeat the run: version, resolved scenario (TOML), seed, libraries and platform."""
     assumed = run.scenario.channel.assumed(run.scenario.deployment, run.seed)
     return {
         "version": __version__,
@@ -137,7 +131,6 @@ class MemoryResults(RunReader):
 
     @cached_property  # digest of all tables
     def _run_id(self) -> str:
-        """Id of the run: a hash of version, scenario, seed and tables, in name order."""
         digest = hashlib.sha256(f"{__version__} {self.run.scenario.model_dump_json()} {self.run.seed}".encode())
         for name, table in self._arrow.items():
             content = pa.BufferOutputStream()

@@ -21,10 +21,7 @@ from remoras.truth import reachable_fraction
 
 
 class Root(int):
-    """Seed that records its use.
-
-    All draws go through ``exchange.channel.loss``, which adds 1 to the seed before scrambling it; so no draw goes
-    unrecorded.
+    """Seed that records its use: ``exchange.channel.loss`` adds 1 to it before each draw, so none goes unrecorded.
 
     >>> seed = Root(7)
     >>> seed.is_drawn_from, seed + 1, seed.is_drawn_from
@@ -57,7 +54,6 @@ class Run:
         reason: for failure; empty after success.
         end_s: mission time; the full duration if the mission did not complete.
         n_false_beliefs: wrong beliefs that a peer held a block.
-        distance_m: travelled by the whole fleet.
         wrong_belief_fraction: share of wrong beliefs about job holders.
         settled: outcome of the exchange after the mission; None without one.
         drawn: whether random numbers were drawn; None if unknown.

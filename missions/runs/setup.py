@@ -91,7 +91,6 @@ def _malformed(founding: Organisation) -> Iterator[ConfigurationFault]:
 
 
 def _undivided(strategy: Strategy, agreement: Agreement, database: AUVDatabase) -> Iterator[ConfigurationFault]:
-    """Yield faults: jobs whose able vehicles all lack the social layer."""
     if strategy.declaration.authorities.isdisjoint(CONSULTING):
         return
     remedy = "set social_layer = true for one of them, or name a strategy whose leaders assign jobs, such as central"
@@ -109,11 +108,7 @@ SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
 
 
 def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> dict[int, int]:
-    """Return the priority of each exchanged attribute, by uid.
-
-    Unless listed, attributes of strategy, leadership and jobs have the highest priority. Attributes that the mission
-    does not use in this scenario are absent.
-    """
+    """Return the priority by uid of each exchanged attribute; those of strategy, leadership and jobs are highest."""
     known = {attribute.name for attribute in tbox.attributes}
     listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
     formation = [name for name in FORMATION_ATTRIBUTES if name in known]
@@ -131,10 +126,10 @@ def subjects_of(
     database: AUVDatabase,
     agreement: Agreement,
 ) -> Subjects | None:
-    """Return the groups, roles and jobs that each instance concerns; they determine needs.
+    """Return the groups, roles and jobs that each instance concerns; None if every vehicle needs all attributes.
 
-    None if every vehicle needs all exchanged attributes, see ``communication.needs_follow``. Raises PluginError if the
-    mission's ``groups_of`` raises or returns anything but groups of the scenario.
+    They determine needs, see ``communication.needs_follow``. Raises PluginError if the mission's ``groups_of`` raises
+    or returns anything but groups of the scenario.
     """
     if scenario.communication.needs_follow != BY_GROUPS:
         return None
@@ -157,7 +152,6 @@ def subjects_of(
 
 
 def _of_job(name: str, mission: Mission, groups: Sequence[Group]) -> Collection[Path]:
-    """Return the roles whose job concerns an instance, or the groups the mission names for it."""
     names = [group.name for group in groups]
 
     def is_expected(answered: object) -> bool:
@@ -173,10 +167,8 @@ def _of_job(name: str, mission: Mission, groups: Sequence[Group]) -> Collection[
     return [(group.name, role.name) for group in groups for role in group.roles if role.job in jobs]
 
 
-REACH_SHARE = 1.1
-"""Margin of position ranges beyond the world's border, for vehicles carried off."""
-SPARE_ITEMS = 1024
-"""Items of a vehicle besides observations and the strategy's rounds: assignments, findings."""
+REACH_SHARE = 1.1  # margin of position ranges beyond the world's border, for vehicles carried off
+SPARE_ITEMS = 1024  # items of a vehicle besides observations and the strategy's rounds: assignments, findings
 
 
 @dataclass(frozen=True)
@@ -287,7 +279,6 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
 
 
 def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[Feature]) -> tuple[Instance, ...]:
-    """Return the instances with names common to the fleet; a vehicle's uid is its node index."""
     vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
     named: list[tuple[str, str]] = [(vehicle.vehicle_type, vehicle.name) for vehicle in vehicles]
     named += [("Group", group.name) for group in scenario.group]
@@ -344,7 +335,6 @@ def _codec(
 
 
 def _items_per_round(declaration: Declaration, tbox: TBox) -> int:
-    """Items that a vehicle states per round and job; 0 if all but roles are statuses."""
     own = [a for a in tbox.attributes if a.name in declaration.messages and a.name not in ROLE_ATTRIBUTES]
     return 0 if own and all(attribute.latest_only for attribute in own) else declaration.blocks_per_round
 

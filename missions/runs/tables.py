@@ -1,10 +1,8 @@
-"""Tables of a run as Arrow and Parquet.
+"""Tables of a run as Arrow and Parquet, one file per table.
 
 Numbers are quantised to a power of two, such as 1/128 m: they stay ordinary floats, with meaningless digits zero, and
 compress well as byte streams under zstd. Joules are integers, stored as differences. Trajectories are sorted by vehicle
 for the same reason.
-
-A folder has one file per table.
 """
 
 from __future__ import annotations
@@ -28,11 +26,8 @@ _VALUES: dict[str, tuple[type, ...]] = {
     "float": (Real,), "int": (Integral,), "str": (str,), "bool": (bool, np.bool_),
     "list": (list, tuple), "floats": (list, tuple), "ints": (list, tuple),
 }  # fmt: skip
-"""Types of the values of a column by its kind, besides None."""
 _ENTRIES = {"list": "str", "floats": "float", "ints": "int"}
-"""Kind of the entries of lists."""
 _ARROW = {"str": pa.string(), "bool": pa.bool_(), "int": pa.int64()}
-"""Arrow type of a column by its kind, where no number is quantised."""
 
 
 def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
@@ -55,18 +50,14 @@ def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
 
 STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
 """Quantisation step by unit, far below any meaningful difference."""
-WHOLE = frozenset({"J"})
-"""Units stored as integers; non-finite values become null."""
-DIGITS = {"1": 6}
-"""Decimals of numbers without unit, so that 0.95 stays 0.95."""
+WHOLE = frozenset({"J"})  # units stored as integers; non-finite values become null
+DIGITS = {"1": 6}  # decimals of numbers without unit, so that 0.95 stays 0.95
 UNLIKE = frozenset({"uid", "value", "item_uids", "status_uids"})
 """Columns whose texts rarely repeat; others use a dictionary."""
-LEVEL = 6
-"""zstd level: a twentieth smaller than the default, for a hundredth of a run's time."""
+LEVEL = 6  # zstd level: a twentieth smaller than the default, for a hundredth of a run's time
 
 
 def _quantised(numbers: npt.NDArray[np.float64], unit: str, missing: npt.NDArray[np.bool_]) -> pa.Array:
-    """Quantise numbers; missing and non-finite ones stay, or become null among integers."""
     if unit in WHOLE:
         return pa.array(np.rint(numbers), mask=~np.isfinite(numbers)).cast(pa.int64())
     if unit in STEPS:
@@ -78,10 +69,7 @@ def _quantised(numbers: npt.NDArray[np.float64], unit: str, missing: npt.NDArray
 
 
 def arrow_table(table: Table, rows: Sequence[Row]) -> pa.Table:
-    """Convert rows to an Arrow table, with units in metadata.
-
-    Raises OutputError for a row that does not fit the declared columns.
-    """
+    """Convert rows to an Arrow table, with units in metadata; OutputError for a row that does not fit the columns."""
     fields, arrays = [], []
     try:
         if table.name == TRAJECTORIES.name:
