@@ -328,10 +328,7 @@ def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> It
 
 
 def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) -> ChannelTable:
-    """Return the channel with absolute path (from ``folder``) and hash of its file, for the results.
-
-    With ``is_other`` the hash in the scenario is of another file.
-    """
+    """Return the channel with absolute path and hash of its file; ``is_other``: the scenario's hash is of another."""
     key = FILE_KEYS.get(channel.name, "")
     value = getattr(channel, key, None)
     if not value:

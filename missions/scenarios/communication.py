@@ -1,7 +1,4 @@
-"""Tables ``[communication]`` and ``[modem.NAME]``: modems, exchange policy, needs, packets.
-
-``communication.modem`` may name a file with a modem, whose table becomes part of the scenario.
-"""
+"""Tables ``[communication]`` and ``[modem.NAME]``; a modem file's table becomes part of the scenario."""
 
 from __future__ import annotations
 
@@ -29,8 +26,7 @@ from remoras.table import NotNegative, Section, Sparse
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
 
-MODEMS, MODEM = "modem", "communication.modem"
-"""Table with a user's modems by name, and the key of the modem in use."""
+MODEMS, MODEM = "modem", "communication.modem"  # table with a user's modems by name, and the key of the modem in use
 CURVE = "per_at_snr"
 
 
@@ -55,11 +51,7 @@ class ModemTable(Section, Profile):
 
 
 def modem_named(name: str, own: Mapping[str, ModemTable]) -> Modem:
-    """Return the profile of a modem, one of a validated scenario or a shipped one.
-
-    >>> modem_named("nanomodem-v3", {}).payload_bytes
-    64
-    """
+    """Return the profile of a modem, one of a validated scenario or a shipped one."""
     return Modem(name=name, **dict(own[name])) if name in own else modems()[name]
 
 
@@ -70,10 +62,7 @@ def modem_in(scenario: Scenario) -> Modem | None:
 
 
 def with_modem_read(document: Document, folder: Path) -> tuple[Document, list[ConfigurationFault]]:
-    """Merge the modem file that ``communication.modem`` names, a path from ``folder``; return faults.
-
-    ``document`` has the overrides applied. Raises ConfigurationError for an unreadable file.
-    """
+    """Merge the modem file that ``communication.modem`` names; return faults, ConfigurationError if unreadable."""
     communication, own = document.raw.get("communication"), document.raw.get(MODEMS, {})
     modem = communication.get("modem") if isinstance(communication, dict) else None
     if not isinstance(communication, dict) or not isinstance(modem, str) or not modem.endswith(".toml"):
@@ -189,11 +178,7 @@ VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby
 
 
 def value_rule_of(name: str) -> ValueRule:
-    """Return a value rule by name, or an instance of package.module:object; raise PluginError if invalid.
-
-    >>> value_rule_of("goby").name
-    'goby'
-    """
+    """Return a value rule by name, or an instance of package.module:object; raise PluginError if invalid."""
     loaded = known_or_named(name, VALUE_RULES)
     rule: ValueRule = loaded() if isinstance(loaded, type) else loaded
     refuse("a value rule", faults_of(rule, ValueRule, ("name", "place", "value")))

@@ -59,8 +59,6 @@ def _in_words(annotation: Any) -> str:
 
     >>> _in_words(tuple[str, ...] | None), _in_words(tuple[float, float]), _in_words(dict[str, Annotated[int, "> 0"]])
     ('list of texts', 'list of 2 numbers', 'table of whole numbers')
-    >>> _in_words(Literal["grid", "list"]), _in_words(bool), _in_words(dict[str, Any]), _in_words(int | float)
-    ('one of "grid", "list"', 'true or false', 'table', 'whole number or number')
     >>> _in_words(tuple[Literal["top", "bottom"], Literal["left", "right"]])
     'list of 2: one of "top", "bottom"; then one of "left", "right"'
     """
@@ -86,12 +84,6 @@ def _in_words(annotation: Any) -> str:
 
 
 def _each(annotation: Any) -> str:
-    """Describe the limits of list entries.
-
-    >>> from remoras.table import Positive
-    >>> _in_words(tuple[Positive, Positive])
-    'list of 2 numbers, each above 0'
-    """
     if get_origin(annotation) is not Annotated:
         return ""
     constraints = [part for part in get_args(annotation)[1:] if isinstance(part, FieldInfo)]
@@ -100,11 +92,6 @@ def _each(annotation: Any) -> str:
 
 
 def _plural(words: str) -> str:
-    """Return the plural of a described type.
-
-    >>> _plural("list of 2 numbers"), _plural("number")
-    ('lists of 2 numbers', 'numbers')
-    """
     first, joint, rest = words.partition(" of ")
     return f"{first}s{joint}{rest}"
 

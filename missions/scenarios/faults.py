@@ -1,7 +1,7 @@
 """Tables ``[[fault]]``: faults of vehicles, and their checks against the fleet.
 
-A table names its kind: a class in ``missions.faults`` or a plug-in. The schedule of a run is a pure function of
-(declared faults, seed, agreement): loss rate, strategy and other faults shift no draw.
+The schedule of a run is a pure function of (declared faults, seed, agreement): loss rate, strategy and other faults
+shift no draw.
 """
 
 from __future__ import annotations
@@ -44,10 +44,8 @@ if TYPE_CHECKING:
 
 KEY = "fault"
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
-MOST_SHIPPED = 1 << 8
-"""Shipped kinds have lower numbers; plug-in numbers derive from names, below 2^25."""
-COMPULSORY = ("leaves", "detail", "able", "checks", "began_anew")
-"""Hooks of a kind; all have a default."""
+MOST_SHIPPED = 1 << 8  # shipped kinds have lower numbers; plug-in numbers derive from names, below 2^25
+COMPULSORY = ("leaves", "detail", "able", "checks", "began_anew")  # hooks of a kind; all have a default
 
 
 def _time(value: Any) -> Any:
@@ -67,7 +65,6 @@ def _kind(name: str) -> str:
 
 
 def _with_kinds(schema: dict[str, Any], table: type) -> None:
-    """Extend a JSON Schema by the keys of all kinds; plug-in kinds accept any key."""
     if table is not DeclaredFault:
         return
     own = {key: value for kind in kinds().values() for key, value in kind.model_json_schema()["properties"].items()}
@@ -250,8 +247,6 @@ class DeclaredFault(Section):
 
 
 class _AnyKind(DeclaredFault):
-    """Table of an unknown kind, with unknown keys."""
-
     model_config = ConfigDict(extra="ignore")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
@@ -400,7 +395,6 @@ def _whose(key: str, fault: DeclaredFault, scenario: Scenario) -> Iterator[Confi
 # Draws --------------------------------------------------------------------------------------------
 
 _SELECTORS = 1 << 16
-"""Number of selectors: 0 for any, then nodes; leaders of groups from half of this."""
 
 
 def drawn(

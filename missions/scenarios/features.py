@@ -59,7 +59,7 @@ def locating(scenario: Sparse) -> frozenset[str]:
 def water(scenario: Sparse) -> Any:
     """Return the table of moving water; None for still water.
 
-    ``foretold()`` is the planned current or None, with ``at(depth_m, now_s)`` for its velocity (m/s, east and north);
+    ``foretold()`` is the planned current or None, ``at(depth_m, now_s)`` its velocity (m/s, east and north);
     ``surges(seed)`` are unknown to plans.
     """
     return next((table for feature in used_in(scenario) if (table := feature.water(scenario)) is not None), None)

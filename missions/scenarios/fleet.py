@@ -1,9 +1,8 @@
 """Fleet of a scenario: copies of vehicles, separated starts, equipment and abilities.
 
-A copy differs from its original only in name and slot (the next free ones), depth and start. Each copy gets a depth
-layer, as is usual for AUVs in a group: vehicles of different layers pass freely. Copies that share a layer start
-``spacing_m`` apart. With ``layers = false`` all copies stay in the original's layer and keep clear of each other. A
-vehicle too near to an earlier one starts at the nearest free point of a lattice around its start.
+A copy differs from its original only in name, slot, depth and start. Each gets a depth layer, as is usual for AUVs in a
+group: vehicles of different layers pass freely. Copies that share a layer start ``spacing_m`` apart. A vehicle too near
+to an earlier one starts at the nearest free point of a lattice around its start.
 
 Sensors and modems are parts of their vehicle (``rm:hasPart``), from which the world model infers its classes.
 """
@@ -38,12 +37,9 @@ if TYPE_CHECKING:
     from missions.scenarios.organisation import Role
     from missions.scenarios.scenario import Scenario
 
-MAX_VEHICLES: Final = 256
-"""Most vehicles of one fleet, by the number of TDMA slots."""
-SPACING_M: Final = 10.0
-"""Distance between copies in one layer: twice the separation of passing vehicles."""
-LAYER_M = 4.0
-"""Distance between layers, more than ``remoras.motion.separation.SAME_DEPTH_M``."""
+MAX_VEHICLES: Final = 256  # most vehicles of one fleet, by the number of TDMA slots
+SPACING_M: Final = 10.0  # distance between copies in one layer: twice the separation of passing vehicles
+LAYER_M = 4.0  # distance between layers, more than ``remoras.motion.separation.SAME_DEPTH_M``
 
 
 @with_features("vehicle")
@@ -166,11 +162,6 @@ def with_copies(scenario: Scenario) -> tuple[Scenario, list[str], list[Configura
 
 
 def _next_names(original: str, used: set[str], n_names: int) -> list[str]:
-    """Return names with the next free numbers.
-
-    >>> _next_names("AUV02", {"AUV02", "AUV04"}, 2)
-    ['AUV03', 'AUV05']
-    """
     stem, digits = re.fullmatch(r"(.*?)(\d*)", original, re.DOTALL).groups()  # type: ignore[union-attr]  # always matches
     number, names = int(digits or 1), list[str]()
     while len(names) < n_names:
@@ -210,7 +201,6 @@ def free_places(
 
 
 def _rings(around_m: PointM, spacing_m: float, box: tuple[float, float, float, float]) -> Iterator[list[PointM]]:
-    """Yield square rings of the lattice around a point, itself first, up to the world's border."""
     (x_m, y_m), (x_min, y_min, x_max, y_max) = around_m, box
     reach_m = max(x_m - x_min, x_max - x_m, y_m - y_min, y_max - y_m)
     for ring in range(int(reach_m / spacing_m) + 1):
@@ -283,10 +273,7 @@ def makes_sensors(kind: Any) -> bool:
 
 
 def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:
-    """Return the settings class that ``type`` of a ``[[vehicle.sensor]]`` names, the first of ``kinds`` if empty.
-
-    Raises PluginError for an unknown name, or another object.
-    """
+    """Return the settings class named by a sensor's ``type``, the first of ``kinds`` if empty; PluginError if none."""
     if not reference and kinds:
         return next(iter(kinds.values()))
     kind: type[SensorSettings] = known_or_named(reference, kinds, "package.module:Class")

@@ -51,7 +51,6 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
 
     def folder(key: str) -> Path:
-        """Return the base of the path under a key: the working folder for an option."""
         is_given = not options.keys().isdisjoint({key, key.partition(".")[0]})
         return Path() if is_given else Path(document.path).parent
 
@@ -97,7 +96,6 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
 def _with_files_read(
     scenario: Scenario, folder: Callable[[str], Path], options: Collection[str]
 ) -> tuple[Scenario, list[ConfigurationFault]]:
-    """Return a scenario with its files found; ``folder`` returns the base of the path under a key."""
     key, communication = f"channel.{FILE_KEYS.get(scenario.channel.name, '')}", scenario.communication
     # Another file by option has another hash than the one in the scenario.
     is_other = key in options and "channel.sha256" not in options
@@ -171,7 +169,6 @@ def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[Configurat
 
 
 def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationFault | None:
-    """Apply an override such as ``vehicle.AUV01.energy_j=1e6``; list entries by name or number."""
     key, equals, value = override.partition("=")
     if not equals or not key:
         return ConfigurationFault(option, override, "KEY=VALUE, for example channel.per=0.3")

@@ -2,9 +2,8 @@
 
 A ``[[group]]`` with ``template`` inherits the keys and roles of a ``[[group_template]]`` and may add or replace them.
 Templates and roles have parents by ``extends``. A later parent overrides an earlier one, own keys override all; nested
-tables are merged by key. Abstract roles, and every ``[[role]]`` of the file, serve only as parents.
-
-Inheritance is resolved on raw tables before validation, so that checks, missions and manifests see whole groups.
+tables are merged by key. Inheritance is resolved on raw tables before validation, so that checks, missions and
+manifests see whole groups.
 """
 
 from __future__ import annotations
@@ -36,8 +35,7 @@ Node = TypeVar("Node", bound=Hashable)
 GROUP, TEMPLATE, ROLE = "group", "group_template", "role"
 TABLES = (GROUP, TEMPLATE, ROLE)
 EXTENDS, ABSTRACT = "extends", "abstract"
-OWN = frozenset({"name", EXTENDS, ABSTRACT})
-"""Keys that are not inherited."""
+OWN = frozenset({"name", EXTENDS, ABSTRACT})  # keys that are not inherited
 
 
 class Requires(Sparse):
@@ -171,8 +169,6 @@ class Specification:
 
 
 class _Named(BaseModel):
-    """Keys of a role or template that inheritance needs; the others are checked once they are inherited."""
-
     model_config = ConfigDict(extra="allow")
 
     name: str
@@ -239,7 +235,6 @@ class _Writer:
         return {**resolved, **{k: table[k] for k in ("name", "template") if k in table}}
 
     def _roles(self, key: str, levels: Sequence[TableLayer]) -> list[Raw]:
-        """Resolve the roles of a group, in the order of its farthest template; keep second ones of a name."""
         own: dict[str, list[TableLayer]] = {}
         again: list[Raw] = []
         # From the farthest template on, which gives the order of the roles.
@@ -263,7 +258,6 @@ class _Writer:
     def _of_parents(
         self, name: str, layers: Sequence[TableLayer], own: Mapping[str, list[TableLayer]], below: tuple[str, ...]
     ) -> list[TableLayer]:
-        """Return the source tables of a role in order of precedence; ``own`` are those of all roles of the group."""
         holder = next((layer for layer in layers if EXTENDS in layer.table), layers[0])
         sources = list(layers)
         for parent in self._parents(holder, [*own, *self._library]):

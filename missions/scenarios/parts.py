@@ -29,13 +29,12 @@ from worldmodel import suggestion
 METRICS = "scenario.metrics"
 OBJECT_OF_FILE = re.compile(r"\S.*\.py:\w+")
 TRACKS = "trajectories"
-"""Kind of figure into which layers and marks are drawn."""
 
 
 def importable(reference: str, folder: Path | None = None) -> str:
-    """Return a plug-in reference as scenarios store it, and register the folder of a file.
+    """Return a plug-in reference as scenarios store it, and register a file's folder; PluginError if not importable.
 
-    ``folder`` is searched for a file before the current one. Raises PluginError if it cannot be found or imported.
+    ``folder`` is searched for a file before the current one.
     """
     file, colon, name = reference.rpartition(":")
     if not colon and reference.endswith(".py"):
@@ -86,10 +85,7 @@ def metric_given(metric: str | Metric, where: str) -> Metric:
 def with_figures(
     kinds: Sequence[str | Declared], declared: Sequence[Declared], taken: Collection[str]
 ) -> tuple[list[str], list[Declared]]:
-    """Return the names of figures, and the declared figures with a user's added.
-
-    Raises PluginError for an invalid figure or a ``taken`` name.
-    """
+    """Return names of figures, and the declared ones with a user's; PluginError for a faulty one or a taken name."""
     names: list[str] = []
     figures = list(declared)
     for kind in kinds:

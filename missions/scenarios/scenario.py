@@ -1,6 +1,6 @@
 """Scenario: the frozen input of a run. ``remoras explain`` prints the field descriptions.
 
-Key names include units. A mission may extend the tables by subclasses, named in its ``Scenario``.
+A mission may extend the tables by subclasses, named in its ``Scenario``.
 """
 
 from __future__ import annotations
@@ -23,10 +23,8 @@ from remoras.executive.decision import DecisionTable
 from remoras.motion.attraction import GuidanceTable
 from remoras.table import RISING, Name, PointM, Section, Sparse, unless
 
-BY_GROUPS: Final = "groups"
-"""Needs follow from groups; otherwise all vehicles have equal needs."""
-HELD: Final = "held by head"
-"""Information about jobs is held by the group leader instead of all members."""
+BY_GROUPS: Final = "groups"  # needs follow from groups; otherwise all vehicles have equal needs
+HELD: Final = "held by head"  # information about jobs is held by the group leader instead of all members
 
 
 class About(Sparse):
@@ -53,8 +51,7 @@ class About(Sparse):
 Coordinate = Annotated[float, Field(ge=-100_000.0, le=100_000.0)]
 """Coordinate (m) on the planar map, limited as the greatest operating range of modems."""
 Borders = Annotated[tuple[Coordinate, Coordinate], RISING]
-Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]
-"""Latitude (deg) where east and north are defined."""
+Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]  # latitude (deg) where east and north are defined
 Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
 
 
