@@ -1,8 +1,4 @@
-"""Missions: scenarios, runs and studies.
-
-Each mission has a folder. ``scenarios`` reads and checks input, ``runs`` runs once, ``sweeps`` runs a study,
-``comparison`` compares its results. This package exports errors and metrics.
-"""
+"""Missions: ``scenarios`` reads and checks input, ``runs`` runs one, ``sweeps`` a study, ``comparison`` its results."""
 
 from missions.errors import (
     ClusterError,

@@ -1,8 +1,7 @@
 """Durable files: atomic writes that survive a power cut, replacement of results folders.
 
-New results are written beside the folder, then exchanged with it: a kill at any moment leaves the old or the new run.
-Tables and figures (with captions) of the old run are removed; other files stay. A folder that cannot be moved (current
-directory, mount point, foreign content) is updated file by file.
+New results are written beside the folder, then exchanged with it: a kill at any moment leaves the old or the new run. A
+folder that cannot be moved (current directory, mount point, foreign content) is updated file by file.
 """
 
 from __future__ import annotations
@@ -24,8 +23,7 @@ if sys.platform != "win32":
 SUMMARY, MANIFEST, REPLAY = "summary.json", "manifest.json", "replay.html"
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """Suffixes of figures and their data; a text file of the same name marks a run's figure."""
-AT_WORKING_FOLDER, EXCHANGE = -100, 2
-"""Arguments of the system call ``renameat2``."""
+AT_WORKING_FOLDER, EXCHANGE = -100, 2  # arguments of the system call ``renameat2``
 
 
 def synced(*paths: Path) -> None:
@@ -43,10 +41,7 @@ def synced(*paths: Path) -> None:
 
 @contextmanager
 def drafted(path: Path, lasts: bool = False) -> Iterator[Path]:
-    """Yield a draft file or folder that replaces ``path`` on success and vanishes on error, or raise OSError.
-
-    ``lasts`` waits until it is on disk.
-    """
+    """Yield a draft that replaces ``path`` on success and vanishes on error; ``lasts`` waits for the disk. OSError."""
     draft = path.with_name(f".{path.name}.draft")
     try:
         _clear(draft)
@@ -131,9 +126,9 @@ def files_of_run(names: Set[str]) -> set[str]:
 def new_content(
     folder: Path, of_older: Callable[[Set[str]], set[str]] = files_of_run, last: str | None = MANIFEST
 ) -> Iterator[Path]:
-    """Yield an empty folder that replaces ``folder`` at the end, or is removed after an error.
+    """Yield an empty folder that replaces ``folder`` at the end; OutputError if another run is writing it.
 
-    ``of_older`` selects the names of files to remove. Raises OutputError if another run is writing the folder.
+    Of the old content, the files that ``of_older`` selects by name are removed.
     """
     place = folder.resolve()
     _recover(place)
@@ -163,7 +158,6 @@ def _names(place: Path) -> set[str]:
 
 
 def _can_be_moved(place: Path, of_older: Callable[[Set[str]], set[str]]) -> bool:
-    """True if a folder has only replaceable content and is neither in use nor mounted."""
     if (names := _names(place)) and not of_older(names):
         return False
     if Path.cwd().is_relative_to(place) or place.is_mount():

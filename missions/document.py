@@ -1,7 +1,6 @@
-"""TOML file with the line of every key, for error messages.
+"""TOML file with the line of every key, for error messages; ``tomllib`` reports no lines.
 
-``tomllib`` reports no lines, so headers and keys are found line by line. Keys in messages are dotted. Entries of lists
-use their ``name`` or number from 1: ``vehicle.AUV01.slot``, ``channel.2.per``.
+Keys in messages are dotted. Entries of lists use their ``name`` or number from 1: ``vehicle.AUV01.slot``.
 """
 
 from __future__ import annotations
@@ -23,8 +22,7 @@ from remoras.table import BETWEEN_KEYS
 from worldmodel import suggestion
 
 Model = TypeVar("Model", bound=BaseModel)
-Location = tuple[str | int, ...]
-"""Keys and list indices (from 0) from the top of a document to a value."""
+Location = tuple[str | int, ...]  # keys and list indices (from 0) from the top of a document to a value
 
 HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]\s](?:[^\]]*[^\]\s])?)\s*\]\]?\s*(#.*)?$")
 PART = r"""(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)"""
@@ -42,15 +40,7 @@ class Document:
 
     @classmethod
     def read(cls, name_or_path: str, known: Mapping[str, Path], what: str) -> Document:
-        """Read a shipped file by name, or any file by path; ``what`` is "scenario" or "study".
-
-        Raises:
-            ConfigurationError: missing file, not UTF-8, not TOML, or of the other kind.
-
-        >>> Document.read("quik", {"quick": Path("quick.toml")}, "study")
-        Traceback (most recent call last):
-        missions.errors.ConfigurationError: quik: study = quik: a TOML file or one of quick; did you mean 'quick'?
-        """
+        """Read a shipped file by name, or any file by path; ConfigurationError if missing or of the other kind."""
         path = file_of(what, name_or_path, known)
         document = cls.of_text(text_of(path, LARGEST_BYTES), str(path))
         other = STUDY if what == SCENARIO else SCENARIO
@@ -81,10 +71,7 @@ class Document:
     def located(
         self, faults: Iterable[ConfigurationFault], options: Mapping[str, str] | None = None
     ) -> list[ConfigurationFault]:
-        """Return faults sorted by line, each with its line, or with the command-line option that set its key.
-
-        ``options`` maps dotted keys to options; a key that begins with ``--`` is an option itself.
-        """
+        """Return faults sorted by line, each with its line or the option that set its key (``options``, by key)."""
         located = [self._located(fault, options or {}) for fault in faults]
         return sorted(located, key=lambda fault: (fault.file or "", fault.line or 0))
 
@@ -200,7 +187,6 @@ def _has(raw: dict[str, Any] | list[Any], part: Any) -> bool:
 
 
 def _table_at(location: Iterable[Any], root: type[BaseModel], raw: Any) -> type[BaseModel] | None:
-    """Model of the table at ``location``, by its own kind if it names one; None if missing."""
     table: type[BaseModel] = root
     for part in location:
         raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
@@ -219,11 +205,7 @@ def _table_at(location: Iterable[Any], root: type[BaseModel], raw: Any) -> type[
 
 
 def lines_of(text: str) -> dict[Location, int]:
-    """Line number of every table and key, list entries by index.
-
-    >>> lines_of('[[vehicle]]\\nslot = 1\\n[vehicle.sensor]\\nwidth_m = 2')[("vehicle", 0, "sensor", "width_m")]
-    4
-    """
+    """Line number of every table and key, list entries by index, as in ``("vehicle", 0, "sensor", "width_m")``."""
     lines: dict[Location, int] = {}
     counts: dict[Location, int] = {}
     table: Location = ()
@@ -271,8 +253,6 @@ def location_of(key: str, raw: Mapping[str, Any]) -> Location:
 
     >>> location_of("vehicle.AUV01.slot", {"vehicle": [{"name": "AUV00"}, {"name": "AUV01", "slot": 2}]})
     ('vehicle', 1, 'slot')
-    >>> location_of("channel.per", {"channel": [{"name": "perfect"}, {"name": "bernoulli", "per": 0.1}]})
-    ('channel', 1, 'per')
     """
     location: Location = ()
     value: Any = raw

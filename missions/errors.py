@@ -10,16 +10,11 @@ from typing import Any, Self
 
 from worldmodel import suggestion
 
-LONGEST_VALUE, LONGEST_KEY = 200, 160
-"""Greatest length of a value, and of a key or file, in messages."""
+LONGEST_VALUE, LONGEST_KEY = 200, 160  # greatest length of a value, and of a key or file, in messages
 
 
 def cut(text: str, longest: int) -> str:
-    """Shorten a text for a message.
-
-    >>> cut("abcdefgh", 6)
-    'abc...'
-    """
+    """Shorten a text for a message, with an ellipsis."""
     return text if len(text) <= longest else text[: longest - 3] + "..."
 
 

@@ -1,7 +1,7 @@
-"""Kinds of vehicle faults, one file each in ``missions/faults``.
+"""Kinds of vehicle faults, one file each in ``missions/faults``, which defines ``KIND``.
 
-A file defines ``KIND``, a subclass of ``missions.scenarios.faults.DeclaredFault``. Adding or removing a file adds or
-removes a kind. External kinds are named ``package.module:Class``.
+``KIND`` is a subclass of ``missions.scenarios.faults.DeclaredFault``. External kinds are named
+``package.module:Class``.
 """
 
 from __future__ import annotations
@@ -18,11 +18,9 @@ from missions.files import is_reference
 
 KINDS_FOLDER = "missions.faults"
 SEAM_OF_KINDS = "missions.scenarios.faults"
-EMPTY = "energy"
-"""Kind of table row for an empty battery, which needs no declaration."""
+EMPTY = "energy"  # kind of table row for an empty battery, which needs no declaration
 
-OVER = "over"
-"""Detail of a row in the table of faults at the end of a fault."""
+OVER = "over"  # detail of a row in the table of faults at the end of a fault
 
 
 class Absence(StrEnum):

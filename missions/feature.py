@@ -1,7 +1,7 @@
 """Optional scenario features, one file each in ``missions/features``.
 
-A file defines ``FEATURE``: keys of scenario tables, checks, vocabulary and run hooks. Adding or removing a file adds or
-removes a feature. Runs contain only the features that their scenario uses.
+A file defines ``FEATURE``: keys of scenario tables, checks, vocabulary and run hooks. Runs contain only the features
+that their scenario uses.
 """
 
 from __future__ import annotations
@@ -30,12 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Joining:
-    """Data of a run that a feature may use.
-
-    Attributes:
-        packet_s: transmission time (s) of a number of bits.
-        is_alone: True for a single-vehicle process with the clock of its hull.
-    """
+    """Data of a run for a feature; ``packet_s`` is the duration (s) of a packet of so many bits."""
 
     scenario: Scenario
     tbox: TBox
@@ -55,11 +50,10 @@ class Feature:
     Attributes:
         keys: type and field of each key, by table: "" is the scenario itself. Keys with their default are not written,
             unless the default is on.
-        observer: called per run; returns the hooks of the feature, if any.
         checks: called with well-formed tables and the mission class; yields faults between tables.
         words: Turtle files of the vocabulary, loaded only if used.
         states: attributes sent to all vehicles at the highest urgency.
-        metrics: not applicable without the feature; ``last_metrics`` follow those of every run in the summary.
+        last_metrics: follow those of every run in the summary; all metrics are not applicable without the feature.
         needed: attributes that some vehicle needs, which are exchanged for it.
         apart_s: greatest clock difference that the slots tolerate (s).
         ahead_s: greatest lead of any clock (s).

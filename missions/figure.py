@@ -125,11 +125,7 @@ STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 
 def round_up(value: float) -> float:
-    """Round up to a round number; 1 for values up to 0.
-
-    >>> round_up(2053.0), round_up(130.0)
-    (2500.0, 150.0)
-    """
+    """Round up to a round number, such as 2500 for 2053; 1 for values up to 0."""
     if value <= 0.0:
         return 1.0
     # The greatest step is a whole decade, so one always suffices.
@@ -160,10 +156,9 @@ def last_position_s(results: RunResults) -> float:
 
 
 Draw = Callable[["Axes", RunResults, Style], str]
-"""Draw on axes and return the sentences of the caption.
+"""Draw on axes and return the sentences of the caption; labelled artists appear in the legend.
 
-Called once per written figure with the settings of all figures. It must not open, save or resize figures. Labelled
-artists appear in the legend.
+Called once per written figure with the settings of all figures. It must not open, save or resize figures.
 """
 
 
@@ -193,10 +188,8 @@ class Layer:
 class Tiles:
     """Squares of work at a place, each done separately, which a replay fills in.
 
-    Args:
-        squares: (column, row) by number; the south-west corner is at these times ``size_m``.
-        attribute: of facts about a done square: subject is the place, value the square's number.
-        table: of squares truly done, with time; ``columns`` name its column and row.
+    ``squares`` are (column, row) by number; ``attribute`` is that of facts about a done square, with the place as
+    subject and the number as value; ``columns`` name column and row in the ``table`` of squares truly done.
     """
 
     size_m: float
@@ -208,14 +201,9 @@ class Tiles:
 
 @dataclass(frozen=True)
 class Place:
-    """A named place of the map, one point or the corners of a polygon; the name of a job marks the job's place.
+    """A named place of the map, one point or the corners of a polygon; ValueError without a point.
 
-    ``kind`` is the legend text, common to all places of a kind; ``tiles`` are squares of its work.
-
-    >>> Place("dock", "docking station", ())
-    Traceback (most recent call last):
-    ...
-    ValueError: place 'dock' has no point: outline_m needs one point, or the corners of a polygon
+    ``kind`` is the legend text, common to all places of a kind. The name of a job marks the job's place.
     """
 
     name: str

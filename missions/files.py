@@ -1,7 +1,4 @@
-"""Scenario and study files, given by shipped name or path, and their values as text.
-
-The module imports nothing heavy, so that a mistyped name fails quickly.
-"""
+"""Scenario and study files by shipped name or path, and their values as text; light imports, to fail quickly."""
 
 from __future__ import annotations
 
@@ -16,15 +13,11 @@ from typing import Any, TypeGuard
 
 from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFault, cut
 
-LARGEST_BYTES = 1_000_000
-"""Greatest size of a TOML file; shipped ones have up to 20 kB."""
-LONGEST_LINE = 65_536
-"""Most characters of a line; shipped files have up to 139."""
-MOST_PARTS = 100
-"""Most parts of a dotted key; tomllib needs time by their square."""
+LARGEST_BYTES = 1_000_000  # greatest size of a TOML file; shipped ones have up to 20 kB
+LONGEST_LINE = 65_536  # most characters of a line; shipped files have up to 139
+MOST_PARTS = 100  # most parts of a dotted key; tomllib needs time by their square
 MOST_LEVELS = 40
-MOST_BITS = 1023
-"""Greatest length of an integer; longer ones do not fit a float."""
+MOST_BITS = 1023  # greatest length of an integer; longer ones do not fit a float
 PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]++)"""
 DOTTED = re.compile(rf"(?<![A-Za-z0-9_-]){PART}(?:[ \t]*+\.[ \t]*+{PART})++")
 BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -64,11 +57,7 @@ def has_table(path: str, name: str) -> bool:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """Parse a TOML text; raise ValueError if it is not TOML, nested too deeply, or has too long a line or integer.
-
-    >>> parsed("a.b = 1")
-    {'a': {'b': 1}}
-    """
+    """Parse a TOML text; ValueError if it is not TOML, nested too deeply, or has too long a line or integer."""
     too_deep = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
     too_long = "an integer of more than 307 digits; no key needs that"
     # Before tomllib, which takes time by the square of the length and the parts of a key.
@@ -113,10 +102,7 @@ def tables_of(text: str, path: str) -> dict[str, Any]:
 
 
 def file_of(kind: str, name_or_path: str, known: Mapping[str, Path]) -> Path:
-    """Return the file of a shipped name or a path; ``kind`` is "scenario" or "study".
-
-    Raises ConfigurationError if there is no such file, or if the name is of the other kind.
-    """
+    """Return the file of a shipped name or a path; ConfigurationError if missing or of the other kind than ``kind``."""
     other = STUDY if kind == SCENARIO else SCENARIO
     path = Path(name_or_path) if name_or_path.endswith(".toml") else known.get(name_or_path, Path(name_or_path))
     if is_file(path):
@@ -141,11 +127,7 @@ def of_other_kind(file: str, kind: str, line: int | None = None) -> Configuratio
 
 
 def file_or_name(name: str, known: Iterable[str]) -> str:
-    """Describe the allowed input of a file or shipped name.
-
-    >>> file_or_name("a", [])
-    'a TOML file'
-    """
+    """Describe the allowed input: a file or a shipped name, with the name nearest to ``name``."""
     from worldmodel import suggestion  # loaded for mistyped names only
 
     names = list(known)
@@ -161,17 +143,12 @@ def is_file(path: Path) -> bool:
 
 
 def is_named(text: str) -> bool:
-    """Return True for a reference to an object of a module or file.
-
-    >>> is_named("closeness.py:CLOSEST"), is_named("mission_time_s")
-    (True, False)
-    """
+    """Return True for a reference to an object of a module or file, such as ``closeness.py:CLOSEST``."""
     return ":" in text or text.endswith(".py")
 
 
 OURS = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
-REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
-"""``package.module:object``."""
+REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")  # ``package.module:object``
 
 
 def texts(value: Any) -> Iterator[str]:

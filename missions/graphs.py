@@ -1,7 +1,4 @@
-"""Networkx graphs of a run: communication, knowledge, organisation, structure.
-
-Attribute names end with their unit, also listed in ``graph.graph["units"]``. Nodes and edges have a ``kind``.
-"""
+"""Networkx graphs of a run; ``graph.graph["units"]`` lists the unit suffixes of attributes. All have a ``kind``."""
 
 from __future__ import annotations
 
@@ -32,11 +29,7 @@ class RoleDemand(NamedTuple):
 
     @property
     def cardinality(self) -> str:
-        """Short form of the number of holders.
-
-        >>> tuple(RoleDemand("a", *bounds).cardinality for bounds in ((1, 1), (0, 2), (1,), ()))
-        ('(1)', '(0\u20132)', '(\u2265 1)', '')
-        """
+        """Short form of the number of holders: ``(1)``, ``(0–2)``, ``(≥ 1)``, or empty without bounds."""
         if self.maximum is None:
             return f"(\u2265 {self.minimum})" if self.minimum else ""
         return f"({self.minimum})" if self.minimum == self.maximum else f"({self.minimum}\u2013{self.maximum})"
@@ -52,10 +45,10 @@ class GroupNode(NamedTuple):
 
 
 def group_nodes(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[GroupNode]:
-    """Return groups in scenario order, then those found only in tables.
+    """Return groups in scenario order, then those only in ``met``: groups and roles in the tables of the run.
 
     The supervising group is that of ``within`` or ``formed_by``. A group with neither, and without an initial mission,
-    is supervised by the first group with a mission. ``met`` are groups and roles in the tables of the run.
+    is supervised by the first group with a mission.
     """
     declared = list(scenario.get("group", ()))
     leading = next((group["name"] for group in declared if group.get("mission")), "")
@@ -115,8 +108,8 @@ def _moment_s(results: RunResults, at_s: float | None, viewer: str) -> float:
 def organisation_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
     """Graph of vehicle to role ("plays"), role to group ("of"), group to supervisor ("within").
 
-    ``at_s`` None is the end of the run; ``viewer`` "" means each vehicle's own roles. Raises OutputError for an
-    unknown time or vehicle.
+    ``at_s`` None is the end of the run; ``viewer`` "" means each vehicle's own roles. Raises OutputError for an unknown
+    time or vehicle.
     """
     import networkx as nx  # slow to load, and checking a scenario loads the metrics that use graphs
 
@@ -184,10 +177,10 @@ def heard_graph(results: RunResults, from_s: float | None = None, until_s: float
 
 
 def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
-    """Graph of plan trees: edges ("divided") from each task to its subtasks.
+    """Graph of plan trees: edges ("divided") from each task to its subtasks; ``viewer`` "" means all vehicles.
 
     Tasks have vehicle, group, name, method, status, ``since_s`` and, if known, ``expected_end_s``. Arguments and errors
-    as for ``organisation_graph``; ``viewer`` "" means all vehicles.
+    as for ``organisation_graph``.
     """
     import networkx as nx
 

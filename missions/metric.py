@@ -162,8 +162,7 @@ class Metric:
         of: value in a finished run; None if the run has none, NOT_APPLICABLE if it cannot.
         headline: True if studies compare it by default.
         note: additional sentence of captions.
-        censored: True for the time (s) to an event; None then means "not by the end", and the run counts with the
-            mission's duration.
+        censored: True for the time (s) to an event; a run without it counts with the mission's duration.
     """
 
     name: str
@@ -234,11 +233,7 @@ def _alike(label: str, other: str) -> bool:
 
 
 def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
-    """Return metrics by name, in order; ``source`` is the declaring mission for messages.
-
-    Raises:
-        ConfigurationError: invalid declaration, name of another field, or repeated name or label.
-    """
+    """Return metrics by name; ConfigurationError for a fault, a taken name, or a repeated name or label."""
     by_name: dict[str, Metric] = {}
     faults: list[ConfigurationFault] = []
     for metric in metrics:

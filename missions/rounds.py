@@ -20,18 +20,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-MOST_JOBS = 14
-"""Limit of jobs: time and memory grow as 3 to the power of their number."""
+MOST_JOBS = 14  # limit of jobs: time and memory grow as 3 to the power of their number
 
 Times = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Rounder:
-    """A vehicle that may work, with its greatest speeds.
-
-    ``out_m``: least path from its start to each job; ``home_m``: from each job to the rendezvous, 0 if not needed.
-    """
+    """A vehicle that may work; ``out_m`` leads from its start to jobs, ``home_m`` from there to the rendezvous."""
 
     out_m: tuple[float, ...]
     home_m: tuple[float, ...]

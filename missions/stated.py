@@ -13,10 +13,7 @@ from worldmodel.ontology.tbox import MEASURED
 def stated(
     items: Iterable[tuple[Any, ...]], tbox: TBox, vehicles: Iterable[str]
 ) -> dict[tuple[str, str], list[Observation]]:
-    """Return uncertain observations by subject and attribute, excluded vehicles included.
-
-    ``items`` are rows of that table; ``vehicles`` are names by number.
-    """
+    """Return uncertain observations by subject and attribute, excluded vehicles included; ``vehicles`` by number."""
     attributes = {a.name: a for a in tbox.attributes if a.kind in MEASURED and a.uncertainty is not None}
     numbers = {name: number for number, name in enumerate(vehicles)}
     observations = defaultdict[tuple[str, str], list[Observation]](list)
@@ -42,10 +39,7 @@ def places_m(
 def rows_by_item(
     rows: Iterable[Mapping[str, Any]], name_of: Callable[[str], Any] = str
 ) -> Iterator[list[Mapping[str, Any]]]:
-    """Yield the rows of the table ``items`` by item, or by what ``name_of`` makes of its uid.
-
-    Statuses can share a uid; each starts again with its first fact.
-    """
+    """Yield the rows of ``items`` by item (``name_of`` its uid); a repeated first fact begins another status."""
     item: list[Mapping[str, Any]] = []
     for row in rows:
         if item and not _goes_on(item[0], row, name_of):

@@ -58,8 +58,6 @@ def wilson_interval(successes: int, n: int) -> Interval:
 
     >>> tuple(round(bound, 4) for bound in wilson_interval(8, 10))  # Brown, Cai and DasGupta 2001, equation 4
     (0.4902, 0.9433)
-    >>> tuple(round(bound, 4) for bound in wilson_interval(0, 20))
-    (0.0, 0.1611)
     """
     interval = stats.binomtest(successes, n).proportion_ci(CONFIDENCE, method="wilson")
     return float(interval.low), float(interval.high)
@@ -109,11 +107,7 @@ def step_down_p(differences: npt.ArrayLike) -> list[float]:
 
 
 def least_p(n: int) -> float:
-    """Smallest p that ``step_down_p`` can give for n pairs.
-
-    >>> least_p(5), least_p(10)
-    (0.0625, 0.001953125)
-    """
+    """Smallest p that ``step_down_p`` can give for n pairs, such as 0.0625 for 5."""
     return 2.0 / 2**n if 1 <= n <= 12 else 0.5 / RESAMPLES if n else 1.0
 
 
@@ -139,16 +133,11 @@ def pairing_gain(values: Sequence[float], baseline: Sequence[float]) -> float | 
     return float(a.var(ddof=1) + b.var(ddof=1)) / paired if paired > 0.0 else None
 
 
-FEW = 8
-"""Fewest pairs, or runs with censoring, for an interval."""
-MANY = 30
-"""Fewest values for an interval of a mean."""
-TAIL = 0.0125
-"""Share of resamples beyond the bound at the long tail."""
-STEADY = 0.05
-"""Relative spread below which a resample counts as constant, with infinite studentised mean."""
-STRAIGHT = 1e-9
-"""Skewness up to which values have no long tail (rounding)."""
+FEW = 8  # fewest pairs, or runs with censoring, for an interval
+MANY = 30  # fewest values for an interval of a mean
+TAIL = 0.0125  # share of resamples beyond the bound at the long tail
+STEADY = 0.05  # relative spread below which a resample counts as constant, with infinite studentised mean
+STRAIGHT = 1e-9  # skewness up to which values have no long tail (rounding)
 INTERVALS_OF_MEANS = (
     "95 % confidence intervals of the mean (Student's t, bootstrap-t for long tails), or ranges below 30 runs"
 )
@@ -186,8 +175,6 @@ class Timed:
 def mean_interval(values: Sequence[float]) -> Estimated:
     """95 % interval of the mean, or the reason for none.
 
-    >>> mean_interval([1.0, 2.0, 3.0])
-    <NoInterval.RARE: 'n < 30: least to largest'>
     >>> low, high = mean_interval([8.0, 9.0, 10.0, 11.0, 12.0] * 6)
     >>> round(low, 2), round(high, 2)  # no tail is longer: 10 -+ 2.045 * 1.438 / sqrt(30)
     (9.46, 10.54)
@@ -273,10 +260,7 @@ def restricted_interval(timed: Timed) -> Estimated:
 
 
 def restricted_difference_interval(ours: Timed, theirs: Timed) -> Estimated:
-    """95 % interval of the mean paired difference of restricted times, or the reason for none.
-
-    It combines the difference of pairs completed on both sides with the censored share of either side.
-    """
+    """95 % interval of the mean difference of restricted times: pairs completed on both sides, shares of either."""
     n = len(ours.values)
     pairs = zip(ours.values, theirs.values, ours.reached, theirs.reached, strict=True)
     both = [a - b for a, b, a_reached, b_reached in pairs if a_reached and b_reached]
