@@ -158,6 +158,7 @@ def _names(place: Path) -> set[str]:
 
 
 def _can_be_moved(place: Path, of_older: Callable[[Set[str]], set[str]]) -> bool:
+    """True if a folder has only replaceable content and is neither in use nor mounted."""
     if (names := _names(place)) and not of_older(names):
         return False
     if Path.cwd().is_relative_to(place) or place.is_mount():

@@ -187,6 +187,7 @@ def _has(raw: dict[str, Any] | list[Any], part: Any) -> bool:
 
 
 def _table_at(location: Iterable[Any], root: type[BaseModel], raw: Any) -> type[BaseModel] | None:
+    """Model of the table at ``location``, by its own kind if it names one; None if missing."""
     table: type[BaseModel] = root
     for part in location:
         raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None

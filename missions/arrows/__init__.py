@@ -1,7 +1,4 @@
-"""Arrows mission: decentralised archaeological search, each vehicle guided by its own map.
-
-Scenario: ``arrows-archaeology``; purpose and results: ``docs/missions/arrows.md``.
-"""
+"""Arrows mission: decentralised archaeological search, each vehicle guided by its own map."""
 
 from missions.arrows.mission import ArrowsMission
 

@@ -33,14 +33,11 @@ from remoras.work import Point
 
 TARGET = "searchTarget"
 ARRIVED_M = 10.0
-STALE_S = 240.0
-"""Time after which a target is chosen again, reached or not."""
-HELD_S = STALE_S + 60.0
-"""Age at which another vehicle's target expires: a newer one would have been received."""
+STALE_S = 240.0  # time after which a target is chosen again, reached or not
+HELD_S = STALE_S + 60.0  # age at which another vehicle's target expires: a newer one would have been received
 ORDERS_S = 10.0
 HOVER_M = 2.0
-ENOUGH_IMAGES = 12
-"""Images after which an unidentified anomaly stays unknown."""
+ENOUGH_IMAGES = 12  # images after which an unidentified anomaly stays unknown
 
 
 class Held:
@@ -251,9 +248,8 @@ class Sweeping(Behaviour):
 
 
 class Identifying(Behaviour):
-    """Identification of anomalies by images, ordered by site probability per time.
+    """Identification of anomalies by the map and images, ordered by site probability per time; sites are photographed.
 
-    The class follows from the map at the anomaly and from all images; archaeological sites are also photographed.
     ``crew`` are the vehicles with relevant observations; ``reach`` None means no return into contact.
     """
 

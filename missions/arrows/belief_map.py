@@ -51,11 +51,7 @@ def halved(values: Array) -> Array:
 
 
 def summed(values: Array) -> float:
-    """Sum of numbers, shape (n,); see ``halved``.
-
-    >>> summed(np.array([1.0, 2.0, 4.0]))
-    7.0
-    """
+    """Sum of numbers, shape (n,), by ``halved``."""
     return float(halved(values))
 
 
@@ -118,11 +114,7 @@ class CellGrid:
         return -(-self.n_columns // TILE)
 
     def tile_of(self, cell: int) -> tuple[int, int]:
-        """Tile of a cell, and the cell's bit in it.
-
-        >>> CellGrid(0.0, 0.0, 10.0, 8, 8).tile_of(13)
-        (1, 5)
-        """
+        """Tile of a cell, and the cell's bit in it."""
         row, column = divmod(cell, self.n_columns)
         tile = (row // TILE) * self._tile_columns + column // TILE
         return tile, (row % TILE) * TILE + column % TILE
@@ -250,19 +242,14 @@ def draw_seafloor(scenario: ArrowsScenario, seed: int) -> Seafloor:
 
 
 Counts = npt.NDArray[np.int64]
-SMALLEST = 1e-250
-"""Lower limit of weights, so that later observations can revise them."""
-N_TERMS = 12
-"""Terms of the logarithm's series; the error is below 1e-15."""
+SMALLEST = 1e-250  # lower limit of weights, so that later observations can revise them
+N_TERMS = 12  # terms of the logarithm's series; the error is below 1e-15
 
 
 def log2_of(x: Array) -> Array:
     """Binary logarithm of numbers >= 0; 0 maps to 0, as it only occurs in products with 0.
 
     By the series of artanh, z + z^3 / 3 + ..., with z = (m - 1) / (m + 1) of the mantissa m.
-
-    >>> log2_of(np.array([0.0, 0.25, 1.0, 8.0])).tolist()
-    [0.0, -2.0, 0.0, 3.0]
     """
     mantissa, exponent = np.frexp(np.where(x > 0.0, x, 1.0))
     # Mantissas between 1/sqrt(2) and sqrt(2) keep |z| below 0.172, so that few terms suffice.
@@ -276,10 +263,9 @@ def log2_of(x: Array) -> Array:
 
 
 def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
-    """Posterior of each cell, shape (kinds, cells); columns sum to 1.
+    """Posterior of each cell, shape (kinds, cells) as ``prior``; columns sum to 1.
 
-    ``prior`` has that shape, ``p_yes`` (0 to 1, exclusive) shape (detectors, kinds), ``n_yes`` and ``n_no`` (detectors,
-    cells).
+    ``p_yes`` (0 to 1, exclusive) has shape (detectors, kinds), ``n_yes`` and ``n_no`` (detectors, cells).
     """
     weights = prior.copy()
     for detector, rates in enumerate(p_yes):
@@ -311,11 +297,7 @@ def look_information(chart: Array, rates: Array) -> Array:
 
 
 def entropy(chart: Array) -> Array:
-    """Entropy of each cell (bits), shape (cells,).
-
-    >>> entropy(np.array([[0.5, 1.0], [0.5, 0.0]])).tolist()
-    [1.0, 0.0]
-    """
+    """Entropy of each cell (bits), shape (cells,)."""
     return 0.0 - total_of(chart * log2_of(chart))
 
 
@@ -337,8 +319,7 @@ def disagreement(charts: list[Array]) -> float:
     return max(0.0, summed(entropy(mean) - within / len(charts)))
 
 
-SWEPT, CONTACT = "swept", "contact"
-"""Attributes of vehicles: observations without and with a detection."""
+SWEPT, CONTACT = "swept", "contact"  # attributes of vehicles: observations without and with a detection
 
 
 class Chart:

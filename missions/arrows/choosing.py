@@ -34,8 +34,7 @@ from remoras.picture import Peers
 from remoras.work import Point
 
 N_RANGES = 200
-N_HEARD = 2
-"""Packets received from a vehicle that imply contact in both directions."""
+N_HEARD = 2  # packets received from a vehicle that imply contact in both directions
 
 
 def contact_range_m(scenario: ArrowsScenario) -> float:
@@ -155,14 +154,10 @@ class Leash:
         return np.asarray(within | (back_s <= self.due_s))
 
 
-TURN_S = 20.0
-"""Fixed time cost of a leg."""
-STRIDE = 2
-"""Lattice of possible targets, in cells."""
-N_FIRST, N_LEGS = 5, 3
-"""Number of candidate first legs, and of legs per route."""
-Way = tuple[Point, Point]
-"""Start and end of a vehicle's path."""
+TURN_S = 20.0  # fixed time cost of a leg
+STRIDE = 2  # lattice of possible targets, in cells
+N_FIRST, N_LEGS = 5, 3  # number of candidate first legs, and of legs per route
+Way = tuple[Point, Point]  # start and end of a vehicle's path
 
 
 def beside(grid: CellGrid, way: Way) -> Array:
@@ -290,7 +285,6 @@ class Choosing:
     def _legs(
         self, grid: CellGrid, bits: Mapping[int, Array], at_m: Point, x_m: Array, y_m: Array
     ) -> tuple[Array, Array, Array]:
-        """Information (bits), time (s) and squared cell distances (m2) of the path to each point."""
         total, off2 = np.zeros(len(x_m)), _off_squared(grid, at_m, x_m, y_m)
         for detector, gains in bits.items():
             range_m = self.ranges_m[detector]

@@ -1,7 +1,7 @@
 """Detectors: acoustic and magnetic ones that sweep, and a camera that identifies.
 
-A detector observes a cell when it comes into range and every ``look_s`` while it stays there. Results are keyed by
-seed, vehicle, cell, detector and number.
+A detector observes a cell when it comes into range and every ``look_s`` while it stays there. Draws are keyed by seed,
+vehicle, cell, detector and number.
 """
 
 from __future__ import annotations
@@ -39,16 +39,13 @@ IMAGES = Table("images", (
 ))  # fmt: skip
 """Apparent and true content of images."""
 ANOMALY = "Anomaly"
-SAME_M = 30.0
-"""Distance within which a detection is associated with a known anomaly."""
+SAME_M = 30.0  # distance within which a detection is associated with a known anomaly
 LOOK_EVERY_S = 4.0
-TOLD_AFTER_S = 40.0
-"""Time without observation of a tile after which its empty cells are reported."""
+TOLD_AFTER_S = 40.0  # time without observation of a tile after which its empty cells are reported
 STILL_MPS = 0.3
 MOST_IMAGES = 64
 FULL = (1 << TILE * TILE) - 1
-DRAWS = 4
-"""Draws per observation: detection, and place."""
+DRAWS = 4  # draws per observation: detection, and place
 
 
 def shown_code(n_image: int, node: int, kind: int) -> int:
@@ -57,11 +54,7 @@ def shown_code(n_image: int, node: int, kind: int) -> int:
 
 
 def shown_of(code: int) -> int:
-    """Decode the kind of an image result, 0 for nothing.
-
-    >>> shown_of(shown_code(3, 2, 4))
-    4
-    """
+    """Decode the kind of an image result, 0 for nothing."""
     return code % 8
 
 
@@ -164,7 +157,6 @@ class Detector:
 
 
 def _seen_m(thing: Thing | None, cell: int, world: Seafloor, shares: Point, sigma_m: float) -> Point:
-    """Apparent place: of a thing with error, of a false alarm uniform in its cell."""
     if thing is None:
         x_m, y_m = world.grid.centre_m(cell)
         return x_m + (shares[0] - 0.5) * world.grid.cell_m, y_m + (shares[1] - 0.5) * world.grid.cell_m

@@ -107,10 +107,8 @@ def _map(kind: KindTable, grid: CellGrid) -> Iterator[ConfigurationFault]:
 
 AREA = "search area"
 SEARCHING, IDENTIFYING, DIRECTING = "Searching", "Identifying", "Directing"
-LANE_SHARE = 1.6
-"""Lane spacing in ranges of the widest detector, with overlap."""
-ANOMALIES_PER_CELL = 0.5
-"""Upper limit of anomalies that a vehicle creates, per cell."""
+LANE_SHARE = 1.6  # lane spacing in ranges of the widest detector, with overlap
+ANOMALIES_PER_CELL = 0.5  # upper limit of anomalies that a vehicle creates, per cell
 
 
 class ArrowsMission(JobMission):

@@ -12,8 +12,7 @@ from remoras.table import PointM, Positive, Probability, Section, SpanM, Sparse
 KINDS = ("amphorae", "wooden hull", "steel hull", "rock")
 NOTHING, UNKNOWN = "nothing", "unknown"
 SITES = KINDS[:3]
-DETECTORS = ("acoustic", "magnetic")
-"""Sweeping detectors, in the order of their numbers on the wire."""
+DETECTORS = ("acoustic", "magnetic")  # sweeping detectors, in the order of their numbers on the wire
 Kind = Literal["amphorae", "wooden hull", "steel hull", "rock"]
 Search = Literal["elementary", "lawnmower", "central"]
 Rate = Annotated[float, Field(gt=0.0, lt=1.0)]

@@ -44,8 +44,7 @@ MAPS = Table("maps", (TIME, VEHICLE, Column("told_bits", "float", "bit"), Column
 FLEET_MAPS = Table("fleet_maps", (TIME, Column("told_bits", "float", "bit"), Column("apart_bits", "float", "bit")))
 """Information of all observations, and distance between the vehicles' maps (Jensen-Shannon)."""
 MAP_EVERY_S = 120.0
-Look = tuple[float, str, int]
-"""Time of knowledge, attribute, code."""
+Look = tuple[float, str, int]  # time of knowledge, attribute, code
 
 
 def looks_known(recorder: Recorder, vehicles: Sequence[str]) -> dict[str, list[Look]]:
@@ -169,8 +168,7 @@ class ArrowsTruth(JobTruth):
 # Results ----------------------------------------------------------------------------------------
 
 
-SILENCE_S = 60.0
-"""Time without reception after which a vehicle is out of contact."""
+SILENCE_S = 60.0  # time without reception after which a vehicle is out of contact
 
 
 def search_s_of(run: MeasuredRun) -> float:

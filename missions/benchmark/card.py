@@ -1,7 +1,6 @@
-"""Result card: a citable, verifiable file of a benchmark, and its tables.
+"""Result card: a citable, verifiable file of a benchmark with every run and the digests of suite and code.
 
-It contains the digests of suite and code, and every run. Equal runs give equal bytes, interrupted or not; nothing in it
-depends on the machine.
+Equal runs give equal bytes, interrupted or not; nothing in it depends on the machine.
 """
 
 from __future__ import annotations
@@ -25,8 +24,7 @@ from missions.sweeps.worker import run_task
 from remoras.strategies import bounds
 from remoras.version import __version__
 
-COLUMNS = tuple(field.name for field in fields(CellRun))
-"""Columns of a run in a card, in this order."""
+COLUMNS = tuple(field.name for field in fields(CellRun))  # columns of a run in a card, in this order
 LEAST_DRAWN = 10
 
 
@@ -152,13 +150,10 @@ def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
 
 @dataclass(frozen=True)
 class Verification:
-    """Verification of a card by repeated runs.
+    """Verification of a card by repeated runs, drawn by ``seed``.
 
-    Attributes:
-        seed: of the draw of runs.
-        n_runs: number of runs in the card.
-        other_code: digest in the card and here, by strategy with different code.
-        runs: name of each drawn run, and its differences or ""; iteration repeats the runs.
+    ``other_code`` has the digests in the card and here, by strategy with different code. ``runs`` yields the name of
+    each drawn run with its differences or "", and repeats the run.
     """
 
     seed: int
@@ -168,10 +163,10 @@ class Verification:
 
 
 def verify_card(path: Path, suite: Suite, seed: int, count: int | None = None) -> Verification:
-    """Draw runs of a card to repeat.
+    """Draw ``count`` runs of a card to repeat: by default a tenth of them, at least ten.
 
-    ``seed`` must be unknown to the author of the card. ``count`` is by default a tenth of the runs, at least ten.
-    Raises OutputError for an altered card or one of another suite, PluginError for an unavailable strategy.
+    ``seed`` must be unknown to the author of the card. Raises OutputError for an altered card or one of another suite,
+    PluginError for an unavailable strategy.
     """
     card = read_card(path, suite)
     strategies = read_strategies(card)
@@ -294,21 +289,13 @@ class ScoreTable:
 
 
 def with_interval(mean: float, interval: Sequence[float] | None, sign: str = "") -> str:
-    """Return a number with its interval, if any.
-
-    >>> with_interval(0.5, [0.25, 0.75]), with_interval(0.0, None, "+")
-    ('0.500 [0.250, 0.750]', '+0.000')
-    """
+    """Return a number with its interval, if any, such as ``0.500 [0.250, 0.750]``."""
     bounds = "" if interval is None else " [" + ", ".join(f"{value:{sign}.3f}" for value in interval) + "]"
     return f"{mean:{sign}.3f}{bounds}"
 
 
 def signed(difference: Sequence[Any]) -> str:
-    """Return a difference with sign and interval.
-
-    >>> signed((0.25, None))
-    '+0.250'
-    """
+    """Return a difference with sign and interval, such as ``+0.250``."""
     mean, interval = difference
     return with_interval(mean, interval, "+")
 

@@ -32,8 +32,7 @@ from remoras.deciding import MOST_CPU_S
 from remoras.errors import PluginError
 from remoras.plugins import named_object
 
-LONGEST_RUN_S = 600.0
-"""Wall-clock limit of a run (s); runs take a few seconds, so a longer one hangs."""
+LONGEST_RUN_S = 600.0  # wall-clock limit of a run (s); runs take a few seconds, so a longer one hangs
 WATCHED = {"watch.cpu_s": MOST_CPU_S}
 GetRounds = Callable[..., Rounds]
 
@@ -43,11 +42,10 @@ DIGITS = 6
 
 @dataclass(frozen=True)
 class CellRun:
-    """Result of one run of a cell.
+    """Result of one run of a cell; ``time_s`` is the limit if not completed.
 
-    ``time_s`` is the limit if not completed. A ``failed`` run raised an error or ended its process; ``n_bytes`` and
-    ``wrong_belief_fraction`` are then None. ``silenced`` counts decisions over the time limit, whose vehicles send
-    nothing afterwards.
+    A ``failed`` run raised an error or ended its process; ``n_bytes`` and ``wrong_belief_fraction`` are then None.
+    ``silenced`` counts decisions over the time limit, whose vehicles send nothing afterwards.
     """
 
     repeat: int

@@ -33,8 +33,7 @@ from worldmodel import suggestion
 
 SUITE = "suite"
 DEV, TEST = "dev", "test"
-DRAWN = "drawn"
-"""Ground of the cells in the held-out split; each repeat has another one."""
+DRAWN = "drawn"  # ground of the cells in the held-out split; each repeat has another one
 NETWORK_KEY = "channel.network"
 
 
@@ -75,11 +74,7 @@ class Cell(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Name in tables.
-
-        >>> Cell("mapping-patches", "alike", "nothing").label
-        'mapping-patches, alike, nothing'
-        """
+        """Name in tables, such as ``mapping-patches, alike, nothing``."""
         return ", ".join(self)
 
 
@@ -143,8 +138,8 @@ class Suite:
     ) -> list[Study]:
         """Return the study of strategies in all cells, or one per drawn ground with its own seed.
 
-        ``settings`` are scenario keys in addition to those of the suite. Raises ConfigurationError if a scenario does
-        not allow the settings of a case.
+        ``settings`` are additional scenario keys. Raises ConfigurationError if a scenario does not allow those of a
+        case.
         """
         n = self.repeats if repeats is None else repeats
         if self.drawn is None:
@@ -178,12 +173,7 @@ class Suite:
         return study
 
     def place(self, cell: int, repeat: int, strategy: int, n_strategies: int) -> tuple[int, int, int]:
-        """Return the numbers of study, configuration and repeat of a run.
-
-        >>> suite = suite_named("fathom-1")
-        >>> [suite.place(cell, 7, 1, 2) for cell in (0, 19, 20)]
-        [(0, 20, 7), (0, 39, 7), (0, 60, 7)]
-        """
+        """Return the numbers of study, configuration and repeat of a run; each drawn ground is a study."""
         per_ground = len(self.file.network) * len(self.file.unforeseen)
         ground, within = divmod(cell, per_ground)
         number = (ground * n_strategies + strategy) * per_ground + within

@@ -1,9 +1,4 @@
-"""Comparison of strategies and policies from the runs of a sweep.
-
-``compare`` sets every treatment against a baseline, ``ranks`` orders treatments of equal conditions, ``effects_of``
-estimates the effects of factors in two-level studies. All take ``SweepResults`` of ``missions.sweeps`` and are loaded
-on first use.
-"""
+"""Comparison of strategies and policies from the runs of a sweep (``SweepResults``)."""
 
 from typing import TYPE_CHECKING
 

@@ -107,9 +107,9 @@ def compare(
     """Compare the treatments of a sweep, finished or not: one row per metric and treatment.
 
     Args:
-        metrics: summary fields; or custom metrics (``package.module:object``, ``file.py:object`` or objects), computed
-            from stored tables; empty: those of the study.
-        baseline: strategy or policy; None: that of the study, else its first strategy or policy.
+        metrics: summary fields, or custom metrics (``package.module:object``, ``file.py:object`` or objects) of runs
+            with stored tables; empty for those of the study.
+        baseline: strategy or policy; None for that of the study, else its first strategy or policy.
 
     Raises:
         OutputError: nothing has finished, a name is unknown, or tables are missing.

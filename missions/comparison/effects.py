@@ -18,8 +18,7 @@ from missions.statistics import NoInterval, difference_interval
 from missions.sweeps.factorial import HIGH, FactorialDesign, Term
 from missions.sweeps.folder import SweepResults
 
-ALL = "all"
-"""Condition of the mean over all conditions."""
+ALL = "all"  # condition of the mean over all conditions
 OWN_NAMES = {"strategy.name": "strategy", "communication.policy": "policy"}
 
 
@@ -32,9 +31,7 @@ class MainEffect:
         term: a factor, or two multiplied ones.
         low, high: levels of a factor; empty for an interaction.
         aliases: main effects and interactions that the design confounds with it.
-        n: number of repeats.
         n_missing: censored runs, counted with the whole duration.
-        mean: over all runs.
     """
 
     condition: str
@@ -114,7 +111,6 @@ def _condition(treatment: Treatment, factors: Sequence[str]) -> str:
 
 
 def _response(samples: Sequence[Measured]) -> Response:
-    """Values of the repeats that all runs of the design have; deterministic runs have all."""
     constant = all(sample.constant for sample in samples)
     drawn = [set(sample.values) for sample in samples if not sample.constant]
     repeats = sorted(set.intersection(*drawn)) if drawn else sorted(samples[0].values)

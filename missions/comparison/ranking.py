@@ -1,8 +1,7 @@
 """Tests of all pairs of treatments, and the ranking based on them (``docs/statistics.md``).
 
 For a metric, all pairs of treatments with equal conditions form one family, over all conditions of the study and over
-the metric and success. Their p values are ``missions.statistics.step_down_p``: step-down sign flips of paired
-differences (Romano and Wolf 2005).
+the metric and success. Their p values are ``missions.statistics.step_down_p``.
 """
 
 from __future__ import annotations
@@ -30,8 +29,7 @@ from missions.metric import Better, Metric
 from missions.statistics import FEW, Array, least_p, step_down_p
 from missions.sweeps.folder import SweepResults
 
-ROUNDING = 1e-9
-"""Relative size up to which a difference is rounding."""
+ROUNDING = 1e-9  # relative size up to which a difference is rounding
 Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
 """Scenario, channel, loss rate, settings and unforeseen case, common to a ranking."""
 
@@ -81,8 +79,7 @@ class Contender:
         return plain.fmean(self.success.values())
 
 
-Column = Mapping[Treatment, Contender]
-"""Treatments with equal conditions."""
+Column = Mapping[Treatment, Contender]  # treatments with equal conditions
 
 
 @dataclass(frozen=True)
@@ -119,12 +116,10 @@ def family_of(columns: Sequence[Column]) -> Family:
 
 
 def _across(values: Mapping[int, float], constant: bool, repeats: Sequence[int]) -> Array:
-    """Values by repeat, NaN if missing; a constant value holds for all."""
     return np.array([*values.values()] * len(repeats) if constant else [values.get(r, np.nan) for r in repeats])
 
 
 def _differences(ours: Array, theirs: Array) -> Array:
-    """Differences by repeat, 0 if a side has no value."""
     differences: Array = np.nan_to_num(ours - theirs)
     # Equal runs may differ by rounding, and a sign test ignores how little.
     noise = ROUNDING * float(np.nanmax(np.abs([ours, theirs]), initial=0.0))
@@ -214,10 +209,8 @@ def of_less_success(column: Column, family: Family) -> frozenset[Treatment]:
 def too_few(repeats: int) -> str:
     """Warning for a study with too few repeats for any significance, or empty.
 
-    >>> too_few(5)
-    '5 repeats: no interval (8 needed), smallest p 0.062; 8 give 0.0078'
-    >>> too_few(8)
-    ''
+    >>> too_few(5), too_few(8)
+    ('5 repeats: no interval (8 needed), smallest p 0.062; 8 give 0.0078', '')
     """
     if repeats >= FEW:
         return ""

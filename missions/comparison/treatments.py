@@ -1,7 +1,4 @@
-"""Treatments of a study, and their paired differences.
-
-A treatment, as in the design of experiments, is a configuration without its repeat.
-"""
+"""Treatments of a study (configurations without their repeat), and their paired differences."""
 
 from __future__ import annotations
 
@@ -78,8 +75,7 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
 
 
 FIELDS = ("scenario", "strategy", "policy", "channel", "per")
-SUCCESS, MISSION_TIME = "completed", "mission_time_s"
-"""Metrics that failed runs have too: they have not completed."""
+SUCCESS, MISSION_TIME = "completed", "mission_time_s"  # metrics that failed runs have too: they have not completed
 OWN_COLUMNS = ("strategy.name", "communication.policy", "channel.name", "channel.per")
 
 Summary = Mapping[str, Any]
@@ -117,8 +113,7 @@ class RunOutcome:
         return not self.failed and bool(self.summary["completed"])
 
 
-Outcomes = Mapping[int, RunOutcome]
-"""Outcomes of a treatment by repeat."""
+Outcomes = Mapping[int, RunOutcome]  # outcomes of a treatment by repeat
 
 
 def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome]]:
@@ -160,7 +155,6 @@ def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
 
 
 def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, RunOutcome]]:
-    """Outcomes by treatment and repeat; settings ``left_out`` do not distinguish treatments."""
     outcomes: dict[Treatment, dict[int, RunOutcome]] = {}
     for line in lines:
         summary = line["summary"]
@@ -174,7 +168,6 @@ def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment
 
 
 def _in_order(treatment: Treatment) -> tuple[Any, ...]:
-    """Sort key with numeric settings by value: 4 vehicles before 16."""
     settings = tuple((key, _number(value), value) for key, value in treatment.settings)
     return (
         treatment.scenario,
@@ -194,10 +187,9 @@ def _number(text: str) -> float:
 
 
 def values_of(runs: Outcomes, metric: Metric) -> dict[int, float]:
-    """Values of a metric by repeat.
+    """Values of a metric by repeat; failed runs have not completed.
 
-    Failed runs have not completed. For metrics without censoring, runs without a value (a latency without a packet) or
-    without meaning are omitted.
+    For metrics without censoring, runs without a value (a latency without a packet) or without meaning are omitted.
     """
     if metric.name == SUCCESS:
         return {repeat: float(run.completed) for repeat, run in runs.items()}

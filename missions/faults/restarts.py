@@ -15,10 +15,8 @@ from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.mission import Mission
 
-MOST = 3
-"""Restarts allowed per run: packets distinguish four incarnations."""
-KEPT, FORGOTTEN = "memory kept", "memory lost"
-"""Endings of the detail in the table of faults."""
+MOST = 3  # restarts allowed per run: packets distinguish four incarnations
+KEPT, FORGOTTEN = "memory kept", "memory lost"  # endings of the detail in the table of faults
 
 
 class Restarts(DeclaredFault):

@@ -1,7 +1,4 @@
-"""Operator bans, ``[[ban]]``: a vehicle declares the observations of another invalid.
-
-The ban is a fact, withdrawn by another fact. Each vehicle applies the facts it has received (``worldmodel.holdings``).
-"""
+"""Operator bans, ``[[ban]]``: facts by which a vehicle declares another's observations invalid, or valid again."""
 
 from __future__ import annotations
 
@@ -56,9 +53,9 @@ def ban_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configura
 
 
 def stated(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]]:
-    """Return a builder of the fact that excludes observations of ``vehicle`` from ``from_s`` on.
+    """Return a builder of the fact that excludes observations of ``vehicle`` from ``from_s``; None withdraws the ban.
 
-    None withdraws the ban. The builder takes the issuer's beliefs, which resolve the names.
+    The builder takes the issuer's beliefs, which resolve the names.
     """
 
     def facts(beliefs: Beliefs) -> list[Fact]:

@@ -1,8 +1,7 @@
 """Vehicle clocks, ``[communication.clocks]`` and ``[vehicle.clock]``: offset and drift.
 
 At true time ``t`` a clock shows ``t + offset + drift * t + correction``, at least 0, the start of the mission. A
-vehicle uses its clock for slots, observation times, arrivals and leases. Each vehicle estimates clock differences from
-packet arrivals and, with ``discipline``, corrects its clock.
+vehicle uses its clock for slots, observation times, arrivals and leases.
 """
 
 from __future__ import annotations
@@ -29,10 +28,8 @@ if TYPE_CHECKING:
 
 KEY, OF_VEHICLE = "clocks", "clock"
 PPM = 1e-6
-OFFSET, DRIFT = range(2)
-"""Keys of the draws, in place of the receiver."""
-MOST_OFF_S, MOST_DRIFT_PPM = 86_400.0, 10_000.0
-"""Bounds on offset (a day) and on drift (1 %)."""
+OFFSET, DRIFT = range(2)  # keys of the draws, in place of the receiver
+MOST_OFF_S, MOST_DRIFT_PPM = 86_400.0, 10_000.0  # bounds on offset (a day) and on drift (1 %)
 
 
 class ClocksTable(Section):
@@ -74,10 +71,9 @@ CLOCKS = Table("clocks", (
 
 @dataclass(slots=True)
 class OwnClock:
-    """Clock of one vehicle.
+    """Clock of one vehicle: ``offset_s`` is the lead at true time 0, ``correction_s`` the sum of adjustments.
 
-    ``offset_s`` is the lead at true time 0, ``correction_s`` the sum of adjustments. ``true_s``, the true time of the
-    last reading, is for the fleet and its records only.
+    ``true_s``, the true time of the last reading, is for the fleet and its records only.
 
     >>> clock = OwnClock(offset_s=0.5, drift_ppm=100.0)
     >>> clock.reads(10_000.0), round(clock.true_time_s(10_001.5), 9)
@@ -133,8 +129,7 @@ class _AtTrueTime(list[Row]):
             self.append(row)
 
 
-NOW: Mapping[str, str] = {"items": "recorded_s"}
-"""Tables whose time of writing is not in the column ``TIME``."""
+NOW: Mapping[str, str] = {"items": "recorded_s"}  # tables whose time of writing is not in the column ``TIME``
 
 
 class RecorderByClock(Recorder):
@@ -156,10 +151,8 @@ class RecorderByClock(Recorder):
         self._rows.setdefault(table.name, rows)
 
 
-LARGEST_STEP = 0.25
-"""Largest adjustment as a share of a slot, so that no slot is skipped."""
-SMALLEST_STEP_S = 1e-3
-"""Smaller differences are left: the known positions are not more precise."""
+LARGEST_STEP = 0.25  # largest adjustment as a share of a slot, so that no slot is skipped
+SMALLEST_STEP_S = 1e-3  # smaller differences are left: the known positions are not more precise
 
 
 ARRIVALS = 9
@@ -172,11 +165,6 @@ class Offsets:
     A packet of duration L over distance d is complete at t + L + d/c, with t the start of its slot by the sender's
     clock. The lead is the excess of the own clock over this time. Distances come from believed positions: 15 m of error
     make 10 ms at c = 1500 m/s. The median suppresses single wrong positions and indirect paths.
-
-    >>> offsets = Offsets(3)
-    >>> for lead_s in (0.101, 0.099, 7.0, 0.1): offsets.note(2, lead_s)
-    >>> round(offsets.estimate_s(2), 4), offsets.estimate_s(1)
-    (0.1005, None)
     """
 
     def __init__(self, n_nodes: int) -> None:

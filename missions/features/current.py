@@ -48,10 +48,10 @@ class Surge:
 
 @dataclass(frozen=True, slots=True)
 class Current:
-    """Velocity of the water.
+    """Velocity of the water; ``east_mps`` and ``north_mps`` hold at the surface at the maximum of the tide.
 
-    ``east_mps`` and ``north_mps`` hold at the surface at the maximum of the tide. An infinite ``shear_depth_m`` or
-    ``tide_period_s`` means none; ``tide_phase`` is the share of the period at mission start, 0..1.
+    An infinite ``shear_depth_m`` or ``tide_period_s`` means none; ``tide_phase`` is the share of the period at the
+    start.
     """
 
     east_mps: float
@@ -64,11 +64,9 @@ class Current:
     def at(self, depth_m: float, now_s: float) -> Velocity:
         """Return the velocity (m/s) at a depth and time.
 
-        >>> Current(0.5, 0.0, shear_depth_m=40.0).at(10.0, 0.0)
-        (0.375, 0.0)
-        >>> east_mps, _ = Current(0.5, 0.0, tide_period_s=3600.0).at(0.0, 1800.0)
-        >>> east_mps
-        -0.5
+        >>> tidal = Current(0.5, 0.0, shear_depth_m=40.0, tide_period_s=3600.0)
+        >>> tidal.at(10.0, 0.0), tidal.at(0.0, 1800.0)[0]
+        ((0.375, 0.0), -0.5)
         """
         share = max(0.0, 1.0 - depth_m / self.shear_depth_m)
         share *= sincos(TAU * ((now_s / self.tide_period_s + self.tide_phase) % 1.0))[1]
@@ -93,9 +91,7 @@ def through_water(course: Velocity, speed_mps: float, current: Velocity) -> Velo
 
     If the course cannot be made good, head into the current at up to ``speed_mps``.
 
-    Across a current of 3 m/s, a speed of 5 m/s through the water leaves 4 m/s over ground:
-
-    >>> through_water((1.0, 0.0), 5.0, (0.0, 3.0))
+    >>> through_water((1.0, 0.0), 5.0, (0.0, 3.0))  # leaves 4 m/s over ground
     (4.0, -3.0)
     """
     along = current[0] * course[0] + current[1] * course[1]
@@ -239,7 +235,6 @@ class GuidanceInCurrent(Guidance):
         )
 
     def _through_water(self, course: Velocity, speed_mps: float) -> tuple[Velocity, float]:
-        """Return the velocity through the water that holds a course, and its magnitude (m/s)."""
         flow = self.flow_mps
         if self._is_over_ground:
             wanted = speed_mps * course[0] - flow[0], speed_mps * course[1] - flow[1]

@@ -1,6 +1,5 @@
-"""Damage, ``[damage]``: bit errors in received packets.
+"""Damage, ``[damage]``: bit errors in received packets, for links with a weak check or none.
 
-Modems discard damaged packets, and channels lose packets whole. This feature models links with a weak check or none.
 Without checksum or key a receiver accepts many damaged packets. Such a scenario is rejected unless ``unchecked``.
 """
 
@@ -39,10 +38,7 @@ class DamageTable(Section):
 
 @dataclass(frozen=True, slots=True)
 class DamagingChannel:
-    """Channel that flips bits in some packets of another channel.
-
-    The draw of a packet is compared with ``share``, so that each damaged packet is damaged at every greater share too.
-    """
+    """Channel that flips bits in some packets of another; a damaged packet is so at every greater ``share``, too."""
 
     calm: Channel
     seed: int

@@ -48,8 +48,7 @@ FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", Activ
 
 STEPS = 50
 HALF_ROOT = math.sqrt(0.5)
-SURFACE_M = 1.0
-"""Depth down to which a vehicle has a fix."""
+SURFACE_M = 1.0  # depth down to which a vehicle has a fix
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +68,8 @@ class Beacon:
 def takes_s(table: NavigationTable, depth_m: float) -> float:
     """Return the duration (s) of a fix at the surface, ascent and descent included.
 
-    The dwell follows the module: x times ``fix_s``, with exp(x) = 1 + s + x, s being the travel
-    time in ``fix_s``. Fixed-point iteration x <- log(1 + s + x) contracts by 1 / (1 + s + x).
-
-    >>> round(takes_s(NavigationTable(drift=0.01), 20.0), 1)
-    104.4
+    The dwell is x times ``fix_s``, see the module. Fixed-point iteration x <- log(1 + s + x) contracts by 1 / (1 + s +
+    x).
     """
     way_s = 2.0 * depth_m / table.vertical_speed_mps
     share = x = way_s / table.fix_s
@@ -86,7 +82,7 @@ class Navigation:
     """Navigation error of one vehicle; ``direction_rad`` samples the drift direction of interval n between fixes.
 
     The vehicle knows ``uncertainty_m``, the bound of the error, but not ``error_m``, the believed minus the true
-    position. ``has_fix``: True if the last tick had a fix.
+    position.
 
     >>> adrift = Navigation(NavigationTable(drift=0.01), (Beacon((0.0, 0.0), 50.0),), 20.0, lambda n: 0.0)
     >>> adrift.go((500.0, 0.0), 500.0, 1.0)
@@ -134,13 +130,7 @@ class Navigation:
 
     @property
     def sigma_m(self) -> float:
-        """Standard deviation (m) of the error per axis, as known to the vehicle.
-
-        >>> adrift = Navigation(NavigationTable(drift=0.01), (), 20.0, lambda n: 0.0)
-        >>> adrift.go((500.0, 0.0), 500.0, 1.0)
-        >>> round(adrift.sigma_m, 4)
-        3.5355
-        """
+        """Standard deviation (m) of the error per axis, as known to the vehicle."""
         # Directions are uniform, so the variance per axis is half the mean square of the error, at most b^2 / 2.
         return self.uncertainty_m * HALF_ROOT
 
@@ -279,7 +269,6 @@ class FixingPosition(Behaviour):
     # Where ---------------------------------------------------------------------------------------
 
     def _nearest(self, motion: Motion, picture: Picture) -> int | None:
-        """Return the number of the nearest beacon by time; None if the surface is nearer."""
         navigation = self.navigation
         soonest, least_s = None, self._data.depth_m / navigation.table.vertical_speed_mps
         for number, beacon in enumerate(navigation.beacons):
@@ -311,10 +300,9 @@ class FixingPosition(Behaviour):
 
 
 class Adrift:
-    """Navigation state of one vehicle: its error, and the behaviour that bounds it.
+    """Navigation state of a vehicle: its error, and the behaviour that serves the vital ``need`` to bound it.
 
-    before: state before a restart, whose error and depth are restored; None at first. ``need`` is the vital need that
-    ``behaviour`` serves.
+    ``before`` is the state before a restart, whose error and depth are restored; None at first.
     """
 
     need = FIXING
@@ -468,7 +456,6 @@ def fixing_s(run: MeasuredRun) -> float | Absent:
 
 
 def _spells_s(run: MeasuredRun) -> list[float]:
-    """Return the duration (s) of each interruption; one in progress ends with the run."""
     decided: dict[tuple[float, str], set[str]] = {}
     for time_s, vehicle, _, name, *_ in run.recorder.rows("activities"):
         decided.setdefault((time_s, vehicle), set()).add(name)

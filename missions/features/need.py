@@ -1,8 +1,7 @@
 """Individual information needs, ``[[need]]``: requests for an attribute by single vehicles.
 
-A need is an instance of ``InformationNeed``; every vehicle has a few names for its needs. Its statements go to all
-vehicles, as all need each other's needs (steps 1 and 2 of the cooperation paper, section IV). Needs agreed before the
-mission are not sent. Priority 0 withdraws a need.
+A need is an instance of ``InformationNeed``. Its statements go to all vehicles, as all need each other's needs (steps 1
+and 2 of the cooperation paper, section IV). Needs agreed before the mission are not sent. Priority 0 withdraws a need.
 """
 
 from __future__ import annotations
@@ -59,8 +58,7 @@ OF_TERMS = (TIME_TO_LIVE, BLACKOUT, QUEUE_LIMIT, NEWEST_FIRST, ACKNOWLEDGED)
 NEED_ATTRIBUTES = (NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE, PRIORITY, *OF_TERMS)
 
 
-ALL = "all"
-"""Value of ``vehicle`` for a need of every vehicle."""
+ALL = "all"  # value of ``vehicle`` for a need of every vehicle
 
 
 class NeedTable(Section):
@@ -101,11 +99,7 @@ class NeedTable(Section):
 
 
 def need_name(vehicle: str, number: int) -> str:
-    """Return the instance name of a vehicle's need; ``number`` counts from 1.
-
-    >>> need_name("AUV01", 2)
-    'need 2 of AUV01'
-    """
+    """Return the instance name of a vehicle's need, such as ``need 2 of AUV01``; ``number`` counts from 1."""
     return f"need {number} of {vehicle}"
 
 
@@ -140,11 +134,10 @@ class StatedNeed:
 
 
 class NeedsInForce:
-    """Needs known to one vehicle: ``worldmodel.Needs`` of its exchange manager.
+    """Needs known to one vehicle: common needs (of all, or derived from groups) and stated needs, side by side.
 
-    Common needs (of all, or derived from groups) and stated needs are valid side by side. Stated needs survive a
-    restart with ``model``. ``agreed`` holds node and need by the uid of the need's instance, ``on_demand`` the
-    attributes stored as items even without a current need.
+    Stated needs survive a restart with ``model``. ``agreed`` holds node and need by the uid of the need's instance,
+    ``on_demand`` the attributes stored as items even without a current need.
     """
 
     def __init__(
@@ -193,8 +186,6 @@ class NeedsInForce:
         return Wanted(0, 1) if needed == NOBODY and fact.attribute in self._on_demand else needed
 
     def _read(self, uid: int) -> tuple[int, InformationNeed] | None:
-        """Return node and need of an instance; None if withdrawn, not stated or invalid."""
-
         def value(name: str, default: float | None = None) -> float | None:
             stated = self._model.value(uid, self._uid[name])
             return default if stated is None else float(stated)  # type: ignore[arg-type]

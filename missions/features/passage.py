@@ -28,10 +28,8 @@ if TYPE_CHECKING:
     from remoras.work import Point
 
 KEY = "passage"
-MOUTH_M = 6.0
-"""Distance of the waypoint, and of the walls' ends, from the mouth: no corner is cut."""
-SLACK_M = 0.3
-"""Tolerance beyond the walls within which a vehicle still counts as in the passage."""
+MOUTH_M = 6.0  # distance of the waypoint, and of the walls' ends, from the mouth: no corner is cut
+SLACK_M = 0.3  # tolerance beyond the walls within which a vehicle still counts as in the passage
 
 
 class PassageTable(Section):
@@ -58,12 +56,7 @@ class ReefPassage:
     half_m: float
 
     def side(self, at_m: Point) -> int:
-        """Return -1 west of the reef, 1 east, 0 in the passage; inside the reef, the nearer side.
-
-        >>> passage = ReefPassage(0.0, 80.0, 0.0, 2.0)
-        >>> passage.side((90.0, 9.0)), passage.side((79.0, 0.0)), passage.side((79.0, 9.0)), passage.side((1.0, 9.0))
-        (1, 0, 1, -1)
-        """
+        """Return -1 west of the reef, 1 east, 0 in the passage; inside the reef, the nearer side."""
         x_m, y_m = at_m
         if self.west_m <= x_m <= self.east_m and abs(y_m - self.y_m) <= self.half_m + SLACK_M:
             return 0
@@ -86,11 +79,7 @@ class ReefPassage:
         return (*first, self.mouth_m(there), to_m) if there else (*first, to_m)
 
     def length_m(self, from_m: Point, to_m: Point) -> float:
-        """Length (m) of this path.
-
-        >>> ReefPassage(0.0, 80.0, 0.0, 2.0).length_m((-6.0, 30.0), (86.0, 0.0))
-        122.0
-        """
+        """Length (m) of the path of ``way_m``."""
         places_m = (from_m, *self.way_m(from_m, to_m))
         return math.fsum(distance(a_m, b_m) for a_m, b_m in pairwise(places_m))
 

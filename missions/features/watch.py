@@ -1,7 +1,7 @@
-"""Watch, ``[watch]``: CPU time limit for decisions of untrusted strategies, no file writes.
+"""Watch, ``[watch]``: CPU time limit for decisions of untrusted strategies; a file write ends the run.
 
-A vehicle whose strategy exceeds the limit stops asking it and stays silent; the run continues. A file write ends the
-run. Only here machine time enters the model: near the limit, two runs may differ.
+A vehicle whose strategy exceeds the limit stays silent; the run continues. Only here machine time enters the model:
+near the limit, two runs may differ.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""Field work: jobs that need more than one vehicle, namely helpers, right of way, or energy.
-
-Missions: lifts by several vehicles (``recovery-field``), loads through a narrow passage (``ferry-passage``), escorted
-line surveys (``escort-lines``), drilling with delivered energy (``resupply-field``).
-"""
+"""Field work: jobs that need more than their holder, namely helpers, an escort, right of way or delivered energy."""
 
 from missions.fieldwork.mission import EscortMission, FerryMission, RecoveryMission, ResupplyMission
 

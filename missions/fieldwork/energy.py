@@ -1,7 +1,6 @@
 """Drilling, and energy transfer to drills: batteries, stores of chargers, readings, behaviours.
 
-``Passing`` changes the true values in the run's ``Energies``; drills and chargers read those of the tick before. A
-drill works while its vehicle is at a matching site with the drill on.
+``Passing`` changes the true values in the run's ``Energies``; drills and chargers read those of the tick before.
 """
 
 from __future__ import annotations
@@ -46,20 +45,15 @@ DRILL_CHARGE, STORE_CHARGE = "drillCharge", "storeCharge"
 """Attributes of a vehicle: remaining share of its drill's battery and its charger's store."""
 DRILL_STATE, CHARGER_STATE = "drillState", "chargerState"
 """Attributes of a vehicle: state of its drill and of its charger."""
-BORES, BORED_SHARE = "bores", "boredShare"
-"""Attributes: site at which a vehicle's drill is; finished share of a site."""
+BORES, BORED_SHARE = "bores", "boredShare"  # attributes: site at which a vehicle's drill is; finished share of a site
 AT_REST, BORING, HALTED, CHARGING, GIVING, FULL = "idle", "bores", "halted", "charges", "gives", "full"
 """States of a drill: at rest, drilling, empty, charging; a charger: at rest, giving, battery full."""
 CAME, BROUGHT, BORED = "came", "brought", "bored"
 """Events at a site besides ``HALTED``, see ``missions.fieldwork.truth.ENERGY``."""
-LEAST_SHARE = 0.1
-"""Battery share below which an emptied drill stays halted."""
-STEPS = 10
-"""Readings are reported at changes between this many steps, and at both ends."""
-GAP_S = 20.0
-"""Longest pause within one transfer."""
-ALL = 1.0 - 1e-9
-"""Share at which a hole counts as finished, within rounding."""
+LEAST_SHARE = 0.1  # battery share below which an emptied drill stays halted
+STEPS = 10  # readings are reported at changes between this many steps, and at both ends
+GAP_S = 20.0  # longest pause within one transfer
+ALL = 1.0 - 1e-9  # share at which a hole counts as finished, within rounding
 
 
 @dataclass
@@ -187,11 +181,7 @@ class TransferTable(Section):
     berth_m: Positive = Field(10.0, description="distance of the supplying vehicle east of the drill site")
 
     def berth(self, place_m: Point) -> Point:
-        """Position of the giving vehicle.
-
-        >>> TransferTable().berth((100.0, 50.0))
-        (110.0, 50.0)
-        """
+        """Position of the giving vehicle: ``berth_m`` east of the drill site."""
         return place_m[0] + self.berth_m, place_m[1]
 
     def passes_j(self, dt_s: float, left_j: float, lacks_j: float) -> float:
@@ -328,8 +318,7 @@ def _is_at(at_m: Point, place_m: Point) -> bool:
 BRINGS, IS_HALTED = "brings", "isHalted"
 """Attributes: site to which a vehicle last brought energy; whether the work there is halted."""
 
-IN_PLACE_M = 5.0
-"""Distance for a received position to count as in place; it is some seconds old."""
+IN_PLACE_M = 5.0  # distance for a received position to count as in place; it is some seconds old
 
 
 class Drilling(Behaviour):

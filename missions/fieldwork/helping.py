@@ -28,15 +28,12 @@ from remoras.table import Positive
 from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Job, Point, Work
 
 HELPING = "Helping"
-HELPING_IMPORTANCE = 0.5
-"""Default importance of helping: above the rendezvous, below own work."""
+HELPING_IMPORTANCE = 0.5  # default importance of helping: above the rendezvous, below own work
 URGENCY = 50
 JUDGED = {UNABLE_TO: URGENCY, IS_IMPOSSIBLE: URGENCY}
 """Urgencies of reports: a vehicle cannot do a job; a leader declares it impossible."""
-LATER_SHARE = 0.5
-"""Factor on the effect for surplus helpers, while others would end more of the wait."""
-MUCH_NEARER_M = 20.0
-"""Margin at which a helper under way yields to a nearer one (received positions are old)."""
+LATER_SHARE = 0.5  # factor on the effect for surplus helpers, while others would end more of the wait
+MUCH_NEARER_M = 20.0  # margin at which a helper under way yields to a nearer one (received positions are old)
 
 
 class HelpAwaited:
@@ -69,8 +66,8 @@ class Help:
     """Usefulness of one vehicle at a job of others, and its effect on their wait.
 
     It is of no use once enough nearer vehicles have reported the same, or while others have priority. ``n_helpers``
-    counts vehicles besides the holder, ``attribute`` reports the helped job, ``helped`` are all jobs that need help.
-    ``is_on`` means that this vehicle has helped since the last decision.
+    counts vehicles besides the holder, ``attribute`` reports the helped job, ``is_on`` means helped since the last
+    decision.
     """
 
     turn_frames: ClassVar[float] = 0.0

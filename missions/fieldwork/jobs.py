@@ -1,7 +1,4 @@
-"""Jobs of field work and their behaviours: site surveys, deliveries, line surveys and lifts.
-
-An object to lift has one end per required vehicle, on a circle around its middle.
-"""
+"""Jobs of field work and their behaviours: site surveys, deliveries, line surveys and lifts."""
 
 from __future__ import annotations
 
@@ -39,10 +36,7 @@ from remoras.work import Outlook, Point
 
 
 class FieldJob(Section, AnyonesJob):
-    """Table of one job, which is the job itself: a ``remoras.work.Job``.
-
-    The role ``PLAYER of NAME`` does it; figures show its places as ``SHOWN``.
-    """
+    """Table of one job, and the job itself; role ``PLAYER of NAME`` does it, figures show places as ``SHOWN``."""
 
     PLAYER: ClassVar[str]
     SHOWN: ClassVar[str]
@@ -125,8 +119,7 @@ class Carrying(Behaviour):
 
 ESCORTS = "escorts"
 ON_LINE_M = 3.0
-ABREAST = 0.5
-"""Station of the escort as share of the largest distance; the rest covers its reaction time."""
+ABREAST = 0.5  # station of the escort as share of the largest distance; the rest covers its reaction time
 
 
 class SurveyLine(FieldJob):
@@ -227,7 +220,6 @@ class SurveyingLine(Behaviour):
         return is_next and distance_m(motion, line.at(along_m)) <= ON_LINE_M
 
     def _survey(self, motion: Motion, picture: Picture) -> bool:
-        """Extend the surveyed part to the current position; return False without an escort."""
         if self._goes_on(motion, picture):
             self._surveyed_m = max(self._surveyed_m, self._line.along_m(motion.position_m))
             return True
@@ -301,12 +293,9 @@ class FollowingSource(Behaviour):
 
 
 LYING_AT, HELPS = "lyingAt", "helps"
-SURELY_M = 1.5
-"""Distance at which a vehicle counts on its end: reports are quantised, arrivals overshoot."""
-NEAREST_M = 5.0
-"""Least distance of an object from its site."""
-SEEN_SHARE = 0.9
-"""Largest distance, as share of the shortest sonar range: a survey detects every object."""
+SURELY_M = 1.5  # distance at which a vehicle counts on its end: reports are quantised, arrivals overshoot
+NEAREST_M = 5.0  # least distance of an object from its site
+SEEN_SHARE = 0.9  # largest distance, as share of the shortest sonar range: a survey detects every object
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -326,11 +315,7 @@ class Lift(ReportedJob):
         return self.n_vehicles - 1
 
     def ends_m(self, middle_m: Point) -> tuple[Point, ...]:
-        """Return the ends of the object for a given middle.
-
-        >>> Lift("lift 1", 60.0, n_vehicles=2, length_m=10.0).ends_m((100.0, 50.0))
-        ((105.0, 50.0), (95.0, 50.0))
-        """
+        """Return the ends of the object: corners of a regular polygon around a given middle, ``length_m`` apart."""
         if self.n_vehicles == 1:
             return (middle_m,)
         # Neighbouring ends are the corners of a regular polygon: length = 2 radius sin(pi / n).
@@ -350,8 +335,7 @@ class Lift(ReportedJob):
         return Helping(self, help, data, scenario.mission.wait_s)
 
 
-SeaField = Mapping[str, Point]
-"""True middle of each object of a run, by lift."""
+SeaField = Mapping[str, Point]  # true middle of each object of a run, by lift
 
 
 def laid_out(lifts: Collection[str], sites: Sequence[SiteSurvey], range_m: float, seed: int) -> SeaField:

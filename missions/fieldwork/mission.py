@@ -1,7 +1,7 @@
 """Field missions: jobs assigned by the strategy, some with needs beyond their holder.
 
-The holder of a job that needs help waits for it, see ``missions.fieldwork.helping``. In a passage the holders of loads
-address each other as equals. Their calls are requests for right of way, resolved by ``remoras.motion.attraction``.
+In a passage the holders of loads address each other as equals. Their calls are requests for right of way, resolved by
+``remoras.motion.attraction``.
 """
 
 from __future__ import annotations
@@ -85,10 +85,8 @@ from remoras.table import Name, NotNegative, PointM, Positive, Section
 from remoras.work import IS_IMPOSSIBLE, Job, Point
 
 Kind = TypeVar("Kind")
-ROOM = 1.65
-"""Least distance of vehicles side by side, in separations: their margin and half of it."""
-FARTHEST_M = 20.0
-"""Greatest distance of a berth from its drill site, within obstacle sonar."""
+ROOM = 1.65  # least distance of vehicles side by side, in separations: their margin and half of it
+FARTHEST_M = 20.0  # greatest distance of a berth from its drill site, within obstacle sonar
 SHORTEST_M = 10.0
 
 
@@ -180,7 +178,6 @@ class ResupplyScenario(JobScenario):
 
 
 def _too_near(scenario: JobScenario, key: str, given_m: float, most_m: float, why: str) -> Iterator[ConfigurationFault]:
-    """Yield a fault if vehicles side by side are below their separation or beyond ``most_m``."""
     least_m = ROOM * scenario.guidance.separation_m
     if not least_m <= given_m <= most_m:
         to = f"to {most_m:g}" if most_m < math.inf else "or more"

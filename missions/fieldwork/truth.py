@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 PASSAGE = "passage"
 STANDS_MPS = 0.1
 MARK_M = 5.0
-PASSED_M = 1.5 * ON_LINE_M
-"""Distance at which a mark counts as passed: off the line, and beyond the last stop."""
-WAITS, LIFTED, SURVEYED = "waits", "lifted", "surveyed"
-"""Events: a vehicle waits for others; the job was truly done."""
+PASSED_M = 1.5 * ON_LINE_M  # distance at which a mark counts as passed: off the line, and beyond the last stop
+WAITS, LIFTED, SURVEYED = "waits", "lifted", "surveyed"  # events: a vehicle waits for others; the job was truly done
 LIFTS = Table("lifts", (TIME, VEHICLE, Column("lift", "str"), Column("event", "str")))
 """First arrival at an object (``waits``) and true end of the lift (``lifted``)."""
 ESCORTING = Table("escorting", (TIME, VEHICLE, Column("line", "str"), Column("event", "str")))
@@ -223,11 +221,7 @@ def mean_wait_s(run: MeasuredRun, table: str, event: str) -> float | None:
 
 
 def marks_m(length_m: float) -> list[float]:
-    """Return the positions of marks along a line.
-
-    >>> marks_m(12.0)
-    [0.0, 5.0, 10.0]
-    """
+    """Return the positions of marks along a line, every ``MARK_M`` from its start."""
     return [MARK_M * number for number in range(int(length_m / MARK_M) + 1)]
 
 

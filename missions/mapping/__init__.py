@@ -1,7 +1,4 @@
-"""Mapping mission of the REMORAS paper: joint survey of areas, then a rendezvous.
-
-Scenarios: ``mapping-rendezvous`` (that of the paper) and ``mapping-patches`` (more areas than vehicles).
-"""
+"""Mapping mission of the REMORAS paper: joint survey of areas, then a rendezvous."""
 
 from missions.mapping.mission import MappingMission
 

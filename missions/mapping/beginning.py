@@ -19,8 +19,7 @@ TEMPLATE = Path(__file__).with_name("new-scenario.toml.txt")
 EACH = re.compile(r"^#: each (\w+)\n(.*?)^#: end\n", re.MULTILINE | re.DOTALL)
 SWATH_M, SURVEY_MPS, TRANSIT_MPS, POWER_W = 25.0, 1.5, 2.5, 100.0
 """Sensor width and speeds of the template's vehicles; upper limit (W) of their survey power."""
-MARGIN_M = 100.0
-"""Distance from the start to the first area, and free margin around all areas."""
+MARGIN_M = 100.0  # distance from the start to the first area, and free margin around all areas
 
 
 def scenario_text(
@@ -35,9 +34,8 @@ def scenario_text(
 ) -> str:
     """Return a scenario as TOML text: numbers of AUVs, areas and lost AUVs, side of an area (m), packet error rate.
 
-    ``ranges_m`` are the nominal ranges of all modems by name.
-    The time limit is 1.5 times the time that the vehicles left after all faults need for all areas, plus five minutes,
-    rounded up to ten minutes. Raises ``ConfigurationError`` if no vehicle remains or a corner is out of modem range.
+    The time limit is 1.5 times the time that the vehicles left after all faults need, plus five minutes, rounded up to
+    ten. Raises ``ConfigurationError`` if no vehicle remains or a corner is out of modem range (``ranges_m`` by modem).
     """
     for option, value, least, most in (("side", side, 50.0, 1000.0), ("per", per, 0.0, 0.95)):
         if not least <= value <= most:

@@ -30,8 +30,7 @@ from remoras.motion.avoidance import clearance_m
 from remoras.picture import Picture
 from remoras.work import Point
 
-ROOM = 1.25
-"""Factor on the leader's clearance for formation places: it has moved since its last report."""
+ROOM = 1.25  # factor on the leader's clearance for formation places: it has moved since its last report
 
 
 def formation_of(scenario: MappingScenario) -> dict[tuple[str, str], tuple[str, str]]:
@@ -67,25 +66,18 @@ def positioning(
     return Positioning(others, group, (ahead_m, left_m), data)
 
 
-DEAD_ROWS = 2
-"""Whole rows without yield after which a sensor is presumed dead."""
-BRAKING_S = 2.0
-"""Margin by which braking before a row starts early."""
-LONG_LINK = 2.0
-"""Distance to the next row, in swaths, above which the vehicle goes at transit speed."""
+DEAD_ROWS = 2  # whole rows without yield after which a sensor is presumed dead
+BRAKING_S = 2.0  # margin by which braking before a row starts early
+LONG_LINK = 2.0  # distance to the next row, in swaths, above which the vehicle goes at transit speed
 
 
-WORTH_FINISHING = 0.42
-"""Stimulus of the last remaining work: above homing (0.6 to 0.3), so that it is resumed."""
+WORTH_FINISHING = 0.42  # stimulus of the last remaining work: above homing (0.6 to 0.3), so that it is resumed
 
 
 def due(share_left: float, half_left: float) -> float:
     """Stimulus of remaining work: 0 if none is left, else between ``WORTH_FINISHING`` and 1.
 
     ``half_left`` is the share at which it is midway between these bounds; 0 for a constant stimulus.
-
-    >>> round(due(1.0, 0.25), 3), due(0.25, 0.25), due(0.0, 0.25)
-    (0.884, 0.71, 0.0)
     """
     if share_left <= 0.0:
         return 0.0
@@ -117,8 +109,6 @@ class WorkLeft:
 
 @dataclass(slots=True)
 class _Passage:
-    """Row that the vehicle approaches or passes; ``since_s`` is None before its begin."""
-
     row: int
     begin_m: Point
     end_m: Point
@@ -311,7 +301,6 @@ class ZigzagExploring(Behaviour):
         self._n_fixes, self._fixed_s = body.n_fixes, body.now_s
 
     def _note_passed(self, passage: _Passage, picture: Picture) -> None:
-        """Record cells still unmapped after a row was passed with the sensor on."""
         if not passage.sensed or passage.since_s is None:
             return
         missed = passage.cells & self._job.left(picture.facts).bits

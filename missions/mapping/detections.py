@@ -121,8 +121,7 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
 
 
 BRAKING_S = 2.0
-PATIENCE_S = 60.0
-"""Time on site beyond the longest dwell after which a sensor is presumed dead."""
+PATIENCE_S = 60.0  # time on site beyond the longest dwell after which a sensor is presumed dead
 
 
 class Inspecting(Behaviour):

@@ -1,7 +1,4 @@
-"""Random scenarios by seed, for the held-out split of a benchmark.
-
-The areas are pieces of a random rectangle. Number of pieces, capacity (one vehicle or two) and mappers are random too.
-"""
+"""Random areas and fleets by seed, for the held-out split of a benchmark: pieces of a random rectangle."""
 
 from __future__ import annotations
 
@@ -11,15 +8,12 @@ from typing import Any
 
 from exchange.channel.loss import GROUNDS, uniform
 
-MAPPERS = (3, 4)
-"""Mapping vehicles; with the surface vehicle, the size of the smallest measured networks."""
+MAPPERS = (3, 4)  # mapping vehicles; with the surface vehicle, the size of the smallest measured networks
 PIECES = (5, 13)
 WIDTHS, CELLS = (12, 26), (240, 480)
-LEAST_SIDE = 2
-"""Shortest side of a piece, in cells."""
+LEAST_SIDE = 2  # shortest side of a piece, in cells
 
-Piece = tuple[int, int, int, int]
-"""Column, row, width and height, in cells of the rectangle."""
+Piece = tuple[int, int, int, int]  # column, row, width and height, in cells of the rectangle
 
 
 def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """Jobs of the mapping mission: surveys of the remaining cells of one area each (``docs/model/mapping.md``).
 
-A row with some mapped cells is cut to the span of the others; one without remaining cells is skipped. Remaining cells
-are bits of one integer by index in the area.
+Remaining cells are bits of one integer by index in the area.
 """
 
 from __future__ import annotations
@@ -26,10 +25,7 @@ TOLERANCE_M = 1e-6
 
 
 class SurveyRow(NamedTuple):
-    """A row of a survey, its ends from the lower to the higher coordinate.
-
-    Bits in ``cells`` mark its nearest cells; ``lines`` splits them by line of cells, in rising order along the row.
-    """
+    """A row of a survey; bits in ``cells`` mark its nearest cells, split in ``lines`` of cells along the row."""
 
     ends_m: tuple[Point, Point]
     cells: int
@@ -113,7 +109,6 @@ class Survey:
         self.ways = lru_cache(maxsize=4096)(self._ways)
 
     def _nearest(self, index: int, ends: Sequence[tuple[Point, Point]]) -> int | None:
-        """Nearest row of a cell, None if out of reach; records the cell's coordinate along it."""
         centre_m, axis = self.ground.centre_m(index), self._axis
         reach_m = self.swath_m / 2.0 + TOLERANCE_M
         off_m, number = min(
@@ -178,7 +173,6 @@ class Survey:
         return (along_m, level_m) if self._axis == 0 else (level_m, along_m)
 
     def _ways(self, left: int) -> tuple[Way, ...]:
-        """Return the shortest path from each possible start; empty if rows miss all remaining cells."""
         left &= self.reach
         if left == self.reach and self._runs_all:
             return self._whole()
@@ -242,25 +236,19 @@ def grounds_of(
     return {name: Ground(corners, cell_m, cells[name], fix_m) for name, corners in corners_m}
 
 
-CELL_M = 25.0
-"""Side of the cells of an area without a given grid."""
+CELL_M = 25.0  # side of the cells of an area without a given grid
 
-MOST_PARTS = 4096
-"""Capacity of the cache of partial surveys."""
+MOST_PARTS = 4096  # capacity of the cache of partial surveys
 
 
 @dataclass(slots=True)
 class _Left:
-    """Remaining survey for a set of mapped cells, which only grows."""
-
     of: weakref.ref[Set[float]]
     seen: set[float]
     rest: SurveyJob
 
 
 class _Memory:
-    """Remaining surveys by identity of the set of mapped cells."""
-
     # Without a dictionary of its own: the identities of one run are no change of a mission that runs share.
     __slots__ = ("by_set",)
 

@@ -95,8 +95,7 @@ def finds_inspected_fraction(run: MeasuredRun) -> float | Absent:
     return sum(milestone.name == "inspected" for milestone in run.milestones) / finds.number
 
 
-REGION = 2.4477468306808166
-"""Radius of the 95 % region in standard deviations per axis: (-2 ln 0.05)^1/2 (Rayleigh)."""
+REGION = 2.4477468306808166  # radius of the 95 % region in standard deviations per axis: (-2 ln 0.05)^1/2 (Rayleigh)
 
 
 def courses_m(
@@ -127,8 +126,7 @@ def given_up_s(run: MeasuredRun) -> float | Absent:
     return NOT_APPLICABLE if stopped is None else round(stopped.time_s, 4)
 
 
-AT_ONCE_S = 1e-3
-"""Tolerance for the end of a consultation round, which vehicles reach microseconds apart."""
+AT_ONCE_S = 1e-3  # tolerance for the end of a consultation round, which vehicles reach microseconds apart
 
 
 def left_when_given_up(run: MeasuredRun) -> float | Absent:

@@ -83,8 +83,7 @@ from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
 
-MAX_CELLS = 4096
-"""Largest number of cells per area that ``mappedCell`` can encode."""
+MAX_CELLS = 4096  # largest number of cells per area that ``mappedCell`` can encode
 
 
 def _of_tables(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
@@ -429,8 +428,8 @@ class MappingMission(JobMission):
     ) -> Sequence[Finding]:
         """Return the leader's finding that its group has gathered, or orders that reassign areas.
 
-        The leader defers while a find is uninspected, a reassigned area is unfinished, or all others are absent and an
-        area is unfinished; the deadline limits this.
+        Until the deadline, the leader defers while a find is uninspected, a reassigned area is unfinished, or all
+        others are absent and an area is unfinished.
         """
         # A group formed for inspections is dissolved by its parent and has no rendezvous.
         if group.formed_by is not None:
@@ -452,7 +451,6 @@ class MappingMission(JobMission):
 def _own(
     surveys: Mapping[str, SurveyJob], swaths_m: Mapping[str, Mapping[str, float]], vehicle: str
 ) -> Iterable[SurveyJob]:
-    """Surveys that the vehicle can do; all if it can do none."""
     return [job for name, job in surveys.items() if vehicle in swaths_m[name]] or surveys.values()
 
 
@@ -463,7 +461,6 @@ def _unknown(activity: str) -> PlanningError:
 def _at_it_before(
     corners_m: Sequence[Point], me: str, holders: Sequence[str], facts: FactsLike, position_m: Point
 ) -> tuple[str, ...]:
-    """Vehicles before this one in an area: none if inside; else those inside or listed before."""
     if contains(corners_m, position_m):
         return ()
     positions_m = {name: facts.get(("position", name)) for name in holders if name != me}

@@ -13,8 +13,7 @@ from missions.scenarios.organisation import GroupTable, Role
 from missions.scenarios.scenario import Scenario, World
 from remoras.table import Name, PointM, Positive, Section, Sparse
 
-NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
-"""Objectives that require an importance."""
+NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")  # objectives that require an importance
 OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning", "Inspecting")
 
 

@@ -1,7 +1,6 @@
 """Sensors of the mapping mission, and the objects that they observe.
 
-A classifier observes place and class of an object in range, both with errors. It reports the class with its
-probability. The reported place uncertainty combines the sensor error with the vehicle's own position error, which all
+The place uncertainty of a classifier combines the sensor error with the vehicle's own position error, which all
 observations of a dive share. The first report creates an ontology instance; an observation near a known instance is
 associated with it. Draws are keyed by seed, object, vehicle and observation number.
 """
@@ -26,18 +25,15 @@ from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, SensorSettings
 from remoras.table import Name, PointM, Section
 from remoras.work import Point
 
-CLASSES = ("wreck", "pipeline", "anomaly")
-"""Classes of objects: the values of ``rm:classification`` except ``unknown``."""
+CLASSES = ("wreck", "pipeline", "anomaly")  # classes of objects: the values of ``rm:classification`` except ``unknown``
 SIGHTINGS = Table("sightings", (
     TIME, VEHICLE, Column("object", "str"), Column("classification", "str"), Column("x_m", "float", "m"),
     Column("y_m", "float", "m"),
 ))  # fmt: skip
 """Classifier outputs before sensor faults, with the true object, which vehicles do not know."""
-FOUND_PER_OBJECT = 4
-"""Most instances that one vehicle creates per object; more than one if its readings jump."""
+FOUND_PER_OBJECT = 4  # most instances that one vehicle creates per object; more than one if its readings jump
 
-MOST_LOOKS = 256
-"""Most observations of one object per vehicle: the range of the number on the wire."""
+MOST_LOOKS = 256  # most observations of one object per vehicle: the range of the number on the wire
 
 
 class ObjectTable(Section):
@@ -124,8 +120,7 @@ Cell = tuple[int, int]
 COVERAGE = Table("coverage", (TIME, VEHICLE, Column("cell_x", "int", "cell"), Column("cell_y", "int", "cell")))
 """Cells truly covered, first time per vehicle; sensor claims exist only in world models."""
 
-LIMIT_TOLERANCE = 1.000001
-"""Factor on speed limits, so that a vehicle at the limit still maps."""
+LIMIT_TOLERANCE = 1.000001  # factor on speed limits, so that a vehicle at the limit still maps
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +179,6 @@ class Seabed:
         return tuple(cells)
 
     def _centres_about(self, column: int, row: int, reach_m: float) -> list[tuple[Cell, float, float]]:
-        """Cells, with centres, that may be within ``reach_m`` of a point in this quarter of a cell."""
         size, reach = self.cell_m, 2.0 * reach_m / self.cell_m + 1e-6  # in half cells, with rounding margin
         columns, rows = (  # least distance of their centres
             [(n, max(2 * n - i, i - 2 * n - 1, 0)) for n in range(int(i - reach) // 2, int(i + reach) // 2 + 1)]
@@ -217,12 +211,10 @@ class SwathSettings(SensorSettings):
         return SwathSensor(self.swath_m, data.speed_factor * self.speed_limit_mps, data.name)
 
 
-VISIT_GAP_S = 1.5
-"""Longest gap between observations of one visit; a motion tick is at most one second."""
+VISIT_GAP_S = 1.5  # longest gap between observations of one visit; a motion tick is at most one second
 
 
-KNOWN = STILL = (0.0, 0.0)
-"""Error of an exactly known position; velocity of still water."""
+KNOWN = STILL = (0.0, 0.0)  # error of an exactly known position; velocity of still water
 
 
 class Stays:

@@ -1,7 +1,7 @@
 """HTN tasks of the mapping mission, and the calls that unfinished work suppresses.
 
-While a vehicle does not know that enough is mapped and every find inspected, its rendezvous behaviours answer no call.
-Otherwise waiting vehicles would call others away from work that remains undone.
+Rendezvous behaviours answer no call before a vehicle knows that the goal is reached; otherwise waiting vehicles would
+call others away from work that remains undone.
 """
 
 from __future__ import annotations
@@ -26,8 +26,7 @@ from remoras.picture import Picture
 from remoras.work import Job
 
 EXPLORING = "objectiveExploring"
-MOST_ANEW = 3
-"""Most reassignments of an area; a later report of its completion is accepted."""
+MOST_ANEW = 3  # most reassignments of an area; a later report of its completion is accepted
 
 
 def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
@@ -148,12 +147,9 @@ class AfterWork(Behaviour):
 
 
 MISSIONS = SUPERVISION, AREA_MAPPING = "Supervision", "AreaMapping"
-INSPECTION = "Inspection"
-"""Mission of a group formed at run time; scenarios never assign it."""
-EXPLORE = "Explore"
-"""Task of a group, one of its roles and the role's area."""
-HAVE_INSPECTED = "HaveInspected"
-"""Task of a group formed at run time: exist while finds need inspection."""
+INSPECTION = "Inspection"  # mission of a group formed at run time; scenarios never assign it
+EXPLORE = "Explore"  # task of a group, one of its roles and the role's area
+HAVE_INSPECTED = "HaveInspected"  # task of a group formed at run time: exist while finds need inspection
 
 
 def social_domain(

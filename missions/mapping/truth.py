@@ -89,7 +89,6 @@ class MappingTruth(MeetingTruth):
         return self._share_of_goal((n_done + n_within) / (n_done + n_open))
 
     def _able(self, fleet: FleetView) -> dict[str, bool]:
-        """Return by area if a remaining vehicle can map it (role, working sensor, depth limit)."""
         mappers = {vehicle.name for vehicle, data in left(fleet) if data.sensor(SwathSettings) is not None}
         return {area: not mappers.isdisjoint(names) for area, names in self._swaths_m.items()}
 
@@ -148,7 +147,6 @@ class MappingTruth(MeetingTruth):
         return swaths
 
     def _look_under(self, vehicle: VehicleView, sensing: Sequence[str], now_s: float) -> bool:
-        """Record what the active sensors cover; return True on progress of the fleet."""
         (x_m, y_m), name, changed = vehicle.position_m, vehicle.name, False
         swaths, covered = self._swaths.get((name, sensing)), self._covered[name]
         for swath in self._swaths_of(vehicle, sensing) if swaths is None else swaths:
@@ -189,7 +187,6 @@ class MappingTruth(MeetingTruth):
         return min(1.0, share / self._goal + 1e-9)
 
     def _done_and_open(self) -> tuple[float, float]:
-        """Return the covered and uncovered cells, finds included by weight."""
         n_done: float = len(self._all_covered)
         n_open: float = len(self._seabed.cells) - len(self._all_covered)
         if self._seabed.features:

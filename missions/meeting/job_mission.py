@@ -56,8 +56,7 @@ from remoras.recorder import Recorder, Table
 from remoras.table import Section
 from remoras.work import IS_IMPOSSIBLE, Job, Outlook, Point, vehicles_taken
 
-DONE_BY = "jobDone"
-"""Attribute of a job: vehicle that has done it."""
+DONE_BY = "jobDone"  # attribute of a job: vehicle that has done it
 THERE_M = 2.0
 
 
@@ -70,7 +69,7 @@ class AnyonesJob:
 
     @property
     def done(self) -> Key:
-        """Fact that a vehicle has done it."""
+        """Base of missions whose groups do jobs and meet at a rally point (``remoras new mission`` writes one)."""
         return DONE_BY, self.name
 
     def is_able(self, data: VehicleData) -> bool:
@@ -189,8 +188,7 @@ def with_job_roles(
 ) -> Tables:
     """Return the scenario with additional roles in the first group and defaults for needs.
 
-    Vehicles that are ``able`` (default: they list playable roles) may play the new roles. Signals of initially assigned
-    roles also address ``addressed``.
+    Vehicles that are ``able`` may play the new roles. Signals of initially assigned roles also address ``addressed``.
     """
     first = scenario.group[0]
     listed = {role.job for role in first.role}
@@ -224,11 +222,7 @@ def with_needs(scenario: Tables, needs: Mapping[str, int]) -> Tables:
 
 
 def numbered(kind: str, number: int) -> tuple[str, ...]:
-    """Return numbered names.
-
-    >>> numbered("lift", 2)
-    ('lift 1', 'lift 2')
-    """
+    """Return numbered names, such as ``lift 1``."""
     return tuple(f"{kind} {n}" for n in range(1, number + 1))
 
 
@@ -252,8 +246,7 @@ def names_apart(scenario: Scenario, kinds: Sequence[str], taken: Collection[str]
             yield ConfigurationFault(f"{kind}.{name}.name", "", allowed)
 
 
-WORK = "Work"
-"""Key of the default importance of job objectives; task of (group, role, job)."""
+WORK = "Work"  # key of the default importance of job objectives; task of (group, role, job)
 WORKING = (ALLOCATE_ROLES, WORK, MEET)
 IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 

@@ -49,10 +49,8 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.work import Job, Outlook, Point
 
-ASSIGNED = (ASSIGN_OBJECTIVE,)
-"""Tasks that assign objectives to a role."""
-ALLOCATED = (ALLOCATE_ROLES, *ASSIGNED)
-"""Tasks that reassign them after the role is released."""
+ASSIGNED = (ASSIGN_OBJECTIVE,)  # tasks that assign objectives to a role
+ALLOCATED = (ALLOCATE_ROLES, *ASSIGNED)  # tasks that reassign them after the role is released
 
 
 def entrusted(orders: Callable[[str, str], list[Task]]) -> list[Method]:
@@ -83,15 +81,10 @@ NEEDS = (
     "playsRole", "leftRole", "position", "gatheredAt", *(f"objective{name}" for name in OBJECTIVES)
 )  # fmt: skip
 MEET = "Meet"
-GATHER = "Gather"
-"""Task of a group and an initially assigned role: come to the rendezvous."""
-HEARD_TOLERANCE_M = 1.0
-"""Tolerance for received positions, which are quantised on the wire."""
+GATHER = "Gather"  # task of a group and an initially assigned role: come to the rendezvous
+HEARD_TOLERANCE_M = 1.0  # tolerance for received positions, which are quantised on the wire
 NEWS_FRAMES = 20.0
-"""TDMA frames after which a received position is outdated: the vehicle may have left.
-
-A vehicle received in one frame of five is missed for that long with probability 0.8^20 = 1 %.
-"""
+"""TDMA frames after which a received position is outdated: 0.8^20 = 1 % for one reception in five frames."""
 
 Pursuit = tuple[tuple[ActivitySet, ...], frozenset[Key]]
 """Activities for an objective, and the facts on which the choice depends."""

@@ -27,16 +27,14 @@ from __future__ import annotations
 
 from exchange.arithmetic import exp, log
 
-LEAST = 1e-12
-"""Probabilities are clipped to this distance from 0 and 1."""
+LEAST = 1e-12  # probabilities are clipped to this distance from 0 and 1
 
 
 def sequential_verdict(p_true: float, p_mistaken: float, p_missed: float) -> bool | None:
     """Return True (accept), False (reject), or None while another observation is needed.
 
-    Args:
-        p_true: posterior probability of the hypothesis, with prior 1/2.
-        p_mistaken, p_missed: rates of false acceptance and false rejection, above 0 and below 1/2.
+    ``p_true`` is the posterior probability of the hypothesis, with prior 1/2; ``p_mistaken`` and ``p_missed`` are the
+    rates of false acceptance and false rejection, above 0 and below 1/2.
 
     >>> three_to_one = 0.85**3 / (0.85**3 + 0.15**3)  # three looks that are right in 85 of 100
     >>> [sequential_verdict(p_true, 0.01, 0.01) for p_true in (0.85, three_to_one, 1.0 - three_to_one)]
@@ -50,10 +48,8 @@ def sequential_verdict(p_true: float, p_mistaken: float, p_missed: float) -> boo
     return False if log_ratio <= log(p_missed / (1.0 - p_mistaken)) else None
 
 
-SLACK = 0.5
-"""Half the shift that is detected soonest, in standard deviations."""
-OVERSHOOT = 1.166
-"""Siegmund's correction: 2 x 0.583, the mean overshoot over the threshold."""
+SLACK = 0.5  # half the shift that is detected soonest, in standard deviations
+OVERSHOOT = 1.166  # Siegmund's correction: 2 x 0.583, the mean overshoot over the threshold
 
 
 def readings_between_alarms(threshold: float) -> float:
@@ -67,11 +63,7 @@ def readings_between_alarms(threshold: float) -> float:
 
 
 def threshold(readings: float) -> float:
-    """Threshold, at least 0, for one false alarm of both sides in ``readings`` readings.
-
-    >>> round(readings_between_alarms(threshold(1000.0)), 6)
-    1000.0
-    """
+    """Threshold, at least 0, for one false alarm of both sides in ``readings`` readings."""
     low, high = 0.0, 60.0
     # The number of readings grows with the threshold; 80 halvings exhaust the precision of a float.
     for _ in range(80):

@@ -27,8 +27,7 @@ from remoras.work import IS_IMPOSSIBLE, Job
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """Completed jobs; a job done by two vehicles has two rows."""
-IN_ANY_CASE = {"SendingInfluenceSignals", "MissionPlanner"}
-"""Activities that do not indicate a destination."""
+IN_ANY_CASE = {"SendingInfluenceSignals", "MissionPlanner"}  # activities that do not indicate a destination
 
 
 class MeetingTruth:
@@ -203,7 +202,6 @@ class MeetingTruth:
             yield f"out of action: {', '.join(gone)}"
 
     def _what_it_lacks(self, survivors: Sequence[VehicleView], group: Group) -> str:
-        """Vacant roles, or the members for which those present wait; else empty."""
         if lacking := self._lacking(survivors, group):
             return f" (without {' and '.join(lacking)})"
         members = self._members(survivors, group)
@@ -233,7 +231,6 @@ class MeetingTruth:
         return [vehicle for vehicle in survivors if vehicle.organisation.is_member(vehicle.name, group.name)]
 
     def _note_who_is_there(self, alive: Sequence[VehicleView], group: Group, now_s: float) -> None:
-        """Record arrivals at the rally point, and vehicles that met there in belief and in fact."""
         (at_x_m, at_y_m), radius_m = self._rally_points_m[group.rally_point or ""], self._radius_m
         for vehicle in alive:
             x_m, y_m = vehicle.position_m

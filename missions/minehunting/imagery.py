@@ -36,14 +36,10 @@ ECHOES = 5
 TARGET_ECHOES = tuple(f"targetEcho{n}" for n in range(1, ECHOES + 1))
 FLOOR_ECHOES = tuple(f"floorEcho{n}" for n in range(1, ECHOES + 1))
 REVISITS = "revisits"
-AT_VIEW_M = 3.0
-"""Distance from a view's place within which a sonar shows its contact."""
-OF_ONE_VIEW_M = 1.0
-"""Distance within which snippets belong to one view."""
-MOST_LEVEL_DB = 60.0
-"""Receiver limit of levels."""
-REFERENCE_DB = 20.0
-"""Half range of reference levels around 0."""
+AT_VIEW_M = 3.0  # distance from a view's place within which a sonar shows its contact
+OF_ONE_VIEW_M = 1.0  # distance within which snippets belong to one view
+MOST_LEVEL_DB = 60.0  # receiver limit of levels
+REFERENCE_DB = 20.0  # half range of reference levels around 0
 DRAWS_OF_STRIP = 64
 
 
@@ -67,7 +63,7 @@ class ImageryTable(Section):
             yield "target_strips", f"allowed: 1 to {self.strips}, the strips there are"
 
     def is_target(self, strip: int) -> bool:
-        """Return True if a strip, counted from 0, shows the contact.
+        """Return True if a strip, counted from 0, shows the contact: those in the middle.
 
         >>> [ImageryTable(strips=5, target_strips=2).is_target(strip) for strip in range(5)]
         [False, True, True, False, False]
@@ -211,11 +207,7 @@ class Analysis:
 
     @property
     def decisive(self) -> float:
-        """Log likelihood ratio for a decision, with equal priors.
-
-        >>> round(Analysis(ImageryTable(), 0.99, 600.0).decisive, 2)
-        4.6
-        """
+        """Log likelihood ratio for a decision, with equal priors; 4.6 for a confidence of 99 %."""
         return log(self.confidence / (1.0 - self.confidence))
 
 
@@ -269,7 +261,6 @@ class Analysing(Standing):
         return Perception(0.0, concludes=tuple(observations))
 
     def _verdict(self, first: ContactView, facts: Known, now_s: float, may_ask: bool) -> str:
-        """Class of the contact; ``REVISITS`` for another view; empty to wait."""
         imagery = self._analysis.imagery
         known = evidence_of(first.contact, facts, imagery)
         likely = MINE if known.log_ratio > 0.0 else ROCK

@@ -1,7 +1,4 @@
-"""Minehunting mission: views of contacts as jobs, classified by an analyst.
-
-The analyst is the group leader. It decides by received evidence, and requests another view of undecided contacts.
-"""
+"""Minehunting mission: views of contacts as jobs, classified by the group leader as the analyst."""
 
 from __future__ import annotations
 
@@ -58,8 +55,7 @@ from remoras.work import Job
 
 ANALYSING = "Analysing"
 MOST_REVISITS = 40
-LEAST_APART_M = 7.0
-"""Least distance between views of one contact: over twice the radius of a view."""
+LEAST_APART_M = 7.0  # least distance between views of one contact: over twice the radius of a view
 URGENCY = {REVISITS: 50, CLASSIFIED: 50, SHOWN: 20, ON_TARGET: 20, ON_FLOOR: 2}
 
 

@@ -109,18 +109,15 @@ class LoneVehicle:
     steered: Steered | None = None
 
 
-Pause = tuple[float, float]
-"""Start and end of a period without the vehicle's process (s of the mission)."""
+Pause = tuple[float, float]  # start and end of a period without the vehicle's process (s of the mission)
 
 
 def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] = ()) -> LoneVehicle:
-    """Build the vehicle of a plan, as in a run of its scenario and seed.
+    """Build the vehicle of a plan, as in a run of its scenario and seed; raises as ``NodePlan.setup``.
 
     Args:
         salts: salts of its incarnations, if the scenario has a key; missing ones are fresh, a replay passes all.
         pauses: periods without its process; after each the vehicle restarts with its memory.
-
-    Raises ConfigurationError as ``NodePlan.setup``.
     """
     setup, introductions, by_life = plan.setup(), None, [b""]
     if key := key_of(setup.scenario.communication.key_file):
@@ -160,7 +157,6 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
 
 
 def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys: Any) -> Fault:
-    """Return the fault, of a kind that a scenario could declare, for an absence of the vehicle."""
     away = next((name for name, kind in kinds().items() if kind.ABSENCE is absence), None)
     if away is None:
         allowed = f"no kind of fault keeps a vehicle away as {absence}: 0 s"

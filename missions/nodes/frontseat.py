@@ -30,10 +30,8 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.motion import Motion
 from remoras.work import Point
 
-PATIENCE_S = 10.0
-"""Time without a fix (s) after which the body is stopped."""
-CRYSTAL = 50e-6
-"""Drift of a machine clock (s/s), a common bound for uncompensated quartz."""
+PATIENCE_S = 10.0  # time without a fix (s) after which the body is stopped
+CRYSTAL = 50e-6  # drift of a machine clock (s/s), a common bound for uncompensated quartz
 _FIX = struct.Struct(">7d")
 
 

@@ -88,10 +88,7 @@ class Began(NamedTuple):
 
 
 class NodeLog:
-    """Log being written to a new file in ``folder``.
-
-    Raises OutputError if the file exists or is not writable.
-    """
+    """Log being written to a new file in ``folder``; raises OutputError if it exists or is not writable."""
 
     def __init__(self, folder: Path, plan: NodePlan, began: Began) -> None:
         self.path = refuse_written(folder, plan)
@@ -235,12 +232,10 @@ def play(log: Logged) -> Played:
 
 
 def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
-    """Resume a terminated vehicle from its log, in the state of its last line.
+    """Resume a terminated vehicle from its log, in the state of its last line; return it with log and pace.
 
-    Its absence ends now, and the next epoch starts. ``plan`` must equal that of the log, except start and epoch.
-
-    Returns the vehicle, its reopened log and the pace of its mission. Raises ConfigurationError if the log has another
-    plan, an end, or is not reproduced.
+    Its absence ends now, and the next epoch starts. Raises ConfigurationError if the log has another plan (start and
+    epoch aside), an end, or is not reproduced.
     """
     log = read_log(path)
     if replace(log.plan, begins_s=0.0, epoch=plan.epoch) != replace(plan, begins_s=0.0):

@@ -15,8 +15,7 @@ from missions.nodes.logs import LineKind, LogEntry, NodeLog
 from remoras.fleet.solo import just_after
 from remoras.fleet.vehicle import Vehicle
 
-DOUBLES = 40
-"""`trial` of the draws of duplicated packets; those of losses use 0, as in a run."""
+DOUBLES = 40  # `trial` of the draws of duplicated packets; those of losses use 0, as in a run
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +38,9 @@ class Mishaps:
 
 @dataclass(frozen=True, slots=True)
 class NodeOutcome:
-    """Final state of a node.
+    """Final state of a node; packets are ``withheld`` because of clock uncertainty.
 
-    Packets are lost and doubled by draws at this receiver, withheld because of clock uncertainty. ``items`` are stored,
-    ``open`` ones outstanding; ``late_s`` is the maximum delay behind the pace (s of the mission).
+    ``items`` are stored, ``open`` ones outstanding; ``late_s`` is the maximum delay behind the pace (s of the mission).
     """
 
     vehicle: str
@@ -61,9 +59,9 @@ class NodeOutcome:
 
 
 class VehicleNode:
-    """Vehicle that exchanges packets through a driver.
+    """Vehicle that exchanges packets through a driver; it owns and closes ``driver``, ``log`` and ``body``.
 
-    It owns and closes ``driver``, ``log`` and ``body``. ``witness`` is called with vehicle and time after each step.
+    ``witness`` is called with vehicle and time after each step.
     """
 
     def __init__(

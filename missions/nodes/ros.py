@@ -1,9 +1,7 @@
 """ROS 2 interface of a node: a real body in the graph, or publication of a simulated one.
 
 Topics are below the vehicle name (``/auv00/odometry``). Frames follow REP 103: x east, y north, z up; headings count
-from east, counter-clockwise. The how-to on nodes lists the topics.
-
-``rclpy`` comes with a ROS 2 installation and is imported on use. Calls follow commit ba72a01 (December 2024).
+from east, counter-clockwise. ``rclpy`` is imported on use. Calls follow commit ba72a01 (December 2024).
 """
 
 from __future__ import annotations
@@ -19,8 +17,7 @@ from missions.nodes.frontseat import Fix
 from remoras.fleet.vehicle import Vehicle
 from remoras.work import Point
 
-KEPT = 10
-"""Queue depth of a topic."""
+KEPT = 10  # queue depth of a topic
 FRAME = "map"
 MOST_AT_ONCE = 64
 

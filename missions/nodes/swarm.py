@@ -55,10 +55,8 @@ def work(job: NodeJob, others: Connection) -> None:
         sys.exit(130)
 
 
-LEAD_S = 0.3
-"""Time between start message and mission start (s), for all processes to receive it."""
-PATIENCE_S = 5.0
-"""Time to terminate before a process is killed (s)."""
+LEAD_S = 0.3  # time between start message and mission start (s), for all processes to receive it
+PATIENCE_S = 5.0  # time to terminate before a process is killed (s)
 
 
 class SwarmError(MissionsError):
@@ -67,10 +65,9 @@ class SwarmError(MissionsError):
 
 @dataclass(frozen=True, slots=True)
 class Swarm:
-    """Result of a swarm.
+    """Result of a swarm: outcomes of completed vehicles in node order, ``ended`` reasons of the others.
 
-    ``vehicles`` are the outcomes of completed ones, in node order, ``ended`` the reasons of the others; ``equal`` is
-    True if all live vehicles hold equal items.
+    ``equal`` is True if all live vehicles hold equal items.
     """
 
     scenario: str
@@ -159,15 +156,13 @@ def swarm(
     out: Path | None = None,
     begun: Callable[[dict[str, int]], None] = lambda pids: None,
 ) -> Swarm:
-    """Run vehicles in separate processes on this machine, and wait for their end.
+    """Run vehicles in separate processes on this machine, and wait for their end; SwarmError if one could not start.
 
     Args:
         plans: in node order.
         speed: seconds of the mission per second.
         lost_and_doubled: share of packets that a receiver loses, and share of the others that it receives twice.
         begun: called with the process ids at the start of the mission.
-
-    Raises SwarmError if a vehicle could not start.
     """
     mishaps, folders = Mishaps(*lost_and_doubled), plugin_folders()
     jobs = {plan.vehicle: NodeJob(plan, speed, mishaps, out, folders) for plan in plans}

@@ -1,7 +1,4 @@
-"""Pandora mission: long inspection and maintenance of a structure under faults.
-
-Scenarios: ``pandora-inspection``; for a whole day ``pandora-day``.
-"""
+"""Pandora mission: long inspection and maintenance of a structure under faults."""
 
 from missions.pandora.mission import PandoraMission
 

@@ -30,16 +30,11 @@ from remoras.picture import Picture
 from remoras.sensor import Fact
 from remoras.work import HOME_MARGIN, Point
 
-POWER_SIGMA_W = 3.0
-"""Standard deviation of power readings, which include packets and manoeuvres."""
-STEADY_S = 10.0
-"""Time after which a requested speed is reached."""
-QUALITY_S = 60.0
-"""Averaging time of the station-keeping quality."""
-SPARE_MPS = 0.15
-"""Margin over the current's speed for station keeping."""
-SPARE_BATTERY = 0.03
-"""Battery share in reserve, beyond the estimated use, for the way home."""
+POWER_SIGMA_W = 3.0  # standard deviation of power readings, which include packets and manoeuvres
+STEADY_S = 10.0  # time after which a requested speed is reached
+QUALITY_S = 60.0  # averaging time of the station-keeping quality
+SPARE_MPS = 0.15  # margin over the current's speed for station keeping
+SPARE_BATTERY = 0.03  # battery share in reserve, beyond the estimated use, for the way home
 SOUND_SHARE, SOUND_FLOW_MPS, SOUND_W, SOUND_M = 0.05, 0.05, 5.0, 0.2
 """Deviations of estimates from plan below which the vehicle is sound."""
 

@@ -58,10 +58,8 @@ from remoras.sensor import SensorSettings
 from remoras.table import PointM
 from remoras.work import Point
 
-APART_M = 2.5
-"""Least distance between parts, so that a tool touches only one."""
-SEEN_APART_M = 0.5
-"""Least distance between inspected points: the tolerance of station keeping."""
+APART_M = 2.5  # least distance between parts, so that a tool touches only one
+SEEN_APART_M = 0.5  # least distance between inspected points: the tolerance of station keeping
 
 
 def _key_of(kind: str, name: str) -> str:
@@ -69,7 +67,6 @@ def _key_of(kind: str, name: str) -> str:
 
 
 def _tools(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    """Yield faults: planned sensor kinds that no vehicle carries; wrenches are never planned."""
     carried = {table.get("type", "camera") for vehicle in scenario.vehicle for table in vehicle.sensor}
     demanded = {"camera": tuple(KINDS), "arm": ("valve", "anode")}
     for kind, parts in demanded.items():
@@ -117,8 +114,7 @@ ACTIONS: Mapping[str, tuple[type[Acting], tuple[type[SensorSettings], ...]]] = {
 """Elementary tasks: their behaviour and the kinds of sensors switched on."""
 FINDING = ("Looking", "Seeking")
 BY_KIND = {"Valve": "Turning", "Anode": "Cleaning", "Panel": "Inspecting", "Chain": "Inspecting"}
-OBSERVED_PER_PART = 400
-"""Upper limit of observations per part and vehicle, besides periodic ones."""
+OBSERVED_PER_PART = 400  # upper limit of observations per part and vehicle, besides periodic ones
 
 
 class PandoraMission(JobMission):

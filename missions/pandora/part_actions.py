@@ -21,10 +21,8 @@ from remoras.work import Point
 RAISE, RAISE_S, MOST_GAIN, LOW_QUALITY = 1.25, 30.0, 4.0, 0.8
 """Speed increase for poor station keeping: factor, interval (s), limit; quality below which."""
 NEAR_M = 1.5
-STEADY_M = 12.0
-"""Distance within which a vehicle slows down and its speed is not assessed."""
-MARGIN_S, MARGIN_SHARE = 30.0, 0.25
-"""Margin of the expected duration, absolute and relative, for turns and braking."""
+STEADY_M = 12.0  # distance within which a vehicle slows down and its speed is not assessed
+MARGIN_S, MARGIN_SHARE = 30.0, 0.25  # margin of the expected duration, absolute and relative, for turns and braking
 
 
 class Acting(Behaviour):
@@ -161,16 +159,11 @@ class Acting(Behaviour):
 
 
 LOOK_S = 120.0
-SETTLED_S = 45.0
-"""Time on site before a place is reported, for the estimate of the camera offset."""
-DISPLACED_M = 1.0
-"""Distance above which a part is displaced, well above camera errors."""
-NO_ADVANCE_SHARE = 0.5
-"""Share of the planned work without progress after which the part resists."""
-SPACING_SHARE, ROUNDS = 1.5, 2
-"""Search pattern: spacing in camera ranges, and repetitions (an image may be blank)."""
-SEEKING_M = 3.0
-"""Capture radius of the search pattern's corners."""
+SETTLED_S = 45.0  # time on site before a place is reported, for the estimate of the camera offset
+DISPLACED_M = 1.0  # distance above which a part is displaced, well above camera errors
+NO_ADVANCE_SHARE = 0.5  # share of the planned work without progress after which the part resists
+SPACING_SHARE, ROUNDS = 1.5, 2  # search pattern: spacing in camera ranges, and repetitions (an image may be blank)
+SEEKING_M = 3.0  # capture radius of the search pattern's corners
 
 
 class Looking(Acting):

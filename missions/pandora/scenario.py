@@ -12,8 +12,7 @@ from missions.meeting.sequential_tests import threshold
 from missions.scenarios.features import water
 from remoras.table import Name, PointM, Positive, Section, Sparse
 
-Flow = Callable[[float, float], PointM]
-"""Velocity of the water (m/s, x east, y north) at a depth (m) and time (s)."""
+Flow = Callable[[float, float], PointM]  # velocity of the water (m/s, x east, y north) at a depth (m) and time (s)
 
 ANY_VALVE = "any"
 KINDS = {"panel": "Panel", "valve": "Valve", "chain": "Chain", "anode": "Anode"}

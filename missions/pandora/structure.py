@@ -64,15 +64,11 @@ LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "i
 """Points truly inspected by a camera for long enough."""
 TURNS = Table("turns", (TIME, VEHICLE, Column("part", "str"), Column("state", "str")))
 """Work truly done by a tool: final state of a valve, or clean for an anode."""
-NEEDED_SHARE = 0.5
-"""Share of a point's images that must show it; some are blank."""
+NEEDED_SHARE = 0.5  # share of a point's images that must show it; some are blank
 TOUCH_GAP_S = 5.0
-FELT_SHARE = 0.25
-"""Progress between two reports of a tool."""
-FELT_S = 30.0
-"""Working time without progress after which a tool reports this."""
-LOG_STREAM = 60_000
-"""Offset of the draws of logs from camera draws."""
+FELT_SHARE = 0.25  # progress between two reports of a tool
+FELT_S = 30.0  # working time without progress after which a tool reports this
+LOG_STREAM = 60_000  # offset of the draws of logs from camera draws
 
 
 def error(seed: int, reading: int, node: int, which: int) -> float:
@@ -252,10 +248,10 @@ TOOLS = "arm", "wrench"
 
 @dataclass(frozen=True)
 class PlannedPart:
-    """Planned part with its service task: a ``remoras.work.Job``.
+    """Planned part with its service task: a ``remoras.work.Job``; ``work_s`` is the time per point, or of a tool.
 
-    ``work_s`` is the time per point, or of a tool; ``resists`` marks a valve known to need a wrench. ``dead`` has
-    (vehicle, tool) known to be dead, as ``vehicles`` report, none without plan repair.
+    ``resists`` marks a valve known to need a wrench. ``dead`` has (vehicle, tool) known to be dead, as ``vehicles``
+    report, none without plan repair.
     """
 
     of: str

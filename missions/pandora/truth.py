@@ -27,10 +27,8 @@ FAULTS = {"slow": "thruster", "sensor": "camera dead", "biased": "camera drifts"
 UPSETS = {"moved": ("missing", "displaced"), "turned": ("turned",), "stuck": ("resists",)}
 """Correct anomalies by kind of upset."""
 CURRENT = "current"
-OF_CAMERAS = "camera"
-"""Faults of other sensors are not assessed."""
-AFTER_S = 1200.0
-"""Time after the end of a cause in which findings still count: estimates decay stepwise."""
+OF_CAMERAS = "camera"  # faults of other sensors are not assessed
+AFTER_S = 1200.0  # time after the end of a cause in which findings still count: estimates decay stepwise
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,10 +209,8 @@ class PandoraTruth(JobTruth):
 # Results ----------------------------------------------------------------------------------------
 
 
-REPAIRED = "failed step"
-"""Kind of fault rows for plan repairs after a failed step."""
-HOME_M = 25.0
-"""Distance from start or rally point within which an empty vehicle is not lost."""
+REPAIRED = "failed step"  # kind of fault rows for plan repairs after a failed step
+HOME_M = 25.0  # distance from start or rally point within which an empty vehicle is not lost
 
 
 def serviced_fraction(run: MeasuredRun) -> float:

@@ -391,6 +391,7 @@ class Memory:
                 self._hold(name, times_s, block, items)
 
     def _hold(self, name: str, times_s: Iterable[Sequence[float]], block: Block, items: tuple[str, ...]) -> None:
+        """Record a block for each memory interval with receptions of all its items (``times_s``)."""
         for from_s, until_s in memories(self._lives[name]):
             heard_s = [[time_s for time_s in of_item if from_s <= time_s < until_s] for of_item in times_s]
             if all(heard_s):
@@ -456,6 +457,7 @@ class _Told(NamedTuple):
 
 
 def _uid(model: WorldModel, name: str) -> int:
+    """Return an instance uid by name; instances created at run time have it as suffix."""
     try:
         return model.instance_named(name).uid
     except UnknownNameError:

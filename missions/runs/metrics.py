@@ -64,6 +64,7 @@ def modem_energy_j(run: MeasuredRun) -> float:
 
 
 def _powered_s(run: MeasuredRun) -> float:
+    """Total time (s) in which vehicles had power: ticks with consumption."""
     used_j: dict[str, float] = {}
     n_ticks = 0
     for _, vehicle, _, _, _, _, energy_j, _ in run.recorder.rows("trajectories"):

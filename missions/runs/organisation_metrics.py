@@ -63,6 +63,7 @@ class _Views:
         return sum(self._errs(*pair) for pair in pairs) / len(pairs) if pairs else None
 
     def _errs(self, viewer: str, peer: str) -> bool:
+        """True if a viewer is wrong on a role of a peer: any, or with needs by groups one of its own groups."""
         wrong = (self._views[viewer, peer] ^ self._views[peer, peer]) - self._left_out
         own = {group for group, _ in self._views[viewer, viewer]}
         return any(not self._by_groups or group in own for group, _ in wrong)
@@ -79,6 +80,7 @@ class _Views:
 
 
 def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
+    """Yield each interval (s) without changes, with the views in it."""
     keeps_jobs = run.setup.strategy.declaration.private_jobs
     groups = run.setup.agreement.groups
     roles = {(group.name, role.name): role for group in groups for role in group.roles}

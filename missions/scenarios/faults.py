@@ -65,6 +65,7 @@ def _kind(name: str) -> str:
 
 
 def _with_kinds(schema: dict[str, Any], table: type) -> None:
+    """Extend a JSON Schema by the keys of all kinds; plug-in kinds accept any key."""
     if table is not DeclaredFault:
         return
     own = {key: value for kind in kinds().values() for key, value in kind.model_json_schema()["properties"].items()}

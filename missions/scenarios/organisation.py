@@ -235,6 +235,7 @@ class _Writer:
         return {**resolved, **{k: table[k] for k in ("name", "template") if k in table}}
 
     def _roles(self, key: str, levels: Sequence[TableLayer]) -> list[Raw]:
+        """Resolve the roles of a group, in the order of its farthest template; keep second ones of a name."""
         own: dict[str, list[TableLayer]] = {}
         again: list[Raw] = []
         # From the farthest template on, which gives the order of the roles.

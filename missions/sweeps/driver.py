@@ -175,6 +175,7 @@ def _drive(
 
 
 def _is_death(error: Exception) -> bool:
+    """True if a process died with the run, as reported by the pool or by Dask."""
     if isinstance(error, WorkersCannotStart):
         return False
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"

@@ -469,6 +469,7 @@ def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
+    """True if a difference cannot invalidate runs; ``lost``: configurations are missing."""
     if key in FIXED or (key.startswith("code.") and old is not None):
         return False
     if key.endswith(OWN_METRICS):

@@ -174,6 +174,7 @@ def _interruption_held() -> Iterator[None]:
 
 
 def _serve(connection: Connection, folders: tuple[str, ...]) -> None:
+    """Answer calls until the connection closes; interruptions are left to the parent."""
     look_in(folders)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

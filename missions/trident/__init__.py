@@ -1,7 +1,4 @@
-"""Trident mission: surveys of a site by services of two vehicles, and recovery of a target.
-
-Scenario: ``trident-intervention``; purpose and results: ``docs/missions/trident.md``.
-"""
+"""Trident mission: surveys of a site by services of two vehicles, and recovery of a target."""
 
 from missions.trident.mission import TridentMission
 

@@ -36,12 +36,9 @@ from remoras.work import Point
 
 CREEP_MPS, NEAR_M, IN_PLACE_M = 0.3, 8.0, 0.1
 """Final approach: speed, distance at which it starts, and distance at which it ends."""
-LOOKS_S = 300.0
-"""Time without a decision after which a reacquisition fails."""
-ATTEMPTS = 12
-"""Possible attempts after which an effector step fails."""
-MARGIN_S = 60.0
-"""Time on site in addition to the attempts."""
+LOOKS_S = 300.0  # time without a decision after which a reacquisition fails
+ATTEMPTS = 12  # possible attempts after which an effector step fails
+MARGIN_S = 60.0  # time on site in addition to the attempts
 
 
 class AwaitingPartner(Standing):
@@ -155,7 +152,6 @@ class Surveying(Behaviour):
         return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
 
     def _charted(self, facts: Known) -> Set[int]:
-        """Tiles that need no lane; none in a repeated survey."""
         return frozenset() if self._n_again else facts.values(("chartedTile", self._block.name))
 
     def _is_asked(self, facts: Known, service: str, recovery: str) -> bool:
@@ -206,12 +202,9 @@ class Surveying(Behaviour):
 
 
 def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
-    """Yield lanes along the longer side of a block, dense enough to leave no gap.
+    """Yield lanes along the longer side of a block, dense enough to leave no gap; a tile counts by its centre.
 
-    ``reach_m`` is the module's range to both sides; a tile counts by its centre.
-
-    >>> [(lane.begin_m, lane.end_m) for lane in survey_lanes(SeabedBlock("north", 0.0, 0.0, 80.0, 40.0, 20.0), 15.0)]
-    [((0.0, 10.0), (80.0, 10.0)), ((0.0, 30.0), (80.0, 30.0))]
+    ``reach_m`` is the module's range to both sides.
     """
     lanes = rows(block.outline_m, 2.0 * SHARE_USED * reach_m, 0.0)
     across = 1 if runs_along_x(block.outline_m) else 0
@@ -294,12 +287,10 @@ class Reacquiring(Behaviour):
         return ADVANCING if performed else attracted(to_go_m)
 
     def _is_known(self, facts: Known) -> bool:
-        """True if the candidate is rejected or absent, or this vehicle has located the target."""
         verdict, by = facts.get(("verdict", self._candidate)), facts.get(("reacquiredBy", self._candidate))
         return verdict in ("decoy", "absent") or (verdict == "target" and by == self._data.name)
 
     def _note_look(self, facts: Known, now_s: float) -> None:
-        """Hold at the sighting; resume the search after the patience."""
         places = len(facts.values(("location", self._candidate)))
         # Each sighting adds a value of the location.
         if self._places is not None and places > self._places:

@@ -1,7 +1,4 @@
-"""Conclusions of a vehicle: service status, requests, choice, verdicts.
-
-Each depends only on facts and on responding modules.
-"""
+"""Conclusions of a vehicle from facts and responding modules: service status, requests, choice, verdicts."""
 
 from __future__ import annotations
 
@@ -19,8 +16,7 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.work import Point
 
-NEAR_S = 1.0
-"""Margin around a due time within which conclusions are evaluated at each decision."""
+NEAR_S = 1.0  # margin around a due time within which conclusions are evaluated at each decision
 
 
 @dataclass(frozen=True)
@@ -109,7 +105,6 @@ class Concluding:
     def _chosen(
         self, me: str, organisation: Organisation, beliefs: Beliefs, facts: FactsLike, now_s: float
     ) -> list[Finding]:
-        """Choose the candidate most like the target, with a delay, by the choosing service."""
         since_s = self._due_s(beliefs)
         if since_s is None:
             return []
@@ -169,7 +164,6 @@ class Concluding:
     def _survey_again(
         self, me: str, beliefs: Beliefs, facts: FactsLike, present: frozenset[str], n_again: int
     ) -> tuple[list[Finding], bool]:
-        """Return missing requests for the ``n_again``-th repetition, and whether any is possible."""
         asked, is_possible = list[Finding](), False
         if n_again == 0 or self.matching.response != "matching":
             return asked, is_possible  # fixed plans contain no requests
@@ -232,7 +226,6 @@ class Concluding:
         return []
 
     def _shown(self, beliefs: Beliefs, candidate: str, since_s: float | None, by: str | None = None) -> bool | None:
-        """Verdict of close observations since a time, of all vehicles or of one; None if undecided."""
         looks = beliefs.fused(("looksLike", candidate), since_s=since_s, by=by)
         if looks is None:
             return None
@@ -266,7 +259,6 @@ class Concluding:
 
 
 def _status(service: Service, beliefs: Beliefs, picture: Picture) -> list[Finding]:
-    """Advertise a service or its changed status; without self-test it counts as working."""
     works = not service.settings.tells_state or service.settings.name in picture.body.answering
     status, known = AVAILABLE if works else FAILED, beliefs.get(("serviceStatus", service.name))
     if known == status:
@@ -287,7 +279,6 @@ def _is_open(beliefs: Beliefs, candidate: str) -> bool:
 
 
 def _likeness(beliefs: Beliefs, candidate: str) -> float:
-    """Likeness of a candidate to the target, 0..1; 2 if identified at close range."""
     if beliefs.get(("verdict", candidate)) == "target":
         return 2.0
     likeness = beliefs.fused(("likeness", candidate))

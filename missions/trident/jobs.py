@@ -45,10 +45,8 @@ from remoras.mission import PURSUE
 from remoras.organisation import Group
 from remoras.work import Outlook, Point
 
-SHARE_USED = 0.8
-"""Lane spacing as share of the sensor width; the overlap covers position errors."""
-RECOVERY_S = 400.0
-"""Expected duration of a recovery on site, fitted to runs without faults."""
+SHARE_USED = 0.8  # lane spacing as share of the sensor width; the overlap covers position errors
+RECOVERY_S = 400.0  # expected duration of a recovery on site, fitted to runs without faults
 
 
 def survey_speed_mps(data: VehicleData, settings: SurveyorSettings) -> float:
@@ -186,8 +184,7 @@ class RecoveryJob(OnServices):
         return outlook.stayed(self.place_m, RECOVERY_S, data)
 
 
-WORKING, SERVING = "Working", "Serving"
-"""Objectives: of a role with a job, and of all initially assigned roles."""
+WORKING, SERVING = "Working", "Serving"  # objectives: of a role with a job, and of all initially assigned roles
 STANDING_BY, SURVEYING, RANGING, REACQUIRING, MISSING, HOLDING, HANDLING = (
     "StandingBy",
     "Surveying",

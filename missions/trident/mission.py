@@ -73,8 +73,7 @@ from remoras.work import Job, Point
 from worldmodel import TBox
 
 SERVICE = "Service"
-MOST_TILES = 1024
-"""Largest number of tiles per block that ``chartedTile`` can encode."""
+MOST_TILES = 1024  # largest number of tiles per block that ``chartedTile`` can encode
 
 
 def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
@@ -166,8 +165,7 @@ def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[Configurati
 
 FURTHER_NEEDS = {"unableTo": 40, "isImpossible": 20, "surveysAgain": 40, "surveyedAgain": 20, "isExhausted": 40}
 ESCORTING = "Escorting"
-ESCORT_IMPORTANCE = 0.55
-"""Importance of escorting a vehicle with fixes: below work, above the rendezvous."""
+ESCORT_IMPORTANCE = 0.55  # importance of escorting a vehicle with fixes: below work, above the rendezvous
 
 
 class TridentMission(JobMission):
@@ -353,7 +351,6 @@ class TridentMission(JobMission):
         return tuple(sets), frozenset()
 
     def _escorted(self, data: VehicleData) -> tuple[str, ...]:
-        """Submerged vehicles that obtain fixes near this one."""
         if data.name not in locating(self.scenario):
             return ()
         return tuple(other.name for other in self._database.values() if other.depth_m > 0.0)

@@ -26,15 +26,11 @@ from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings, normal_error
 from remoras.work import Point
 
-Tile = tuple[int, int]
-"""(column, row) of a tile of the world grid."""
-APART_M = 35.0
-"""Least distance between objects where there is room."""
-RIM_M = 10.0
-"""Least distance of an object from the border of its block."""
+Tile = tuple[int, int]  # (column, row) of a tile of the world grid
+APART_M = 35.0  # least distance between objects where there is room
+RIM_M = 10.0  # least distance of an object from the border of its block
 TARGET = "target"
-DRAWS = 64
-"""Trials for a place before objects may lie closer."""
+DRAWS = 64  # trials for a place before objects may lie closer
 
 
 @dataclass(frozen=True)
@@ -61,11 +57,7 @@ class SeabedBlock:
 
     @cached_property  # 5 % of a mission
     def tiles(self) -> tuple[Tile, ...]:
-        """Tiles with centre in the block, row by row from the south-west; facts use these indices.
-
-        >>> SeabedBlock("north", 0.0, 0.0, 40.0, 20.0, 20.0).tiles
-        ((0, 0), (1, 0))
-        """
+        """Tiles with centre in the block, row by row from the south-west; facts use these indices."""
         size_m = self.tile_m
         columns = range(math.ceil(self.west_m / size_m - 0.5), math.ceil(self.east_m / size_m - 0.5))
         rows = range(math.ceil(self.south_m / size_m - 0.5), math.ceil(self.north_m / size_m - 0.5))
@@ -131,7 +123,6 @@ def lying(blocks: Sequence[SeabedBlock], target_m: Point | None, n_decoys: int, 
 
 
 def _drawn_m(blocks: Sequence[SeabedBlock], number: int, seed: int, others: Sequence[Lying]) -> Point:
-    """First sampled place clear of the others; the last trial if none is."""
     at_m = (0.0, 0.0)
     for trial in range(DRAWS):
         which, east, north = (loss.uniform(seed, loss.FINDS, number, trial, draw) for draw in range(3))
@@ -146,15 +137,12 @@ def _drawn_m(blocks: Sequence[SeabedBlock], number: int, seed: int, others: Sequ
 
 
 CANDIDATE = "Candidate"
-SAME_M = 25.0
-"""Distance within which an observation is associated with a known candidate."""
+SAME_M = 25.0  # distance within which an observation is associated with a known candidate
 FOUND_PER_OBJECT = 4
 MOST_LOOKS = 128
-LOOK_S, REST_MPS = 10.0, 0.15
-"""Time between observations of an object; speed below which a vehicle is at rest."""
+LOOK_S, REST_MPS = 10.0, 0.15  # time between observations of an object; speed below which a vehicle is at rest
 REACH_M = 6.0
-KINDS = ("survey", "find", "hold", "handle")
-"""Kinds of modules, each with its own stream of draws."""
+KINDS = ("survey", "find", "hold", "handle")  # kinds of modules, each with its own stream of draws
 LIKE_TARGET, LIKE_DECOY = 0.7, 0.45
 
 CHARTED = Table("charted", (TIME, VEHICLE, Column("column", "int", "tile"), Column("row", "int", "tile")))
@@ -407,8 +395,7 @@ def _seen(*facts: Fact) -> Observation:
 
 
 SURVEY, CHOOSE, FIX, FIND, HOLD, HANDLE = "survey", "choose", "fix", "find", "hold", "handle"
-ON_BOARD = (FIND, HOLD, HANDLE)
-"""Activities of the recovering vehicle that no other vehicle can do."""
+ON_BOARD = (FIND, HOLD, HANDLE)  # activities of the recovering vehicle that no other vehicle can do
 AVAILABLE, FAILED = "available", "failed"
 AVAILABLE_SERVICE = "AvailableService"
 HANDING_OVER_S = 300.0

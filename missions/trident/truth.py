@@ -1,8 +1,7 @@
 """Ground truth, metrics and figures: charted tiles, recovered object, choreography.
 
 A choreography is a state machine whose transitions are messages. It is sound if every state is reachable from the first
-and leads to a final one. During a run, facts in packets trigger transitions. A message that the state does not allow is
-a violation, and so is an overdue one.
+and leads to a final one. A message that the state does not allow is a violation, and so is an overdue one.
 """
 
 from __future__ import annotations
@@ -32,8 +31,7 @@ CHOREOGRAPHY = Table("choreography", (
     Column("to", "str"), Column("violation", "str"),
 ))  # fmt: skip
 """Messages with state and successor. Violations keep the state; overdue ones lack a vehicle."""
-PLAYING = {"assigned": True, "left": False}
-"""Events of the table ``roles`` for begin and end of a role."""
+PLAYING = {"assigned": True, "left": False}  # events of the table ``roles`` for begin and end of a role
 PACKET_TIME, SENDER, ITEM_UIDS = 1, 2, 10
 
 
@@ -51,11 +49,7 @@ class StatedFact(NamedTuple):
 def unsound(
     states: Sequence[str], final: Iterable[str], arrows: Sequence[tuple[str, str]]
 ) -> Iterator[tuple[str, str]]:
-    """Yield unreachable states and dead ends, with an explanation.
-
-    >>> list(unsound(["a", "b", "c"], ["b"], [("a", "b"), ("a", "c")]))
-    [('c', 'is a dead end: no message leads from it to a final state, which are b')]
-    """
+    """Yield unreachable states and dead ends, with an explanation."""
     import networkx as nx  # slow to load
 
     graph = nx.DiGraph(arrows)
@@ -162,8 +156,7 @@ def _shown(message: MessageTable) -> str:
     return f"{message.says}{value} by {message.by or 'any vehicle'}"
 
 
-RECOVERY_SHARE = 0.5
-"""Weight of the recovery in the goal; the rest is the map."""
+RECOVERY_SHARE = 0.5  # weight of the recovery in the goal; the rest is the map
 
 
 class TridentTruth(JobTruth):

@@ -34,7 +34,6 @@ def check_roles(record: Record, report: CheckReport) -> None:
 
 
 def _check_sequences(record: Record, report: CheckReport) -> None:
-    """Check that roles are assigned and left in turn, and active only between both."""
     declared = record.declared_roles
     has: set[tuple[str, Role]] = set()
     drives: set[tuple[str, Role]] = set()
@@ -146,7 +145,6 @@ def organisation_figures(record: Record, end_s: float) -> dict[str, float | None
 
 
 def _n_wrong(views: Views, left_out: set[Role], by_groups: bool) -> int:
-    """Return the number of ordered pairs in the mission with a wrong view of the peer's roles."""
     n = 0
     for viewer in views.inside:
         groups = {group for group, _ in views.own(viewer)}
@@ -170,8 +168,7 @@ def _is_malformed(views: Views, key: Role, role: dict[str, Any]) -> bool:
     return above is not None and any(tuple(above.split(".", 1)) not in views.own(name) for name in holders)
 
 
-ROUNDED_S = 1e-4 + CLOSE_S
-"""Tolerance of milestones, which are rounded to 0.1 ms."""
+ROUNDED_S = 1e-4 + CLOSE_S  # tolerance of milestones, which are rounded to 0.1 ms
 
 
 def check_ending(record: Record, report: CheckReport) -> None:
@@ -183,7 +180,6 @@ def check_ending(record: Record, report: CheckReport) -> None:
 
 
 def _check_faults(record: Record, report: CheckReport) -> None:
-    """Check that exactly the declared faults occurred."""
     declared = record.scenario.get("fault", [])
     kinds = {*KINDS, *(fault["kind"] for fault in declared)}  # other kinds are not declared
     begun = [spell for spell in record.spells if spell.kind in kinds]
@@ -239,7 +235,6 @@ def _span_s(fault: dict[str, Any]) -> tuple[float, float]:
 
 
 def _check_batteries(record: Record, report: CheckReport) -> None:
-    """Check that empty batteries and rows of kind energy match."""
     empty = {spell.vehicle for spell in record.spells if spell.kind == "energy"}
     for name, track in record.tracks.items():
         report.look("batteries")
@@ -255,7 +250,6 @@ def _milestones(record: Record, name: str) -> list[dict[str, Any]]:
 
 
 def _check_milestones(record: Record, report: CheckReport) -> None:
-    """Check order and time of milestones, and agreement with the tables."""
     stones = record.summary["milestones"]
     report.look("milestones", len(stones))
     for before, after in pairwise(stones):
@@ -329,7 +323,6 @@ def _members(record: Record, group: str, time_s: float) -> list[str]:
 
 
 def _check_verdict(record: Record, report: CheckReport) -> None:
-    """Check that a completed run has goal, meetings and end time; others the full duration."""
     summary, scenario = record.summary, record.of("scenario")
     ended, is_complete = _milestones(record, "mission_complete"), summary.get("completed")
     report.same("verdict", "summary", "completed", is_complete, bool(ended))

@@ -169,8 +169,7 @@ def verify_run(record: Record, report: CheckReport) -> None:
             report.add("readable", theme, None, "", f"{type(error).__name__}: {error}", "values that can be read")
 
 
-SEAL = '{"crc": "'
-"""Prefix of a ledger line with checksum; eight digits, ``", `` and the covered text follow."""
+SEAL = '{"crc": "'  # prefix of a ledger line with checksum; eight digits, ``", `` and the covered text follow
 
 
 SECTIONS = ("scenario", "vehicle", "group", "world", "channel", "communication", "strategy", "decision")
@@ -216,7 +215,6 @@ def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
 
 
 def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckReport) -> None:
-    """Check that each run of the ledger has one row with the same values."""
     if not path.is_file():
         report.skip("runs.parquet", "the sweep has not ended: there is none yet")
         return
@@ -259,7 +257,6 @@ def verify(folder: Path) -> CheckReport:
 
 
 def _record(folder: Path, report: CheckReport) -> Record:
-    """Read the results of a run; raises NoResults for a folder without readable ones."""
     missing = [name for name in ("summary.json", "manifest.json") if not (folder / name).is_file()]
     if missing:
         raise NoResults(f"{folder}: no results of a run or a sweep, missing: {', '.join(missing)}")

@@ -24,10 +24,8 @@ from missions.verification.record import (
     Track,
 )
 
-SENSING = {"Mapping", "Inspecting"}
-"""Activities during which sensors are on."""
-REACH_M = PLACE_STEP_M
-"""Rounding tolerance of a distance to a cell centre (m)."""
+SENSING = {"Mapping", "Inspecting"}  # activities during which sensors are on
+REACH_M = PLACE_STEP_M  # rounding tolerance of a distance to a cell centre (m)
 SHARE = 2e-9
 
 
@@ -153,7 +151,6 @@ def _check_vehicle(
 
 
 def _is_steady(track: Track, speed_mps: float) -> Array:
-    """Return the ticks with constant heading and speed ``speed_mps``, where it is not exceeded."""
     turned_rad = (np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi
     steady: Array = np.abs(track.speed_mps - speed_mps) <= SPEED_STEP_MPS / 2.0
     steady[1:] &= steady[:-1].copy() & (np.abs(turned_rad) <= 2.0 * ANGLE_STEP_RAD)
@@ -163,7 +160,6 @@ def _is_steady(track: Track, speed_mps: float) -> Array:
 def _below(
     record: Record, track: Track, rows: Array, reach_m: float, cells: dict[Cell, str]
 ) -> Iterable[tuple[int, Cell, float]]:
-    """Yield (row of the track, cell, distance) of all area cells with their centre within reach."""
     if not cells or not len(rows):
         return
     size_m = float(record.of("world")["cell_m"])
@@ -229,5 +225,4 @@ def _check_goal(record: Record, cells: dict[Cell, str], report: CheckReport) -> 
     report.same("goal", "summary", "goal_fraction", record.summary.get("goal_fraction"), last, 1.1e-6)
 
 
-TIME_S = 2.0**-11
-"""Tolerance of two roundings of one time (s)."""
+TIME_S = 2.0**-11  # tolerance of two roundings of one time (s)

@@ -1,8 +1,4 @@
-"""Checks of motion (heading, speed, current) and energy (speed, modem).
-
-Equations of docs/model/vehicle.md, "Motion and energy" and "Faults", and docs/model/sea.md. A vehicle out of operation
-neither moves by itself nor uses energy.
-"""
+"""Checks of motion and energy (docs/model/vehicle.md, docs/model/sea.md); vehicles out of operation use none."""
 
 from __future__ import annotations
 
@@ -24,12 +20,9 @@ from missions.verification.record import (
     Track,
 )
 
-PLACE_M = 1.5 * PLACE_STEP_M
-"""Rounding tolerance of the difference of two places (m)."""
-BEYOND_M = 60.0
-"""Tolerated distance beyond the borders during a turn back (m)."""
-LAYER_M = 3.0
-"""Depth difference above which vehicles do not conflict (m)."""
+PLACE_M = 1.5 * PLACE_STEP_M  # rounding tolerance of the difference of two places (m)
+BEYOND_M = 60.0  # tolerated distance beyond the borders during a turn back (m)
+LAYER_M = 3.0  # depth difference above which vehicles do not conflict (m)
 
 
 def check_tracks(record: Record, report: CheckReport) -> None:
@@ -111,7 +104,6 @@ def floats(record: Record, name: str, track: Track) -> Array:
 
 
 def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
-    """Check steps against heading and speed, and limits of speed, acceleration and turn rate."""
     time_s, dt_s = track.time_s[1:], np.diff(track.time_s)
     away = record.away(name, time_s)
     drained = record.drained(name, time_s)
@@ -162,7 +154,6 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
 
 
 def _check_depth(record: Record, name: str, own_m: float, track: Track, report: CheckReport) -> None:
-    """Check the depth: constant, 0 without energy, bounded by vertical speed with drift."""
     low_m = np.where(record.drained(name, track.time_s), 0.0, own_m)
     high_m = low_m.copy()
     navigation = record.of("navigation")

@@ -1,8 +1,4 @@
-"""Checks of packets (slots, sizes, outcomes) and of the holders of items.
-
-docs/model/channel.md, "Slots", "Collisions" and "Losses"; docs/model/vehicle.md, "Faults"; docs/howto/results.md for
-the names of items; docs/model/exchange.md, "Selection", "Information needs" and "Suspension".
-"""
+"""Checks of packets (slots, sizes, outcomes) and of the holders of items (docs/model/channel.md, exchange.md)."""
 
 from __future__ import annotations
 
@@ -88,7 +84,6 @@ def _check_sizes(record: Record, report: CheckReport) -> None:
 
 
 def _check_fates(record: Record, report: CheckReport) -> None:
-    """Check that each present vehicle received, lost or collided, and no other one did."""
     speed_mps = sound_mps(record)
     hidden = record.of("channel")["name"] == "acoustic"
     if speed_mps is None:
@@ -144,7 +139,6 @@ def _check_arrival(
     speed_mps: float | None,
     reach_m: float,
 ) -> None:
-    """Check the arrival time by the places at the tick before it."""
     time_s, sender, end_s = sent
     a, b = (record.tracks.get(v) for v in (sender, name))
     if speed_mps is None or a is None or b is None:
@@ -168,8 +162,7 @@ def _check_arrival(
         report.add("arrivals", "packets", time_s, sender, stated, f"{due_s:.4f} s, over {apart_m:.1f} m")
 
 
-NAME = re.compile(r"(\d+)(?:\.e\d+)?[-@]")
-"""Prefix of the name of an item or status: the number of its origin."""
+NAME = re.compile(r"(\d+)(?:\.e\d+)?[-@]")  # prefix of the name of an item or status: the number of its origin
 THERE = frozenset({"present", "heard again", "begins anew", "slot conflict"})
 """Events of a present peer; all others end the wait for it."""
 Heard = dict[tuple[str, str], list[float]]
@@ -210,7 +203,6 @@ def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, 
 
 
 def _heard(record: Record, column: str = "item_uids") -> Heard:
-    """Return the sorted reception times of each named item, by (vehicle, name)."""
     receptions: Heard = defaultdict(list)
     for receivers, arrivals_s, uids in record.rows("packets", f"receivers arrivals_s {column}"):
         for vehicle, arrival_s in zip(receivers, arrivals_s, strict=False):
@@ -224,7 +216,6 @@ def _heard(record: Record, column: str = "item_uids") -> Heard:
 def _check_events(
     record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], receptions: Heard
 ) -> dict[tuple[str, str], float]:
-    """Check the knowledge events; return the start of holding (s), by (vehicle, item)."""
     held: dict[tuple[str, str], float] = {}
     aside: dict[tuple[str, str], float] = {}
     is_coded = record.of("communication").get("policy") == "adaptive"
@@ -302,7 +293,6 @@ def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, boo
 def _check_acknowledged(
     record: Record, report: CheckReport, held: dict[tuple[str, str], float], aside: dict[tuple[str, str], float]
 ) -> None:
-    """Check that acknowledged items are held by all peers that the vehicle waits for."""
     if not record.all_need_all:
         report.skip("acknowledged", "needs differ between vehicles: the tables do not have the times when each was met")
         return
@@ -329,7 +319,6 @@ def _check_acknowledged(
 def _check_senders(
     record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], held: dict[tuple[str, str], float]
 ) -> None:
-    """Check that senders hold their items, and own or have received their statuses."""
     receptions = _heard(record, "status_uids") if record.of("communication").get("relaying", True) else {}
     rows = report.each("senders", record, "packets", "time_s sender item_uids status_uids", 0)
     for wrong, time_s, sender, items, statuses in rows:
@@ -350,7 +339,6 @@ def _check_senders(
 def _check_that_all_is_received(
     record: Record, report: CheckReport, receptions: Heard, held: dict[tuple[str, str], float]
 ) -> None:
-    """Check that first receptions are recorded, unless refused or part of an incomplete block."""
     refused: dict[str, list[float]] = defaultdict(list)
     for time_s, vehicle in record.rows("refused", "time_s vehicle"):
         refused[vehicle].append(time_s)

@@ -15,23 +15,19 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-ENERGY = "energy"
-"""Kind of the row of a vehicle with an empty battery; it is never declared."""
+ENERGY = "energy"  # kind of the row of a vehicle with an empty battery; it is never declared
 
 
 KINDS = frozenset({"lost", "mute", "deaf", "slow", "sensor", "biased", "restarts", "joins", "drains"})
 """Kinds of faults that come with the program."""
-FLOATING = ("lost", "restarts", ENERGY)
-"""Kinds of rows during which a vehicle floats."""
-AWAY = (*FLOATING, "joins")
-"""Kinds of rows during which a vehicle is out of operation."""
+FLOATING = ("lost", "restarts", ENERGY)  # kinds of rows during which a vehicle floats
+AWAY = (*FLOATING, "joins")  # kinds of rows during which a vehicle is out of operation
 OUT_OF_CONTACT = (*AWAY, "mute", "deaf")
 NOT_HEARING = ("lost", "restarts", "joins", "deaf")
 
 
 Row = tuple[Any, ...]
-LISTED = 20
-"""Maximum number of listed findings per check."""
+LISTED = 20  # maximum number of listed findings per check
 
 
 class NoResults(Exception):
@@ -59,11 +55,10 @@ class Discrepancy:
 
 @dataclass
 class CheckReport:
-    """Findings of a verification.
+    """Findings of a verification, the first of each check.
 
-    ``findings`` has the first of each check, ``n_findings`` their numbers, ``checked`` the number of values, by check;
-    ``not_checked`` reasons, by omitted check. ``key`` is the current run in a sweep. Findings about a vehicle later
-    than ``strange`` (s), its first fault of an external kind, are not reliable.
+    ``checked`` is the number of values, by check; ``not_checked`` reasons, by omitted check; ``key`` the current run in
+    a sweep. Findings about a vehicle later than ``strange`` (s), its first fault of an external kind, are not reliable.
     """
 
     findings: list[Discrepancy] = field(default_factory=list)
@@ -149,12 +144,9 @@ def _shown(value: Any) -> str:
 Array = npt.NDArray[Any]
 TIME_STEP_S, PLACE_STEP_M, ANGLE_STEP_RAD, SPEED_STEP_MPS = 2.0**-12, 2.0**-7, 2.0**-10, 2.0**-10
 """Rounding steps of the numbers in tables (docs/howto/results.md)."""
-CLOSE_S = 2.0 * TIME_STEP_S
-"""Tolerance of two roundings of a time, or of a sum of two times (s)."""
+CLOSE_S = 2.0 * TIME_STEP_S  # tolerance of two roundings of a time, or of a sum of two times (s)
 Role = tuple[str, str]
-"""Group and role."""
 Cell = tuple[int, int]
-"""Column and row."""
 
 
 class TableColumns:
@@ -348,7 +340,6 @@ class Record:
 
     @cached_property  # 8 % of a check
     def _role_changes(self) -> dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]]:
-        """Return the change times and resulting roles, by vehicle and starting event."""
         ends = {"left": "assigned", "inactive": "active"}
         rows = list(self.rows("roles", "time_s vehicle group role event"))
         anew = [(spell.until_s, spell.vehicle) for spell in self.spells if spell.kind == "restarts"]
@@ -391,10 +382,7 @@ class Record:
 
     @property
     def without_decision_s(self) -> float:
-        """Maximum time to the next decision (s): the period in whole ticks.
-
-        An own clock may delay the decision by a tick, and by a further period if it is set back.
-        """
+        """Maximum time to the next decision (s): the period in whole ticks, more with a clock that may be set back."""
         n_ticks = math.ceil(float(self.of("decision")["period_s"]) / self.tick_s - TIME_STEP_S)
         return self.tick_s * (n_ticks if self.has_exact_clocks else 2 * n_ticks + 1)
 

@@ -1,8 +1,4 @@
-"""Checks of relations between tables that record the same event.
-
-Satisfaction and signals, decisions and activities, deliveries and acknowledgements, links and packets, facts and
-reports or coverage, requests and organisation, tasks of plans. See docs/howto/results.md.
-"""
+"""Checks of relations between tables that record the same event (docs/howto/results.md)."""
 
 from __future__ import annotations
 
@@ -17,28 +13,20 @@ from missions.verification.mapping import cells_of
 from missions.verification.packets import block_of, slot_s
 from missions.verification.record import CLOSE_S, OUT_OF_CONTACT, CheckReport, Record, Row, WeighedRow
 
-SIX_DIGITS = 5e-6
-"""Tolerance of values derived from numbers of six digits."""
-GRID_M, GRID_SHARE = 0.36, 0.0051
-"""Rounding of reports: places to 0.5 m per axis, battery shares to per cent."""
-RESOLUTION_S = 0.06
-"""Tolerance of observation times (s): half the sent resolution plus rounding."""
-INFLUENCING = ("remoras", "remoras-planned")
-"""Strategies that send satisfaction in each slot."""
-REPORTS = ("position", "batteryFraction")
-"""Attributes that a vehicle reports of itself at the start of its slot."""
+SIX_DIGITS = 5e-6  # tolerance of values derived from numbers of six digits
+GRID_M, GRID_SHARE = 0.36, 0.0051  # rounding of reports: places to 0.5 m per axis, battery shares to per cent
+RESOLUTION_S = 0.06  # tolerance of observation times (s): half the sent resolution plus rounding
+INFLUENCING = ("remoras", "remoras-planned")  # strategies that send satisfaction in each slot
+REPORTS = ("position", "batteryFraction")  # attributes that a vehicle reports of itself at the start of its slot
 POINT, STATUS = re.compile(r"POINT \((\S+) (\S+)\)"), re.compile(r"\d+(?:\.e\d+)?@([\d.e+-]+):(.+)")
-SILENT_FRAMES = 4
-"""Frames without packets after which a vehicle may consider itself isolated."""
-KEPT = 1.0 - 1.0 / 64.0
-"""Decay of a link sample per further sample (docs/model/exchange.md)."""
+SILENT_FRAMES = 4  # frames without packets after which a vehicle may consider itself isolated
+KEPT = 1.0 - 1.0 / 64.0  # decay of a link sample per further sample (docs/model/exchange.md)
 ACTS = {
     "assign": "assigned", "succeed": "assigned", "release": "left", "objective": "given", "mission": "given",
     "create": "formed", "dissolve": "dissolved",
 }  # fmt: skip
 """Event in the organisation, by requested act."""
-SAID = ("assign", "release", "objective", "mission")
-"""Acts requested by facts of items."""
+SAID = ("assign", "release", "objective", "mission")  # acts requested by facts of items
 
 
 def check_relations(record: Record, report: CheckReport) -> None:
@@ -56,7 +44,6 @@ def check_relations(record: Record, report: CheckReport) -> None:
 
 
 def _check_satisfaction(record: Record, report: CheckReport) -> None:
-    """Check that a vehicle has and signals a satisfaction per role at the start of its slot."""
     rows = list(record.rows("satisfaction", "time_s vehicle group role value"))
     values = {(time_s, vehicle, f"{group}.{role}"): value for time_s, vehicle, group, role, value in rows}
     stated = [row[:4] for row in rows]
@@ -174,7 +161,6 @@ def check_weights(
 
 
 def _check_deliveries(record: Record, report: CheckReport) -> None:
-    """Check deliveries against acknowledgements, and unsent reports against their successors."""
     rows = list(record.rows("deliveries", "time_s vehicle item event"))
     known = (row[:3] for row in record.rows("knowledge", "time_s vehicle item event") if row[3] == "acknowledged")
     acknowledged = (row[:3] for row in rows if row[3] == "acknowledged")
@@ -215,12 +201,9 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
 
 
 class _LinkEstimate:
-    """Estimated loss of a link, with exponentially decaying sample weights."""
-
     n, lost, weight = 0, 0.0, 0.0
 
     def take(self, n_missed: int, lost: bool) -> None:
-        """Add ``n_missed`` losses, unless the silence is too long for loss, and one sample."""
         reckoned = (self.lost + 1.0) / (self.weight + 2.0)
         # Up to twice the silence that counts as absence, which is at least 4 frames (docs/model/exchange.md).
         is_loss = n_missed <= 8 or n_missed <= 2 * math.ceil(math.log(1e-3) / math.log(reckoned))
@@ -335,7 +318,6 @@ def _kind_of(record: Record, value: str) -> str:
 
 
 def _check_reports(record: Record, report: CheckReport) -> None:
-    """Check that position and battery are reported at the start of own slots."""
     sent, names = set(record.rows("packets", "time_s sender")), dict[str, str]()
     columns = "recorded_s origin uid time_s subject attribute value"
     for wrong, at_s, origin, uid, time_s, subject, attribute, value in report.each(
@@ -365,7 +347,6 @@ def _check_reports(record: Record, report: CheckReport) -> None:
 
 
 def _check_requests(record: Record, report: CheckReport) -> None:
-    """Check that organisation changes follow from held requests, at the end of a frame."""
     due = _requests(record)
     absences = record.rows("membership", "time_s event")
     until_s = min([record.end_s, *(at_s for at_s, event in absences if event == "absent")])
@@ -463,7 +444,6 @@ def _requests(record: Record) -> dict[Row, list[float]]:
 
 
 def _check_plans(record: Record, report: CheckReport) -> None:
-    """Check that plans are stable trees, rows are changes, and states agree with subtasks."""
     plans: defaultdict[Row, dict[int, Row]] = defaultdict(dict)
     changed_s: dict[Row, float] = {}
     columns = "time_s vehicle group role objective argument node parent task method status expected_time_s"
@@ -490,7 +470,6 @@ def _check_plans(record: Record, report: CheckReport) -> None:
 
 
 def _check_tree(report: CheckReport, time_s: float, vehicle: str, plan: dict[int, Row]) -> None:
-    """Check each task state against its subtasks, after a change of the plan."""
     below: defaultdict[int, set[str]] = defaultdict(set)
     for parent, _, _, status, *_ in plan.values():
         below[parent] |= {status} - {"dropped"}

@@ -16,14 +16,12 @@ from missions.verification.mapping import cells_of
 from missions.verification.motion import PLACE_M, floats, least_distances_m, listening_w, sending_j, way_through_water
 from missions.verification.record import CLOSE_S, Cell, CheckReport, Record, Track
 
-LATENCY_S = 2e-3
-"""Tolerance (s) of two times rounded to 1/4096 s and a mean rounded to 0.1 ms."""
+LATENCY_S = 2e-3  # tolerance (s) of two times rounded to 1/4096 s and a mean rounded to 0.1 ms
 IDENTITY = {
     "scenario": ("scenario", "name"), "strategy": ("strategy", "name"), "policy": ("communication", "policy"),
     "channel": ("channel", "name"),
 }  # fmt: skip
-MEASURED = re.compile(r"(-?[\d.]+(?:e[+-]?\d+)?)|POINT \((\S+) (\S+)\)")
-"""Text of a number or a point."""
+MEASURED = re.compile(r"(-?[\d.]+(?:e[+-]?\d+)?)|POINT \((\S+) (\S+)\)")  # text of a number or a point
 NOT_DERIVED = {
     "bits_headers": "purposes of a packet's bits are in no table; only their sum is checked",
     "false_beliefs": "beliefs of receivers after each packet are in no table",

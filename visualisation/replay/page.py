@@ -172,6 +172,7 @@ class NotebookPage:
 
 
 def _shown() -> Callable[[str, str, bool], None]:
+    """Return a function (text, name, replaces) that displays HTML under a name, or replaces what has that name."""
     shell: Any = None
     with suppress(ImportError):
         from IPython import get_ipython

@@ -248,6 +248,7 @@ def add_packets(
 
 
 def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
+    """Correct receptions of vehicles without energy, and of undecodable packets."""
     for fault in faults:
         v = names.vehicle(fault["vehicle"])
         if fault["kind"] == "energy":
@@ -270,6 +271,7 @@ def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, s
 
 
 def _flat(column: Any) -> tuple[Ints, Any]:
+    """Flatten a list column: row index per element, and elements."""
     lists = column.combine_chunks()
     offsets = array(lists.offsets)
     lengths = np.diff(offsets)

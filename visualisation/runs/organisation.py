@@ -114,6 +114,7 @@ def picture(
 
 
 def _by_supervision(groups: Sequence[GroupNode]) -> Iterator[tuple[GroupNode, int]]:
+    """Yield groups, each before those that it supervises, with the number of groups above it."""
     names = {group.name for group in groups}
     front = [(group, 0) for group in groups if group.above not in names][::-1]
     while front:

@@ -262,6 +262,7 @@ def _is_number(text: str) -> bool:
 
 
 def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
+    """Return the axis and the settings monotonic in it, with one value per axis value."""
     values: dict[str, dict[float, set[str]]] = defaultdict(lambda: defaultdict(set))
     for row in rows:
         if axis == PER or axis in row.settings:

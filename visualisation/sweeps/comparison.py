@@ -212,6 +212,7 @@ def _prepared(
 
 
 def _telling(results: SweepResults, charts: Mapping[str, Metric]) -> list[str]:
+    """Return the default kinds of the study, most informative first."""
     design = results.file.study
     strategies, policies = len(design.strategies or ()) > 1, len(design.policies or ()) > 1
     kinds = {metric.name: kind for kind, metric in charts.items()}
