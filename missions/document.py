@@ -1,7 +1,4 @@
-"""TOML file with the line of every key, for error messages; ``tomllib`` reports no lines.
-
-Keys in messages are dotted. Entries of lists use their ``name`` or number from 1: ``vehicle.AUV01.slot``.
-"""
+"""TOML file with the line of every key, for error messages. Entries of lists have their ``name`` or number from 1."""
 
 from __future__ import annotations
 

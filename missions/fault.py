@@ -1,8 +1,4 @@
-"""Kinds of vehicle faults, one file each in ``missions/faults``, which defines ``KIND``.
-
-``KIND`` is a subclass of ``missions.scenarios.faults.DeclaredFault``. External kinds are named
-``package.module:Class``.
-"""
+"""Kinds of vehicle faults, one file each in ``missions/faults``, which defines ``KIND``, a ``DeclaredFault``."""
 
 from __future__ import annotations
 

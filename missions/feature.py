@@ -1,8 +1,4 @@
-"""Optional scenario features, one file each in ``missions/features``.
-
-A file defines ``FEATURE``: keys of scenario tables, checks, vocabulary and run hooks. Runs contain only the features
-that their scenario uses.
-"""
+"""Optional scenario features, one file each in ``missions/features``; runs contain only the features in use."""
 
 from __future__ import annotations
 

@@ -108,8 +108,8 @@ def _moment_s(results: RunResults, at_s: float | None, viewer: str) -> float:
 def organisation_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
     """Graph of vehicle to role ("plays"), role to group ("of"), group to supervisor ("within").
 
-    ``at_s`` None is the end of the run; ``viewer`` "" means each vehicle's own roles. Raises OutputError for an unknown
-    time or vehicle.
+    ``at_s`` None is the end of the run; ``viewer`` "" means each vehicle's own roles. Raises OutputError for unknown
+    ones.
     """
     import networkx as nx  # slow to load, and checking a scenario loads the metrics that use graphs
 
@@ -179,8 +179,7 @@ def heard_graph(results: RunResults, from_s: float | None = None, until_s: float
 def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
     """Graph of plan trees: edges ("divided") from each task to its subtasks; ``viewer`` "" means all vehicles.
 
-    Tasks have vehicle, group, name, method, status, ``since_s`` and, if known, ``expected_end_s``. Arguments and errors
-    as for ``organisation_graph``.
+    Tasks have vehicle, group, name, method, status, ``since_s`` and, if known, ``expected_end_s``.
     """
     import networkx as nx
 

@@ -36,7 +36,7 @@ TAKEN = frozenset({
 
 
 class Better(Enum):
-    """Direction of a metric."""
+    """Whether higher or lower values of a metric are better."""
 
     HIGHER = "higher"
     LOWER = "lower"

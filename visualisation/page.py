@@ -1,7 +1,6 @@
 """Page of a figure: Matplotlib fits panels into a page; this fits the page to its panels, then freezes the layout.
 
-Papers show figures in true size, so legibility is a matter of inches: a row of text needs 0.15 in for two vehicles or
-sixteen.
+Papers show figures in true size, so legibility is a matter of inches, whatever the size of the fleet.
 """
 
 from __future__ import annotations
@@ -131,10 +130,7 @@ class Label(NamedTuple):
 
 
 def place_labels(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple[float, float]]) -> None:
-    """Place all labels that fit, most important first, shortened if necessary, none over a point of ``keep_clear``.
-
-    ``axes`` has its final limits and position; points are in data coordinates.
-    """
+    """Place all labels that fit, most important first, shortened if necessary, none over a point of ``keep_clear``."""
     inch_px, frame = axes.figure.dpi, axes.get_window_extent()
     taken = [Bbox([point, point]).padded(inch_px / 24) for point in map(axes.transData.transform, keep_clear)]
     for label in labels:

@@ -53,8 +53,7 @@ LOADED = (
 def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:
     """Return names and contents of figure, caption and CSV of a study; DrawingError for an unknown kind, or no rows.
 
-    ``kind`` is `delivered`, `source`, `senders` or `loaded`; for the last, ``rows`` are of studies that differ in their
-    rate only.
+    ``kind`` is `delivered`, `source`, `senders` or `loaded`, with studies that differ in their rate only.
     """
     if kind not in (*UNLOADED, "loaded"):
         raise unknown("kind of figure", kind, (*UNLOADED, "loaded"))

@@ -50,7 +50,7 @@ def spans_by(events: Iterable[tuple[K, float, bool]], last_s: float = math.inf) 
 
 
 def n_at_once(overlapping: Iterable[Span]) -> list[tuple[Span, int]]:
-    """Return the number of spans between any two ends of spans.
+    """Return the number of overlapping spans between successive ends of spans.
 
     >>> [(*span, n) for span, n in n_at_once([Span(0, 4), Span(2, 6), Span(8, 9)])]
     [(0, 2, 1), (2, 4, 2), (4, 6, 1), (6, 8, 0), (8, 9, 1)]

@@ -158,7 +158,7 @@ class Fault:
 
 
 class Lacking(NamedTuple):
-    """Missing instance, the owner of its range, and the blocks that are pending for it."""
+    """Missing instance, the origin that owns its uid range, and GUIDs of the blocks pending for it."""
 
     uid: int
     origin: int | None

@@ -91,7 +91,7 @@ class Needs(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class InformationNeed:
-    """Need for ``attribute`` values of all instances of ``class_uid``, or of one ``instance``; NeedError if of both."""
+    """Need for ``attribute`` values of all instances of ``class_uid``, or of one ``instance``; NeedError if both."""
 
     attribute: int
     priority: int

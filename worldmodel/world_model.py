@@ -100,7 +100,7 @@ class WorldModel(Store):
 
 
 class Reception(NamedTuple):
-    """Block received at ``time_s`` (s) from ``sender``, not always its origin; None if not recorded."""
+    """Block received at ``time_s`` (s); ``sender`` is not always its origin, None if not recorded."""
 
     block: Block
     sender: int | None

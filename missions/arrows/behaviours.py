@@ -248,7 +248,7 @@ class Sweeping(Behaviour):
 
 
 class Identifying(Behaviour):
-    """Identification of anomalies by the map and images, ordered by site probability per time; sites are photographed.
+    """Identification of anomalies by map and images, most site probability per time first; sites are photographed.
 
     ``crew`` are the vehicles with relevant observations; ``reach`` None means no return into contact.
     """

@@ -1,7 +1,6 @@
-"""Detectors: acoustic and magnetic ones that sweep, and a camera that identifies.
+"""Detectors that sweep, acoustic and magnetic, and a camera; draws are keyed by seed, vehicle, cell, detector, number.
 
-A detector observes a cell when it comes into range and every ``look_s`` while it stays there. Draws are keyed by seed,
-vehicle, cell, detector and number.
+A detector observes a cell when it comes into range and every ``look_s`` while it stays there.
 """
 
 from __future__ import annotations

@@ -152,8 +152,8 @@ def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
 class Verification:
     """Verification of a card by repeated runs, drawn by ``seed``.
 
-    ``other_code`` has the digests in the card and here, by strategy with different code. ``runs`` yields the name of
-    each drawn run with its differences or "", and repeats the run.
+    ``other_code`` has both digests of changed strategies; ``runs`` repeats each drawn run, yields its name and
+    differences.
     """
 
     seed: int

@@ -95,7 +95,7 @@ class Family:
 
 
 def family_of(columns: Sequence[Column]) -> Family:
-    """Test all pairs of all columns."""
+    """Test all pairs of treatments within each column of equal conditions."""
     own = {treatment: contender for column in columns for treatment, contender in column.items()}
     repeats = sorted({repeat for contender in own.values() if not contender.constant for repeat in contender.success})
     pairs = [

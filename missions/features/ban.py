@@ -35,7 +35,7 @@ class BanTable(Section):
     until_s: Positive | None = Field(None, description="time of withdrawal by the issuer; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a ban of the issuer itself, or one withdrawn before it is issued."""
+        """Yield faults: a ban of the issuer itself, or a withdrawal before the issue."""
         if self.vehicle == self.issuer:
             yield "issuer", "a vehicle cannot exclude itself: name another issuer"
         if self.until_s is not None and self.until_s <= self.at_s:
@@ -53,10 +53,7 @@ def ban_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configura
 
 
 def stated(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]]:
-    """Return a builder of the fact that excludes observations of ``vehicle`` from ``from_s``; None withdraws the ban.
-
-    The builder takes the issuer's beliefs, which resolve the names.
-    """
+    """Return a builder of the fact that excludes observations of ``vehicle`` from ``from_s``; None lifts the ban."""
 
     def facts(beliefs: Beliefs) -> list[Fact]:
         latest_s = beliefs.model.tbox.attribute_named(BANNED_FROM).fields[0].maximum

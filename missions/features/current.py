@@ -50,8 +50,7 @@ class Surge:
 class Current:
     """Velocity of the water; ``east_mps`` and ``north_mps`` hold at the surface at the maximum of the tide.
 
-    An infinite ``shear_depth_m`` or ``tide_period_s`` means none; ``tide_phase`` is the share of the period at the
-    start.
+    An infinite ``shear_depth_m`` or ``tide_period_s`` means none; ``tide_phase`` is a share of the period.
     """
 
     east_mps: float

@@ -66,10 +66,9 @@ class Beacon:
 
 
 def takes_s(table: NavigationTable, depth_m: float) -> float:
-    """Return the duration (s) of a fix at the surface, ascent and descent included.
+    """Return the duration (s) of a fix at the surface, ascent and descent included; its dwell is x times ``fix_s``.
 
-    The dwell is x times ``fix_s``, see the module. Fixed-point iteration x <- log(1 + s + x) contracts by 1 / (1 + s +
-    x).
+    Fixed-point iteration x <- log(1 + s + x) contracts by 1 / (1 + s + x).
     """
     way_s = 2.0 * depth_m / table.vertical_speed_mps
     share = x = way_s / table.fix_s
@@ -300,10 +299,7 @@ class FixingPosition(Behaviour):
 
 
 class Adrift:
-    """Navigation state of a vehicle: its error, and the behaviour that serves the vital ``need`` to bound it.
-
-    ``before`` is the state before a restart, whose error and depth are restored; None at first.
-    """
+    """Navigation state of a vehicle: its error, kept over restarts (``before``), and the behaviour that bounds it."""
 
     need = FIXING
 

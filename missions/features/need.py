@@ -77,7 +77,7 @@ class NeedTable(Section):
     until_s: Positive | None = Field(None, description="withdrawal of the need; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a blackout in which values expire, and an end before the start."""
+        """Yield faults: a blackout beyond the time to live, or an end before the start."""
         if self.ttl_s is not None and self.blackout_s >= self.ttl_s:
             yield (
                 "blackout_s",
@@ -136,8 +136,8 @@ class StatedNeed:
 class NeedsInForce:
     """Needs known to one vehicle: common needs (of all, or derived from groups) and stated needs, side by side.
 
-    Stated needs survive a restart with ``model``. ``agreed`` holds node and need by the uid of the need's instance,
-    ``on_demand`` the attributes stored as items even without a current need.
+    ``agreed`` holds node and need by the uid of the need's instance, ``on_demand`` the attributes stored as items even
+    without a current need.
     """
 
     def __init__(

@@ -1,7 +1,4 @@
-"""Drilling, and energy transfer to drills: batteries, stores of chargers, readings, behaviours.
-
-``Passing`` changes the true values in the run's ``Energies``; drills and chargers read those of the tick before.
-"""
+"""Drilling, and energy transfer to drills: ``Passing`` changes true energies; behaviours read those of a tick ago."""
 
 from __future__ import annotations
 
@@ -69,8 +66,8 @@ class Store:
 class Energies:
     """True energies, drilling progress and events of a run.
 
-    ``stores`` are by vehicle and sensor, ``bored`` is the finished share by site, ``passing`` the transferred energy
-    (J) and time of the last transfer, by giver and site.
+    ``stores`` are by vehicle and sensor, ``bored`` is the finished share by site, ``passing`` the energy (J) and time
+    of the last transfer, by giver and site.
     """
 
     stores: dict[tuple[str, str], Store] = field(default_factory=dict)

@@ -66,8 +66,7 @@ class Help:
     """Usefulness of one vehicle at a job of others, and its effect on their wait.
 
     It is of no use once enough nearer vehicles have reported the same, or while others have priority. ``n_helpers``
-    counts vehicles besides the holder, ``attribute`` reports the helped job, ``is_on`` means helped since the last
-    decision.
+    excludes the holder, ``attribute`` reports the helped job, ``is_on`` means helped since the last decision.
     """
 
     turn_frames: ClassVar[float] = 0.0

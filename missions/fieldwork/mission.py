@@ -1,7 +1,6 @@
 """Field missions: jobs assigned by the strategy, some with needs beyond their holder.
 
-In a passage the holders of loads address each other as equals. Their calls are requests for right of way, resolved by
-``remoras.motion.attraction``.
+In a passage, holders of loads call each other as equals for right of way; ``remoras.motion.attraction`` resolves it.
 """
 
 from __future__ import annotations

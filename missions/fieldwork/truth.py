@@ -68,7 +68,7 @@ class FieldTruth(JobTruth):
 
 
 class LiftTruth(FieldTruth):
-    """Referee of lifts: a lift is done once all ends were taken for its whole duration."""
+    """Referee of lifts: vehicles must hold all ends of an object for the whole duration."""
 
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, lifts: Mapping[str, Lift], world: SeaField
@@ -106,7 +106,7 @@ class LiftTruth(FieldTruth):
 
 
 class EscortTruth(FieldTruth):
-    """Referee of escorted lines: all marks were passed with an escort within ``within_m``."""
+    """Referee of escorted lines: all marks of a line must be passed with an escort within ``within_m``."""
 
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, lines: Mapping[str, SurveyLine], within_m: float

@@ -1,7 +1,4 @@
-"""Jobs of the mapping mission: surveys of the remaining cells of one area each (``docs/model/mapping.md``).
-
-Remaining cells are bits of one integer by index in the area.
-"""
+"""Jobs of the mapping mission: surveys of the remaining cells of one area each, which are bits of one integer."""
 
 from __future__ import annotations
 
@@ -341,7 +338,7 @@ class SurveyJob:
         return soonest
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """Outlook after this survey; None without sensor, if too deep, or if rows pass no open cell."""
+        """Outlook after this survey; None if unable: no sensor, too deep, or no row over an open cell."""
         if not self.bits:
             return outlook
         way = self.way(outlook.position_m, data)

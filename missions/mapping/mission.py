@@ -428,8 +428,8 @@ class MappingMission(JobMission):
     ) -> Sequence[Finding]:
         """Return the leader's finding that its group has gathered, or orders that reassign areas.
 
-        Until the deadline, the leader defers while a find is uninspected, a reassigned area is unfinished, or all
-        others are absent and an area is unfinished.
+        Until the deadline, it waits while a find is uninspected, a reassigned area is unfinished, or all others are
+        absent before the end of the work.
         """
         # A group formed for inspections is dissolved by its parent and has no rendezvous.
         if group.formed_by is not None:

@@ -138,8 +138,8 @@ class SeabedFeature:
 class Seabed:
     """Cells of the areas to map, with features and objects.
 
-    ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell's centre is ((column + 0.5)
-    cell_m, (row + 0.5) cell_m). ``under(x_m, y_m, reach_m)`` returns the cells with centres within ``reach_m``, cached.
+    ``cells`` maps (column, row) of the world grid to (area name, index in the area); ``under(x_m, y_m, reach_m)``
+    returns the cells with centres within ``reach_m``, cached.
     """
 
     cell_m: float

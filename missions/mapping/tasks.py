@@ -1,7 +1,6 @@
-"""HTN tasks of the mapping mission, and the calls that unfinished work suppresses.
+"""HTN tasks of the mapping mission; rendezvous behaviours answer no call before a vehicle knows the goal as reached.
 
-Rendezvous behaviours answer no call before a vehicle knows that the goal is reached; otherwise waiting vehicles would
-call others away from work that remains undone.
+Otherwise waiting vehicles would call others away from work that remains undone.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""Base of missions whose groups do jobs and meet at a rally point.
-
-A subclass defines its jobs and the behaviour of a vehicle at a job; the rest has defaults. ``remoras new mission NAME``
-writes an example.
-"""
+"""Base of missions whose groups do jobs and meet at a rally point; ``remoras new mission NAME`` writes an example."""
 
 from __future__ import annotations
 
@@ -69,7 +65,7 @@ class AnyonesJob:
 
     @property
     def done(self) -> Key:
-        """Base of missions whose groups do jobs and meet at a rally point (``remoras new mission`` writes one)."""
+        """Fact that a vehicle has done it."""
         return DONE_BY, self.name
 
     def is_able(self, data: VehicleData) -> bool:
@@ -91,7 +87,7 @@ class StayJob(AnyonesJob):
 
 @dataclass(frozen=True)
 class ReportedJob(AnyonesJob):
-    """Stay that exists once its place is reported, restarted by a successor: a ``DivisibleJob``."""
+    """Job done by a stay at a place that is known once reported; a successor restarts the stay."""
 
     stay_s: float
     place_m: Point = (0.0, 0.0)
@@ -186,9 +182,9 @@ def with_job_roles(
     addressed: Sequence[str] = (),
     able: Callable[[VehicleTable], bool] = lambda vehicle: bool(vehicle.playable_roles),
 ) -> Tables:
-    """Return the scenario with additional roles in the first group and defaults for needs.
+    """Return the scenario with roles added to its first group, for ``able`` vehicles, and defaults for needs.
 
-    Vehicles that are ``able`` may play the new roles. Signals of initially assigned roles also address ``addressed``.
+    Signals of initially assigned roles also address ``addressed``.
     """
     first = scenario.group[0]
     listed = {role.job for role in first.role}

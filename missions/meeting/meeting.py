@@ -101,8 +101,8 @@ def importance_of(table: Mapping[str, float], objective: Objective) -> float:
 class Meeting:
     """Rendezvous component of a mission.
 
-    ``patience_s`` is the longest age of updates for a satisfied leader, ``deadline_s`` the wait (from ``opens_s`` on)
-    after which a leader meets with the members present.
+    ``patience_s`` is the longest age of updates for a satisfied leader, ``deadline_s`` the wait after which it meets
+    with the members present.
     """
 
     groups: Mapping[str, Group]

@@ -31,7 +31,7 @@ IN_ANY_CASE = {"SendingInfluenceSignals", "MissionPlanner"}  # activities that d
 
 
 class MeetingTruth:
-    """Referee of a run: end of consultation and gathered groups; missions add their work."""
+    """Referee of a run: records gathered groups and judges its end; missions add their work."""
 
     work: ClassVar[str] = "meet"
     """Verb for the vehicles' work in the reason of a failed run."""

@@ -199,7 +199,7 @@ MINE, ROCK = "mine", "rock"
 
 @dataclass(frozen=True)
 class Analysis:
-    """Decision rule; ``patience_s`` is the wait for missing strips after the last view and update."""
+    """Decision rule of an analyst; ``patience_s`` is its wait for missing strips after the last view and update."""
 
     imagery: ImageryTable
     confidence: float

@@ -58,10 +58,9 @@ class NodePlan:
 
     @classmethod
     def of(cls, scenario: Scenario, vehicle: str, seed: int, until_s: float | None, settle_s: float) -> NodePlan:
-        """Return the plan of a vehicle that is present from the start.
+        """Return the plan of a vehicle present from the start; ConfigurationError if it or ``until_s`` is impossible.
 
         ``until_s`` is the end of its actions, by default that of the scenario; its exchange lasts ``settle_s`` longer.
-        Raises ConfigurationError for an unknown vehicle or a time beyond the scenario.
         """
         names, duration_s = [table.name for table in scenario.vehicle], scenario.scenario.duration_s
         name = scenario.scenario.name
@@ -76,10 +75,9 @@ class NodePlan:
         return cls(text, vehicle, seed, 0, 0.0, stop_s, stop_s + settle_s)
 
     def setup(self) -> Setup:
-        """Return the resolved scenario.
+        """Return the resolved scenario; raise ConfigurationError for an invalid ``epoch``.
 
-        Raises ConfigurationError for a strategy that is a bound without packets, a mission with physical transfer
-        between vehicles (``Mission.nature``), or an invalid ``epoch``.
+        It is also raised for a strategy or mission that needs more than packets between vehicles.
         """
         scenario = scenario_from(Document.of_text(self.scenario, "scenario"))
         name = scenario.scenario.name

@@ -116,10 +116,9 @@ class Frontseat:
 
 
 class Disciplined(Paced):
-    """Mission time by a real clock, continued by the machine clock between readings.
+    """Mission time by a real clock, continued by the machine clock between readings, which count if more certain.
 
-    A reading counts if it is more certain than the current time. ``start_utc_s`` is the mission start, Unix time;
-    ``until_read`` the pace before the first reading.
+    ``start_utc_s`` is the mission start, Unix time; ``until_read`` the pace before the first reading.
     """
 
     def __init__(self, clock: UtcClock, start_utc_s: float, until_read: Paced) -> None:

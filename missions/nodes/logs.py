@@ -234,8 +234,7 @@ def play(log: Logged) -> Played:
 def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
     """Resume a terminated vehicle from its log, in the state of its last line; return it with log and pace.
 
-    Its absence ends now, and the next epoch starts. Raises ConfigurationError if the log has another plan (start and
-    epoch aside), an end, or is not reproduced.
+    The next epoch starts now. Raises ConfigurationError if the log has another plan, an end, or is not reproduced.
     """
     log = read_log(path)
     if replace(log.plan, begins_s=0.0, epoch=plan.epoch) != replace(plan, begins_s=0.0):

@@ -20,10 +20,9 @@ DOUBLES = 40  # `trial` of the draws of duplicated packets; those of losses use 
 
 @dataclass(frozen=True, slots=True)
 class Mishaps:
-    """Random loss and duplication at a receiver, in addition to the channel.
+    """Random loss and duplication (of packets not lost) at a receiver, in addition to the channel.
 
     Losses use the draws of the channel ``bernoulli``, so a simulated fleet loses the same packets at the same rate.
-    ``p_doubled`` is a share of the packets that are not lost.
     """
 
     p_lost: float = 0.0

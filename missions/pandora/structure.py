@@ -250,8 +250,7 @@ TOOLS = "arm", "wrench"
 class PlannedPart:
     """Planned part with its service task: a ``remoras.work.Job``; ``work_s`` is the time per point, or of a tool.
 
-    ``resists`` marks a valve known to need a wrench. ``dead`` has (vehicle, tool) known to be dead, as ``vehicles``
-    report, none without plan repair.
+    ``resists`` marks a valve known to need a wrench; ``dead`` has each (vehicle, tool) reported as dead.
     """
 
     of: str

@@ -1,7 +1,7 @@
 """Metrics of the fleet from tables that every run has: motion, separation, energy, connectivity.
 
-Connectivity uses windows in which every vehicle has two TDMA slots. Users name objects of this module in studies,
-`remoras plot` and Python, such as ``missions.runs.fleet_metrics:CONNECTED``.
+Connectivity uses windows in which every vehicle has two TDMA slots. Studies name these metrics as
+``missions.runs.fleet_metrics:CONNECTED``.
 """
 
 from __future__ import annotations

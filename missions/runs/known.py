@@ -97,8 +97,7 @@ def fill(
 ) -> None:
     """Replay a vehicle's merges and pruning into an empty model, until ``at_s``.
 
-    ``known`` has times of possession (s) and blocks; ``given_up_s`` are times of discards, ``frame_ends_s`` of pruning,
-    which precedes recordings of that time.
+    ``known`` has times of possession (s) and blocks; ``given_up_s`` are times of discards, ``frame_ends_s`` of pruning.
     """
     # Merging does not depend on order, but discarding and pruning do: an exclusion protects what it hides from pruning.
     rest = deque(sorted((arrival for arrival in known if arrival[0] <= at_s), key=itemgetter(0)))
@@ -244,10 +243,7 @@ class KnownAt:
     def history(
         self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None
     ) -> tuple[Belief, ...]:
-        """Return known observations of a property, the oldest first; ``since_s`` and ``until_s`` (s) are inclusive.
-
-        Excluded origins are left out. Raises UnknownNameError.
-        """
+        """Return known observations of a property, oldest first, without excluded origins; limits (s) are inclusive."""
         slot = self._names.uid(subject), self.model.tbox.attribute_named(attribute).uid
         return tuple(map(self._belief, self.model.history(*slot, since_s, until_s)))
 

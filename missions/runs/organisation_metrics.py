@@ -1,7 +1,4 @@
-"""Metrics of the organisation: divergence of views, conflicts of holders, refused requests.
-
-A vehicle's own view of its roles is the truth; absent vehicles do not count meanwhile.
-"""
+"""Metrics of the organisation; a vehicle's own view of its roles is the truth, absent vehicles do not count."""
 
 from __future__ import annotations
 

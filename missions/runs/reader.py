@@ -61,7 +61,7 @@ class RunReader(ABC):
         """Return an existing table."""
 
     def has(self, name: str) -> bool:
-        """True if the table exists; missions and features may lack it."""
+        """True if the table exists; each mission and feature adds its own."""
         return name in self.tables
 
     def table(self, name: str) -> pa.Table:

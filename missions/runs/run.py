@@ -97,10 +97,9 @@ def run(
     progress: Callable[[float], None] | None = None,
     strategy: Strategy | None = None,
 ) -> Run:
-    """Run a scenario to its end; ``seed`` is the root of all draws.
+    """Run a scenario to its end; ``seed`` is the root of all draws, ``progress`` receives the mission time (s).
 
-    ``channel`` and ``strategy`` replace those of the scenario; draws of such a channel are not recorded. ``progress``
-    is called with the mission time (s) at intervals.
+    ``channel`` and ``strategy`` replace those of the scenario; draws of such a channel are not recorded.
     """
     return run_of(resolved(scenario, strategy), seed, channel, progress)
 

@@ -128,8 +128,8 @@ def subjects_of(
 ) -> Subjects | None:
     """Return the groups, roles and jobs that each instance concerns; None if every vehicle needs all attributes.
 
-    They determine needs, see ``communication.needs_follow``. Raises PluginError if the mission's ``groups_of`` raises
-    or returns anything but groups of the scenario.
+    They determine needs, see ``communication.needs_follow``. Raises PluginError for an invalid ``groups_of`` of the
+    mission.
     """
     if scenario.communication.needs_follow != BY_GROUPS:
         return None

@@ -1,7 +1,6 @@
 """Tables ``[[fault]]``: faults of vehicles, and their checks against the fleet.
 
-The schedule of a run is a pure function of (declared faults, seed, agreement): loss rate, strategy and other faults
-shift no draw.
+The schedule is a pure function of (faults, seed, agreement): loss rate, strategy and other faults shift no draw.
 """
 
 from __future__ import annotations
@@ -151,7 +150,7 @@ class DeclaredFault(Section):
         yield from ()
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield missing and unused keys, and contradicting times."""
+        """Yield faults: missing or unused keys, and contradicting times."""
         used = {key for key in self.model_fields_set if getattr(self, key) is not None}
         timed, rated = "at_s" in used, "rate_per_h" in used
         for key, allowed in self.NOT_USED.items():

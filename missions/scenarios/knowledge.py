@@ -1,7 +1,6 @@
 """World model of a scenario: ontologies, pruning, pending blocks.
 
-The text of ontology files becomes part of the scenario (``worldmodel.ontology_text``), so that runs can be read and
-repeated without the files.
+Ontology files become part of the scenario (``worldmodel.ontology_text``), so that runs are repeated without the files.
 """
 
 from __future__ import annotations

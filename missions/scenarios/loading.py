@@ -37,10 +37,7 @@ from remoras.mission import Mission
 
 
 def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
-    """Load a scenario by shipped name or path; raise ConfigurationError with every fault.
-
-    Overrides are (origin, ``KEY=VALUE``), such as ("--set", "channel.per=0.3").
-    """
+    """Load a scenario by name or path, with overrides (origin, ``KEY=VALUE``); ConfigurationError with all faults."""
     return scenario_from(Document.read(name_or_path, shipped(), SCENARIO), overrides)
 
 

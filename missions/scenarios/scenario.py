@@ -1,7 +1,4 @@
-"""Scenario: the frozen input of a run. ``remoras explain`` prints the field descriptions.
-
-A mission may extend the tables by subclasses, named in its ``Scenario``.
-"""
+"""Scenario: the frozen input of a run; missions extend its tables by subclasses, named in their ``Scenario``."""
 
 from __future__ import annotations
 

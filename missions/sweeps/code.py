@@ -1,7 +1,6 @@
 """Fingerprint of the code that makes runs, to keep runs of different programs apart.
 
-It has a digest of every file that can change a run, of plug-ins and the project files they import included, and the
-versions of Python, Mesa and NumPy.
+It digests every file that can change a run, plug-ins and their project files included; Python, Mesa, NumPy by version.
 """
 
 from __future__ import annotations

@@ -84,10 +84,7 @@ class SweepStatus:
 
 @dataclass(frozen=True)
 class SweepResults:
-    """Results in the folder of a sweep, finished or not; need neither study file, scenarios, missions nor strategies.
-
-    ``measured``: user metrics by name, computed from kept tables.
-    """
+    """Results in the folder of a sweep, finished or not; ``measured`` are user metrics, computed from kept tables."""
 
     folder: Path
     measured: Mapping[str, Metric] = field(default_factory=dict, hash=False)
@@ -261,11 +258,10 @@ def is_damaged(folder: Path, line: Line) -> bool:
 
 
 class SweepFolder:
-    """Folder of a running sweep, created if missing, locked by one process.
+    """Folder of a running sweep, created if missing, locked by one process; OutputError if another one has it.
 
     ``accept_code`` resumes runs of other code (column ``code``); ``retry_failed`` repeats failed runs. Raises
-    StudyChangedError for another study or an incompatible version of this one, OutputError if another sweep is writing
-    it.
+    StudyChangedError for another study or an incompatible version of this one.
     """
 
     def __init__(
@@ -332,10 +328,7 @@ class SweepFolder:
         )
 
     def append(self, finished: Sequence[FinishedRun]) -> None:
-        """Record finished runs on disk, known ones skipped; on OutputError the ledger is unchanged.
-
-        It is raised if the disk rejects them, or a repeated run with lost tables ends differently.
-        """
+        """Record finished runs on disk, known ones skipped; OutputError if the disk or a changed repeat forbids it."""
         known, runs = self._ledger.lines, self.folder / KEPT
         new = {run.key: run for run in finished if run.key in self._again or run.key not in known}
         for key, run in new.items():

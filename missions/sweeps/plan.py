@@ -63,8 +63,7 @@ class RunTask:
 class ConfigurationLabel:
     """Configuration as stored; ``digest`` identifies the resolved scenario, ``source`` is as for `remoras run`.
 
-    ``unforeseen`` names the case, if any; ``duration_s`` is the end of an incomplete run; ``assumed`` are assumptions
-    of its channel.
+    ``unforeseen`` names the case; ``duration_s`` ends an incomplete run; ``assumed`` are assumptions of its channel.
     """
 
     source: str

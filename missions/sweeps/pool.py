@@ -51,10 +51,7 @@ class WorkersCannotStart(BrokenExecutor):
 
 
 class SupervisedPool(Executor):
-    """Executor that replaces dead processes; new ones have the module ``preload`` loaded.
-
-    A call longer than ``limit_s`` (s) is killed, and its future raises ``TookTooLong``.
-    """
+    """Executor that replaces dead processes; ``preload`` is loaded in new ones, calls beyond ``limit_s`` (s) fail."""
 
     def __init__(self, n_workers: int, preload: str, limit_s: float | None = None) -> None:
         self._limit_s = limit_s

@@ -139,7 +139,7 @@ def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def faults_of_no_fault(settings: Iterable[StudySetting], source: str) -> Iterator[ConfigurationFault]:
-    """Yield settings of faults for a scenario (``source``) without faults."""
+    """Yield faults: keys below ``fault`` set for a scenario (``source``) that has no fault."""
     for key, value, place in settings:
         if key.startswith("fault."):
             allowed = f"{source} has no [[fault]]; allowed: one in the scenario, or [[unforeseen.fault]] in the study"

@@ -118,7 +118,7 @@ def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[s
 
 
 def _is_alike(kept: Path, again: bytes) -> bool:
-    """True if a kept file has the table of a repeated run; bytes depend on the version of pyarrow."""
+    """True if a kept file has the table of a repeated run; not by bytes, which depend on the version of pyarrow."""
     if kept.suffix != ".parquet":
         return True  # summaries are compared by the ledger, manifests name the machine
     try:

@@ -1,8 +1,4 @@
-"""Modules of vehicles and the services that they offer (``docs/missions/trident.md``).
-
-A service works while an activity has it switched on. It senses at the true position and reports relative to the
-believed one.
-"""
+"""Modules of vehicles and their services, which sense at the true and report relative to the believed position."""
 
 from __future__ import annotations
 

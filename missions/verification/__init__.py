@@ -1,7 +1,4 @@
-"""Independent verification of results: discrepancies between tables, summary and scenario.
-
-It imports no other package of this project; expected values follow docs/howto/results.md and docs/model/.
-"""
+"""Independent verification of results: it imports no other package, expectations follow docs/howto/results.md."""
 
 from missions.verification.folder import verify
 from missions.verification.record import CheckReport, NoResults

@@ -85,7 +85,7 @@ class CheckReport:
     def each(self, check: str, record: Record, table: str, columns: str, n: int = 1) -> Iterator[tuple[Any, ...]]:
         """Yield the rows of a table with ``n`` checked values each.
 
-        Each row starts with a function (stated, follows) that adds a finding at its time and vehicle, the first of
+        Before each row comes a function (stated, follows) that adds a finding at its time and vehicle, the first
         ``columns``.
         """
         for row in record.rows(table, columns):

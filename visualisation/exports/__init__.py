@@ -62,7 +62,7 @@ def export(
     places: Sequence[Place] = (),
     selection: Selection = ALL,
 ) -> Exported:
-    """Write a run in another format; ``selection`` applies to formats of knowledge.
+    """Write a run in another format; ``selection`` applies to RDF formats only.
 
     Raises ExportError for an unknown format, a missing library or datum, or an ``out`` (file or folder) that exists
     without ``force`` or is not writable; OutputError for a damaged table, or no such vehicle or time.

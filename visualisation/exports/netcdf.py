@@ -1,7 +1,6 @@
 """netCDF export: CF-1.8 trajectories as a contiguous ragged array: ``obs`` vehicle by vehicle, ``row_size`` of each.
 
-Variable ``state`` is a flag of the active roles. Values are reproducible; bytes are not, since HDF5 stores the time of
-writing.
+``state`` is a flag of the active roles. Values are reproducible; bytes are not, since HDF5 stores the time of writing.
 """
 
 from __future__ import annotations

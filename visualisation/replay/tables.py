@@ -165,8 +165,7 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
 class SentItems:
     """Items, as referenced by packets.
 
-    ``items``: index by uid, of several statuses the newest; ``statuses``: recording times (s) and indices by uid, two
-    if a status was replaced at once.
+    ``items``: index by uid; ``statuses``: recording times (s) and indices by uid, two if a status was replaced at once.
     """
 
     items: dict[str, int] = field(default_factory=dict)

@@ -1,7 +1,4 @@
-"""Drawing of run figures by name: built-in figures and those declared by the mission.
-
-All figures are drawn before the first file is written, so an error leaves no partial output.
-"""
+"""Drawing of run figures by name; all are drawn before the first is written, so an error leaves no partial output."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ def room_in(results: RunResults, width_in: float) -> float:
 
 
 def ends_in(bands: Sequence[Band[Content]]) -> list[float]:
-    """Return the top of the first band and the ends of all."""
+    """Return the top of the first band and the lower end of each band (in)."""
     return [0.0, *accumulate(GAP_IN + sum(row.high_in for row in band) for band in bands)]
 
 

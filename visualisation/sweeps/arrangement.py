@@ -33,8 +33,7 @@ PREFIXES = ((1e6, "M"), (1e3, "k"))
 class Measure:
     """Metric on an axis.
 
-    ``scale`` is the factor from the metric's unit to ``unit``, that of the axis. ``share``: all means lie between 0 and
-    1; ``signed``: values may be negative, as differences are.
+    ``scale`` converts to ``unit``, that of the axis; ``share``: means lie in 0..1; ``signed``: values may be negative.
     """
 
     metric: Metric
@@ -205,7 +204,7 @@ class Arrangement:
 
 
 def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrangement:
-    """Return the arrangement of a study, from the rows of all its configurations; ``bounds`` are strategies marked so.
+    """Return the arrangement of a study, from the rows of all its configurations; ``bounds`` are upper bounds.
 
     Raises DrawingError if the configurations share no axis, as in a Latin hypercube of several keys.
     """

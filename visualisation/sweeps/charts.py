@@ -99,8 +99,7 @@ def overview(
 ) -> Figure:
     """Draw metrics of one combination under one legend; a panel without values is labelled so.
 
-    ``rows`` are of all combinations, by metric name. A ``width_in`` of None is the default, also in the other
-    functions.
+    ``rows`` are of all combinations, by metric name; ``width_in`` None is the default, as in the other functions.
     """
     with style.paper():
         figure, panels = _page(arrangement, [measure.name for measure in measures], width_in, columns=3)

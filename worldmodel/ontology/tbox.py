@@ -195,9 +195,9 @@ class Source:
 
 @dataclass(frozen=True, repr=False)
 class TBox:
-    """Compiled classes and attributes, indexed by uid; TBoxes with equal tables are equal.
+    """Compiled classes and attributes, indexed by uid; TBoxes with equal tables are equal; ``hash`` is a 32-bit digest.
 
-    The hierarchy must be acyclic. Subclasses of ``disjoint`` pairs are disjoint, too. ``hash`` is a 32-bit digest.
+    The hierarchy must be acyclic. Subclasses of ``disjoint`` pairs are disjoint, too.
     """
 
     classes: tuple[OntologyClass, ...]
@@ -297,7 +297,7 @@ class TBox:
 
 
 def reaching(tbox: TBox, reach_m: float) -> TBox:
-    """Return a TBox whose points reach at least ``reach_m`` from the map origin; ``tbox`` itself if it suffices.
+    """Return a TBox whose point attributes range to ``reach_m`` or more from the origin; ``tbox`` itself if it does.
 
     >>> from worldmodel import core_ontology_paths, read_tbox
     >>> position = reaching(read_tbox(*core_ontology_paths()), 55_000.0).attribute_named("position")

@@ -52,8 +52,7 @@ class Graph(NamedTuple):
 def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True) -> str:
     """Return the knowledge of vehicles as text; ``header`` adds the imported ontologies and the vehicle names.
 
-    Named graphs, if the format has them, are one per origin for a single vehicle, else one per vehicle. Other formats
-    write the union.
+    Named graphs, if any, are one per origin for a single vehicle, else one per vehicle; other formats write the union.
     """
     tbox = next(iter(known.values())).model.tbox
     graphs = list(_graphs(known) if form.has_graphs else _union(known))
