@@ -25,7 +25,7 @@ from small_fleet import (
 from worldmodel import TYPE_UID, FactError, Instance, UnknownNameError, Value, WorldModel, merge
 
 
-def test_what_is_recorded_is_what_is_stored() -> None:
+def test_record_stores_and_returns_the_quantised_block() -> None:
     model = fleet_model(owner=1)
     change = model.record([(ECHO, LOCATION, (12.3, -4.1)), (AUV_1, BATTERY, 0.777)], now_s=2.04)
     assert change.block == block(1, 0, 20, (ECHO, LOCATION, (12.5, -4.0)), (AUV_1, BATTERY, 0.78))
@@ -38,7 +38,7 @@ def test_what_is_recorded_is_what_is_stored() -> None:
     assert model.block((1, 0, 1)) is None
 
 
-def test_only_facts_that_are_now_the_latest_are_news() -> None:
+def test_only_facts_that_become_the_latest_value_count_as_new() -> None:
     model = fleet_model()
     model.record([(ECHO, CLASSIFICATION, 1)], now_s=5.0)
     (change,) = merge(model, [block(1, 0, 30, (ECHO, CLASSIFICATION, 2), (ECHO, LOCATION, (1.0, 1.0)))]).changes

@@ -15,26 +15,26 @@ def word(time_s: float, issuer: int, vehicle: int, from_s: float | None, sequenc
     return Observation(Block(issuer, sequence, time_s, (PropertyValue(vehicle, 0, value),)), 0)
 
 
-def test_what_a_vehicle_says_of_itself_does_not_count() -> None:
+def test_statement_about_the_own_ban_is_ignored() -> None:
     assert decided([word(10, 1, 1, 0)]) == {}
     assert decided([word(10, 0, 1, 5), word(11, 1, 1, None)]) == {1: 5}
 
 
-def test_of_two_that_ban_each_other_the_first_prevails() -> None:
+def test_earlier_of_two_mutual_bans_prevails() -> None:
     assert decided([word(10, 0, 1, 0), word(12, 1, 0, 0)]) == {1: 0}
 
 
-def test_a_ban_begins_where_it_says() -> None:
+def test_ban_applies_from_its_stated_time_on() -> None:
     """Vehicle 1 is banned from 20 s on: what it said at 12 s counts, what it says at 22 s does not."""
     assert decided([word(10, 0, 1, 20), word(12, 1, 2, 0)]) == {1: 20, 2: 0}
     assert decided([word(10, 0, 1, 20), word(22, 1, 2, 0)]) == {1: 20}
 
 
-def test_a_ban_of_the_issuer_does_not_undo_what_it_had_said() -> None:
+def test_ban_stays_valid_if_its_issuer_is_banned_later() -> None:
     assert decided([word(10, 0, 1, 0), word(11, 2, 0, 0)]) == {0: 0, 1: 0}
 
 
-def test_who_is_banned_no_more_may_ban_again() -> None:
+def test_readmitted_vehicle_may_ban_others_again() -> None:
     assert decided([word(10, 0, 1, 0), word(11, 2, 1, None), word(12, 1, 0, 3)]) == {0: 3}
 
 

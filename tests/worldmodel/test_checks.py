@@ -85,14 +85,14 @@ def test_faulty_blocks(bad: Block, code: str) -> None:
 
 
 @pytest.mark.parametrize(("attribute", "sound", "equal"), [(BATTERY, 1.0, True), (POSITION, (1.0, 0.0), (True, False))])
-def test_a_value_of_another_kind_is_refused_although_its_equal_was_found_sound(attribute, sound, equal) -> None:
+def test_value_of_wrong_kind_is_refused_after_an_equal_value_of_the_right_kind(attribute, sound, equal) -> None:
     assert sound == equal
     model = fleet_model()
     for value, found in [(sound, []), (equal, ["VALUE_KIND"]), (sound, [])]:
         assert codes(check(model, block(1, 0, 0, (AUV_0, attribute, value))).faults) == found
 
 
-def test_all_faults_of_a_block_are_told() -> None:
+def test_check_reports_every_faulty_fact_of_a_block() -> None:
     facts = [fact for facts in FORM.values() for fact in facts]
     assert len(check(fleet_model(), block(1, 0, 0, *facts)).faults) == len(facts)
 
@@ -112,12 +112,12 @@ def test_all_faults_of_a_block_are_told() -> None:
         ([(NEW, TYPE_UID, WRECK), (NEW + 1, TYPE_UID, WRECK), (NEW, NEAR, NEW + 1), (NEW + 1, NEAR, NEW)], ()),
     ],
 )
-def test_what_is_missing(facts: list[tuple[int, int, Value]], missing: tuple[int, ...]) -> None:
+def test_check_lists_instances_that_facts_need(facts: list[tuple[int, int, Value]], missing: tuple[int, ...]) -> None:
     result = check(fleet_model(), block(1, 0, 0, *facts))
     assert (result.faults, result.missing) == ((), missing)
 
 
-def test_types_may_be_refined_or_said_more_coarsely() -> None:
+def test_type_may_become_a_subclass_or_superclass_but_no_disjoint_class() -> None:
     model = fleet_model()
     merge(model, [block(1, 0, 0, (NEW, TYPE_UID, WRECK)), block(0, 0, 0, (NEW, TYPE_UID, OBJECT))])
     assert [o.value for o in model.history(NEW, TYPE_UID)] == [OBJECT, WRECK]

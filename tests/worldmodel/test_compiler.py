@@ -311,14 +311,14 @@ def faults_of(text: str) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize(("text", "expected"), REFUSED)
-def test_each_fault_is_one_line_with_file_subject_and_what_is_allowed(text: str, expected: str) -> None:
+def test_each_fault_is_one_line_with_file_subject_and_allowed_values(text: str, expected: str) -> None:
     faults = faults_of(text)
     assert len(faults) <= 2  # two where two terms do not fit each other
     assert all(re.fullmatch(r"bad\.ttl: [^\n]+; allowed: [^\n]+", fault) for fault in faults)
     assert any(re.search(expected, fault) for fault in faults), faults
 
 
-def test_faults_of_all_terms_are_told_at_once() -> None:
+def test_faults_of_all_terms_are_reported_together() -> None:
     faults = faults_of(
         """ex:A a owl:Class ; rdfs:subClassOf ex:None .
         ex:a a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:string .
@@ -339,7 +339,7 @@ REDEFINITIONS = {
 
 @pytest.mark.parametrize(("term", "text"), REDEFINITIONS.items())
 @pytest.mark.parametrize("core_first", [True, False])
-def test_a_file_that_redefines_a_term_of_another_is_refused(term: str, text: str, core_first: bool) -> None:
+def test_file_that_redefines_a_term_of_another_file_is_refused(term: str, text: str, core_first: bool) -> None:
     files: list[Path | Source] = [*core_ontology_paths(), Source("buoys.ttl", PREFIXES + text)]
     marine = str(core_ontology_paths()[1])
     with pytest.raises(OntologyError) as caught:

@@ -32,7 +32,7 @@ def seen(origin: int, value: object, sigma: float | None, time_s: float = 0.0) -
         ([], ()),
     ],
 )
-def test_who_contradicts_the_others_is_named(told: list[Observation], expected: tuple[int, ...]) -> None:
+def test_vehicle_that_contradicts_the_others_is_reported(told: list[Observation], expected: tuple[int, ...]) -> None:
     assert doubted([(NUMBER, told)]) == expected
 
 
@@ -57,7 +57,7 @@ def simulated(draw: np.random.Generator, off_m: float) -> Slots:
     return slots
 
 
-def test_a_biased_vehicle_is_named_and_a_sound_one_seldom() -> None:
+def test_biased_vehicle_is_reported_and_false_alarms_stay_near_one_percent() -> None:
     """Of 1000 sound fleets 1 % is doubted in vain (+- four times 0.3 %); of 300 with one off by 12 m it is named."""
     draw = np.random.default_rng(5)
     in_vain = sum(doubted(simulated(draw, 0.0)) != () for _ in range(1000))

@@ -27,7 +27,7 @@ fields = st.builds(
 
 
 @given(fields, st.data())
-def test_an_index_survives_the_way_there_and_back(field: Field, data: st.DataObject) -> None:
+def test_encoding_and_decoding_return_the_same_index(field: Field, data: st.DataObject) -> None:
     index = data.draw(st.integers(0, field.n_values - 1))
     value = field.decode(index)
     assert field.encode(value) == index
@@ -43,7 +43,7 @@ def test_quantising_moves_a_value_by_half_a_step_at_most(field: Field, data: st.
     assert field.minimum <= field.quantise(value) <= field.maximum
 
 
-def test_a_stored_tenth_is_the_double_nearest_to_it() -> None:
+def test_decoded_decimal_is_the_nearest_double() -> None:
     assert [Grid(0.0, 0.1).value_at(i) for i in (1, 3, 7, 12345)] == [0.1, 0.3, 0.7, 1234.5]
 
 
@@ -53,7 +53,7 @@ def test_out_of_range_names_the_range(value: float) -> None:
         Field(0, 1, 0.01, "m").encode(value)
 
 
-def test_what_is_no_number_is_refused() -> None:
+def test_value_that_is_no_number_and_index_out_of_range_are_refused() -> None:
     with pytest.raises(TypeError, match="True is not a number"):
         Field(0, 1, 0.01, "").encode(True)
     with pytest.raises(ValueError, match=r"index 101 is outside 0\.\.100"):
@@ -70,7 +70,7 @@ def test_what_is_no_number_is_refused() -> None:
         ((1e9, 1e9 + 1, 1e-7), "too fine"),
     ],
 )
-def test_bounds_that_cannot_be_met(bounds: tuple[float, float, float], reason: str) -> None:
+def test_impossible_bounds_are_refused(bounds: tuple[float, float, float], reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
         Field(*bounds, unit="")
 

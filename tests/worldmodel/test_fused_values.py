@@ -23,7 +23,7 @@ def three_looks() -> WorldModel:
     return model
 
 
-def test_an_estimate_is_what_fusion_says() -> None:
+def test_estimate_in_sparql_equals_fused_value_and_deviation() -> None:
     model = three_looks()
     expected = fused(TBOX.attributes[LOCATION], model.history(ECHO, LOCATION))
     ((value, sigma, time_s),) = query(model, PLACE)[1]
@@ -35,7 +35,7 @@ def test_an_estimate_is_what_fusion_says() -> None:
     assert sigma == pytest.approx(5.25**-0.5)
 
 
-def test_it_names_all_whose_observations_count_and_a_ban_takes_one_out() -> None:
+def test_estimate_names_its_sources_without_a_banned_vehicle() -> None:
     model = three_looks()
     origins = "SELECT ?by WHERE { GRAPH run:fused { ?e sit:ofAttribute rm:location ; sit:origin ?by } } ORDER BY ?by"
     assert [by for (by,) in query(model, origins)[1]] == ["auv-0", "auv-1", "asv-0"]

@@ -60,7 +60,7 @@ BY_HAND = {
 
 
 @pytest.mark.parametrize("name", BY_HAND)
-def test_estimates_are_those_by_hand(name: str) -> None:
+def test_estimates_equal_results_computed_by_hand(name: str) -> None:
     attribute, told, given, value, uncertainty = BY_HAND[name]
     found = fused(attribute, told, **given)  # type: ignore[arg-type]
     assert (found.value, found.uncertainty) == (pytest.approx(value), pytest.approx(uncertainty))
@@ -94,7 +94,7 @@ def least_squares(told: list[Observation], drift: float, shared: float) -> float
 @pytest.mark.parametrize("shared", SHARED)
 @pytest.mark.parametrize("drift", DRIFTS)
 @pytest.mark.parametrize("n_each", NUMBERS)
-def test_the_estimate_is_the_best_there_is_and_its_deviation_is_true(n_each: int, drift: float, shared: float) -> None:
+def test_estimate_equals_least_squares_and_states_its_true_deviation(n_each: int, drift: float, shared: float) -> None:
     """The normalised squared error of n trials is 1 where stated deviations are true, +- (2 / n)^1/2."""
     draw = np.random.default_rng(11)
     squares, best = list[float](), list[float]()
@@ -113,7 +113,7 @@ def test_the_estimate_is_the_best_there_is_and_its_deviation_is_true(n_each: int
 
 
 @pytest.mark.parametrize("given", [{"drift": -1.0}, {"drift": math.inf}, {"shared": -0.1}, {"shared": math.nan}])
-def test_a_model_that_cannot_be_is_refused(given: dict[str, float]) -> None:
+def test_invalid_drift_or_shared_error_is_refused(given: dict[str, float]) -> None:
     with pytest.raises(FactError, match="allowed: 0 or more"):
         fused(NUMBER, [seen(0, 1.0, 1.0)], **given)
 
@@ -142,7 +142,7 @@ def test_order_makes_no_difference(rows: list[tuple[int, int, int, int]], seed: 
         assert fused(attribute, distinct) == fused(attribute, shuffled)
 
 
-def test_the_ontology_says_what_may_be_uncertain() -> None:
+def test_ontology_defines_range_and_step_of_uncertainties() -> None:
     """Six bits for a standard deviation in steps of half a metre, five for a probability in steps of a twentieth."""
     location, classification = (TBOX.attribute_named(name) for name in ("location", "classification"))
     assert location.uncertainty == Field(0.5, 32.0, 0.5, location.fields[0].unit)

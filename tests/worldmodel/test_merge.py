@@ -44,7 +44,7 @@ from worldmodel import (
 NEW = first_uid_of(1)
 
 
-def test_what_may_be_said_of_any_thing_waits_for_the_thing_too(tmp_path: Path) -> None:
+def test_attribute_of_owl_thing_waits_for_its_instance_too(tmp_path: Path) -> None:
     own = tmp_path / "own.ttl"
     own.write_text(
         """@prefix owl: <http://www.w3.org/2002/07/owl#> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
@@ -59,7 +59,7 @@ def test_what_may_be_said_of_any_thing_waits_for_the_thing_too(tmp_path: Path) -
     assert len(model.arrivals.waiting) == 1
 
 
-def test_a_local_record_sets_waiting_blocks_free_and_the_next_merge_tells() -> None:
+def test_next_merge_returns_blocks_that_a_local_record_released() -> None:
     model = fleet_model(owner=0)
     merge(model, [block(2, 0, 1, (ECHO, LENGTH, 30.0)), block(2, 1, 1, (ECHO, LENGTH, 31.0), (ECHO, NEAR, AUV_0))])
     assert model.arrivals.refused.keys() == {(2, 0, 1)}
@@ -77,7 +77,7 @@ def smaller(than: Block, model: WorldModel) -> Block:
 
 
 @pytest.mark.parametrize("is_other", [False, True])
-def test_what_rested_on_a_creation_leaves_with_it(is_other: bool) -> None:
+def test_replaced_creation_removes_exactly_the_blocks_that_need_it(is_other: bool) -> None:
     """The creation is replaced, or one of another class: blocks that rest on it leave, no others."""
     model = fleet_model()
     creating = block(1, 5001, 7, (NEW, TYPE_UID, WRECK))
@@ -96,7 +96,7 @@ def test_what_rested_on_a_creation_leaves_with_it(is_other: bool) -> None:
 # Facts of the future, and blocks that wait ---------------------------------------------------------
 
 
-def test_a_block_of_the_future_has_not_arrived() -> None:
+def test_block_of_a_future_time_has_not_arrived() -> None:
     model = fleet_model()
     late = block(1, 0, 111, (ECHO, LOCATION, (1.0, 1.0)))  # 11.1 s
     sound = block(1, 0, 11, (ECHO, LOCATION, (2.0, 2.0)))
@@ -108,7 +108,7 @@ def test_a_block_of_the_future_has_not_arrived() -> None:
     assert len(merge(model, [block(1, 1, 110, (BAY, CELL, 1.0))], now_s=10.0).changes) == 1  # tolerance: 1 s
 
 
-def test_what_waits_says_what_it_lacks_of_whom_and_for_how_long() -> None:
+def test_lacking_lists_missing_instances_with_origin_and_waiting_time() -> None:
     model = fleet_model()
     merge(model, [block(2, 0, 0, (NEW, LENGTH, 3.0))], now_s=5.0)
     merge(model, [block(0, 0, 0, (ECHO, NEAR, NEW)), block(2, 1, 0, (NEW, LENGTH, 4.0))], now_s=8.0)
@@ -121,7 +121,7 @@ def test_what_waits_says_what_it_lacks_of_whom_and_for_how_long() -> None:
     assert [(one.uid, one.guids) for one in model.lacking()] == [(ECHO, ((2, 0, 2),))]
 
 
-def test_what_has_waited_too_long_is_forgotten_and_may_come_again() -> None:
+def test_expired_block_is_discarded_and_may_be_received_again() -> None:
     model = WorldModel(
         TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, keeping=Keeping(waiting_s=60.0)
     )
@@ -141,7 +141,7 @@ def test_what_has_waited_too_long_is_forgotten_and_may_come_again() -> None:
     assert expire(model, 1000.0) == ()
 
 
-def test_of_too_many_that_wait_the_oldest_goes() -> None:
+def test_oldest_waiting_block_of_an_origin_is_dropped_above_the_bound() -> None:
     model = WorldModel(
         TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, keeping=Keeping(waiting_blocks=2)
     )
@@ -170,7 +170,7 @@ ex:charge a owl:DatatypeProperty ; rdfs:domain ex:Hazard ; rdfs:range xsd:double
 """
 
 
-def test_what_may_turn_out_to_be_of_a_second_class_waits_in_any_order(tmp_path: Path) -> None:
+def test_fact_waits_if_a_second_class_of_its_subject_may_follow(tmp_path: Path) -> None:
     """A hulk is no hazard, but it may yet be a mined hulk, which is one."""
     (tmp_path / "mines.ttl").write_text(MINES, encoding="utf-8")
     tbox = read_tbox(*core_ontology_paths(), tmp_path / "mines.ttl")

@@ -59,7 +59,7 @@ def answers(model: WorldModel) -> tuple[object, ...]:
 
 @settings(max_examples=80, deadline=None)
 @given(any_blocks, any_blocks, st.sampled_from(PRUNED), st.integers(0, 6), st.sets(st.integers(0, 2), max_size=2))
-def test_all_answers_but_old_values_stay(blocks, then, attribute, tick, banned) -> None:
+def test_pruning_changes_no_answer_but_old_values(blocks, then, attribute, tick, banned) -> None:
     model, pruned = fleet_model(), fleet_model()
     for one in (model, pruned):
         merge(one, blocks)
@@ -91,7 +91,7 @@ def test_only_the_instances_of_the_class_are_pruned() -> None:
     assert prune(model, WRECK, LOCATION, before_s=9.0) == 2
 
 
-def test_what_the_owner_keeps_to_itself_stays_and_replaces_nothing() -> None:
+def test_private_facts_are_not_pruned_and_supersede_nothing() -> None:
     model = fleet_model(owner=1)
     model.record([(ECHO, LOCATION, (0.0, 0.0))], 0.0)
     for x in (1.0, 2.0):
@@ -99,7 +99,7 @@ def test_what_the_owner_keeps_to_itself_stays_and_replaces_nothing() -> None:
     assert prune(model, OBJECT, LOCATION, before_s=9.0) == 0
 
 
-def test_a_model_with_rules_prunes_by_age_when_it_tidies_up() -> None:
+def test_tidy_prunes_by_age_according_to_the_rules() -> None:
     rules = (PruneRule(AREA, CELL, 5.0),)
     model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(waiting_s=2.0, pruning=rules))
     for n in range(10):
@@ -119,6 +119,6 @@ def test_a_model_with_rules_prunes_by_age_when_it_tidies_up() -> None:
         (PruneRule(AREA, CELL, -1.0), "older_than_s is -1"),
     ],
 )
-def test_rules_that_cannot_be_are_refused(rule: PruneRule, reason: str) -> None:
+def test_impossible_prune_rules_are_refused(rule: PruneRule, reason: str) -> None:
     with pytest.raises(FactError, match=reason):
         WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(pruning=(rule,)))

@@ -121,7 +121,7 @@ def conclusions(model: WorldModel) -> tuple[dict[int, list[str]], dict[tuple[int
 
 @settings(max_examples=60, deadline=None)
 @given(facts=FACTS, seed=st.integers(0, 1000))
-def test_conclusions_follow_from_what_is_seen_alone(tbox, facts, seed) -> None:
+def test_conclusions_depend_on_visible_facts_and_not_on_their_order(tbox, facts, seed) -> None:
     """Asked after every block or at the end, in any order, with an origin banned before or after: the same."""
     told, rng = blocks(facts, tbox), random.Random(seed)
     often, once = fleet(tbox), fleet(tbox)
@@ -148,7 +148,7 @@ def names_of(model: WorldModel, uid: int) -> set[str]:
     return set(conclusions(model)[0][uid]) - {"Thing"}
 
 
-def test_what_rested_on_a_value_goes_with_it(tbox: TBox) -> None:
+def test_conclusions_from_a_value_are_withdrawn_when_it_changes(tbox: TBox) -> None:
     model = fleet(tbox)
     record(model, 3, "type", tbox.class_named("SideScan").uid, 1.0)
     record(model, 3, "carriedBy", 0, 2.0)
@@ -165,7 +165,7 @@ def test_what_rested_on_a_value_goes_with_it(tbox: TBox) -> None:
     assert not model.class_mask(2) >> tbox.class_named("Surveyor").uid & 1  # the checks ask for what is told
 
 
-def test_common_facts_hold_side_by_side_and_are_never_told(tbox: TBox) -> None:
+def test_common_facts_of_one_attribute_hold_together_and_are_not_sent(tbox: TBox) -> None:
     has_part = tbox.attribute_named("hasPart").uid
     model = fleet(tbox, [PropertyValue(0, has_part, 3), PropertyValue(0, has_part, 4)])
     assert model.inference.links(0, has_part) == (3, 4)
@@ -202,7 +202,7 @@ def test_conclusions_are_answered_and_written_in_a_graph_of_their_own(tbox: TBox
     assert "Surveyor" not in canonical_items([model])
 
 
-def test_a_common_value_holds_until_another_one_is_told(tbox: TBox) -> None:
+def test_common_value_holds_until_a_vehicle_records_another(tbox: TBox) -> None:
     available = tbox.attribute_named("available").uid
     facts = [PropertyValue(0, available, True), PropertyValue(3, tbox.attribute_named("carriedBy").uid, 0)]
     model = fleet(tbox, facts)
@@ -217,6 +217,6 @@ def test_a_common_value_holds_until_another_one_is_told(tbox: TBox) -> None:
     assert len(query(model, asked)[1]) == 1
 
 
-def test_a_common_fact_that_is_a_type_is_refused(tbox: TBox) -> None:
+def test_type_as_common_fact_is_refused(tbox: TBox) -> None:
     with pytest.raises(FactError, match="is a type; allowed: the class of a common instance"):
         fleet(tbox, [PropertyValue(0, TYPE_UID, 1)])

@@ -36,7 +36,7 @@ def test_another_engine_has_as_many_rows(blocks: list[Block], banned: set[int]) 
         assert n_rows(known, text) == (int(rows[0][0]) if text.startswith("ASK") else len(rows)), text
 
 
-def test_receptions_say_when_and_in_whose_packet() -> None:
+def test_receptions_have_time_and_sender_of_the_packet() -> None:
     model = fleet_model(owner=0)
     model.record([(AUV_0, BATTERY, 0.5)], 1.0, private=True)
     merge(model, [block(2, 0, 123, (BAY, AREA_DONE, ASV_0))])
@@ -61,13 +61,13 @@ def test_receptions_say_when_and_in_whose_packet() -> None:
         ("ASK { FILTER NOT EXISTS { SERVICE SILENT <http://a> { ?x a rm:AUV } } }", "the query has FROM or SERVICE"),
     ],
 )
-def test_a_fault_is_one_line(sparql: str, reason: str) -> None:
+def test_query_error_is_one_line(sparql: str, reason: str) -> None:
     with pytest.raises(QueryError, match=reason) as caught:
         query(fleet_model(), sparql)
     assert "\n" not in str(caught.value)
 
 
-def test_a_graph_that_nobody_said_anything_in_is_empty() -> None:
+def test_unknown_graph_is_empty() -> None:
     model = fleet_model()
     model.record([(AUV_0, BATTERY, 0.5)], 1.0)
     for name in ("<http://no.where/x>", "run:nothing", "run:instance-99999"):
@@ -86,7 +86,7 @@ def test_a_graph_that_nobody_said_anything_in_is_empty() -> None:
     ],
     ids=["free patterns", "open paths", "regular expression"],
 )
-def test_what_takes_longer_than_it_may_is_ended(asked: str) -> None:
+def test_query_over_its_time_limit_is_stopped(asked: str) -> None:
     began_s = time.monotonic()
     with (
         pytest.raises(QueryError, match=r"not answered within 0\.5 s; ask for less, or allow more time"),

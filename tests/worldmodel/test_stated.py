@@ -43,7 +43,7 @@ def settings(file: Path) -> dict[str, object]:
     return {"scenario.duration_s": 30.0, "worldmodel.ontology": [str(file)]}
 
 
-def test_all_know_them_from_the_start_with_what_follows_until_a_vehicle_says_another_value(tmp_path: Path) -> None:
+def test_individuals_and_their_conclusions_are_known_from_the_start(tmp_path: Path) -> None:
     """W1 is a FieldWell by its link and Leaky by its value; W2 has another value and no link."""
     run = remoras.run("mapping-objects", per=0.4, seed=3, set=settings(written(tmp_path, WELLS)))
     run.save(tmp_path / "run", force=True)
@@ -61,7 +61,7 @@ def test_all_know_them_from_the_start_with_what_follows_until_a_vehicle_says_ano
     assert beliefs.instances("Leaky") == ()
 
 
-def test_they_make_other_definitions_on_the_wire(tmp_path: Path) -> None:
+def test_individuals_change_the_hash_of_the_definitions(tmp_path: Path) -> None:
     core = core_ontology_paths()
     plain, wells = read_tbox(*core, written(tmp_path, "")), read_tbox(*core, written(tmp_path, WELLS))
     assert not plain.individuals
@@ -71,6 +71,6 @@ def test_they_make_other_definitions_on_the_wire(tmp_path: Path) -> None:
     assert again.individuals == wells.individuals
 
 
-def test_names_of_the_fleet_are_not_theirs(tmp_path: Path) -> None:
+def test_individuals_may_not_take_names_of_the_fleet(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r'worldmodel\.ontology\) = "AUV00": is the name of a vehicle'):
         remoras.load("mapping-objects", set=settings(written(tmp_path, "my:AUV00 a my:Wellhead .")))

@@ -52,7 +52,7 @@ def merged(blocks: list[Block]) -> WorldModel:
 
 @settings(max_examples=100, deadline=None)
 @given(statuses, st.randoms(use_true_random=False))
-def test_any_order_leaves_the_newest_of_each_slot_and_origin(blocks: list[Block], rng: random.Random) -> None:
+def test_newest_status_of_each_slot_and_origin_remains_in_any_order(blocks: list[Block], rng: random.Random) -> None:
     model = merged(blocks)
     newest: dict[tuple[int, int, int], tuple[float, int, Value]] = {}
     for each in blocks:
@@ -72,7 +72,7 @@ def test_any_order_leaves_the_newest_of_each_slot_and_origin(blocks: list[Block]
     assert merge(model, blocks).changes == ()
 
 
-def test_a_newer_status_of_one_origin_is_no_news_while_that_of_another_is_the_latest() -> None:
+def test_newer_status_of_one_origin_is_not_new_if_another_is_later() -> None:
     model = fleet_model()
     merge(model, [block(1, STATUS, 9, (AUV_1, BATTERY, 0.5)), block(2, STATUS, 3, (AUV_1, BATTERY, 0.9))])
     for tick, level, is_news in ((6, 0.8, False), (7, 0.7, False), (12, 0.4, True)):
@@ -82,7 +82,7 @@ def test_a_newer_status_of_one_origin_is_no_news_while_that_of_another_is_the_la
     assert [(o.origin, o.value) for o in model.history(AUV_1, BATTERY)] == [(1, 0.5), (2, 0.4)]
 
 
-def test_a_status_about_what_is_not_known_is_dropped_and_may_come_again() -> None:
+def test_status_of_unknown_instance_is_dropped_and_may_be_received_again() -> None:
     tug = first_uid_of(1)
     status = block(1, STATUS, 0, (tug, BATTERY, 0.5))
     model = fleet_model()
@@ -94,7 +94,7 @@ def test_a_status_about_what_is_not_known_is_dropped_and_may_come_again() -> Non
     assert model.value(tug, BATTERY) == 0.5
 
 
-def test_a_status_leaves_with_the_class_that_it_rested_on() -> None:
+def test_status_is_removed_with_the_class_it_depends_on() -> None:
     tug = first_uid_of(1)
     model = fleet_model()
     creating = block(1, 0, 0, (tug, TYPE_UID, TBOX.class_named("AUV").uid))
@@ -109,7 +109,7 @@ def test_a_status_leaves_with_the_class_that_it_rested_on() -> None:
     assert model.value(AUV_0, BATTERY) == 0.5
 
 
-def test_items_are_numbered_without_gaps_whatever_else_is_recorded() -> None:
+def test_statuses_and_private_blocks_leave_no_gaps_in_item_numbers() -> None:
     model = fleet_model(owner=1)
     kinds = []
     for n in range(9):

@@ -45,7 +45,7 @@ def test_the_same_blocks_make_the_same_model(blocks, rng, n_packets, banned) -> 
 
 @settings(max_examples=60, deadline=None)
 @given(any_blocks)
-def test_every_block_is_in_or_waits_or_is_refused_as_the_checks_say(blocks: list[Block]) -> None:
+def test_every_block_is_stored_waiting_or_refused_as_checks_require(blocks: list[Block]) -> None:
     model = merged(blocks)
     assert all(check(model, b) == CheckResult() for b in model.blocks())
     assert all(check(model, b).faults for b in model.arrivals.refused.values())
@@ -62,7 +62,7 @@ def test_every_block_is_in_or_waits_or_is_refused_as_the_checks_say(blocks: list
 
 @settings(max_examples=60, deadline=None)
 @given(any_blocks, any_blocks, st.randoms(use_true_random=False))
-def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(first, then, rng) -> None:
+def test_expiring_and_receiving_waiting_blocks_again_gives_the_same_model(first, then, rng) -> None:
     model = fleet_model()
     merge(model, first, now_s=10.0)
     forgotten: list[Block] = []

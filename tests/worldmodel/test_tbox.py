@@ -29,7 +29,7 @@ def test_hash_does_not_depend_on_the_order_of_files_or_triples(tmp_path: Path) -
     assert read_tbox(turned).hash == TBOX.hash
 
 
-def test_hash_depends_on_what_is_compiled(tmp_path: Path) -> None:
+def test_hash_depends_on_compiled_terms_and_not_on_labels(tmp_path: Path) -> None:
     finer = tmp_path / "finer.ttl"
     finer.write_text(WRECKS.read_text().replace("rm:resolution 0.1", "rm:resolution 0.2"))
     labelled = tmp_path / "labelled.ttl"
@@ -38,7 +38,7 @@ def test_hash_depends_on_what_is_compiled(tmp_path: Path) -> None:
     assert read_tbox(*core_ontology_paths(), ontology_path("bans"), AREAS, labelled).hash == TBOX.hash
 
 
-def test_a_tbox_is_a_value_and_pickling_keeps_its_tables_and_files() -> None:
+def test_tbox_is_immutable_and_pickling_keeps_tables_and_files() -> None:
     with pytest.raises(FrozenInstanceError):
         CORE.classes = ()  # type: ignore[misc]
     before = len(pickle.dumps(CORE))

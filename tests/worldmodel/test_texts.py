@@ -45,7 +45,7 @@ def model_of(owner: int = 0) -> WorldModel:
 
 
 @given(text=TEXTS)
-def test_a_text_is_what_was_recorded(text: str) -> None:
+def test_text_is_unchanged_by_recording_encoding_and_merging(text: str) -> None:
     note, model = TBOX.attribute_named("note"), model_of()
     change = model.record([(0, note.uid, text)], now_s=1.0)
     assert model.latest(0, note.uid).value == text
@@ -59,7 +59,7 @@ def test_a_text_is_what_was_recorded(text: str) -> None:
 
 
 @given(data=st.binary(max_size=MOST_BYTES + 4))
-def test_bytes_stand_for_one_text_or_none(data: bytes) -> None:
+def test_bytes_decode_to_one_text_or_are_refused(data: bytes) -> None:
     try:
         text = decoded_text(data, MOST_BYTES)
     except ValueError:
@@ -76,7 +76,7 @@ def test_bytes_stand_for_one_text_or_none(data: bytes) -> None:
         (3.0, FaultCode.VALUE_KIND, "3.0 is not a string"),
     ],
 )
-def test_what_is_no_such_text_is_refused_by_name(value: object, code: FaultCode, says: str) -> None:
+def test_invalid_text_is_refused_with_attribute_and_reason(value: object, code: FaultCode, says: str) -> None:
     """By who records it, and by who hears of it."""
     note = TBOX.attribute_named("note").uid
     with pytest.raises(FactError, match=r"note of instance 0"):

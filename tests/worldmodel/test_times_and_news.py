@@ -14,7 +14,7 @@ from small_fleet import (
 from worldmodel import Block, PropertyValue, merge
 
 
-def test_news_of_watched_properties_come_once() -> None:
+def test_news_of_watched_properties_are_returned_once() -> None:
     model = fleet_model()
     model.watched.add((ECHO, LOCATION))
     model.record([(ECHO, LOCATION, (1.0, 2.0))], 1.0)
@@ -23,7 +23,7 @@ def test_news_of_watched_properties_come_once() -> None:
     assert model.take_news() == []
 
 
-def test_statuses_are_news_and_banned_ones_are_not() -> None:
+def test_statuses_are_news_unless_their_origin_is_banned() -> None:
     model = fleet_model()
     model.watched.add((AUV_0, BATTERY))
     merge(model, [Block(1, -1, 3.0, (PropertyValue(AUV_0, BATTERY, 0.5),))])
@@ -33,7 +33,7 @@ def test_statuses_are_news_and_banned_ones_are_not() -> None:
     assert model.take_news() == []
 
 
-def test_a_ban_from_a_time_leaves_what_was_said_before() -> None:
+def test_ban_from_a_time_keeps_earlier_facts() -> None:
     model = fleet_model()
     told = [block(2, n, 10 * n, (ECHO, LOCATION, (float(n), 0.0))) for n in range(4)]  # at 0, 1, 2 and 3 s
     merge(model, told)

@@ -60,7 +60,7 @@ def test_a_fact_after_the_situation_awareness_tbox() -> None:
     assert (RM.AUV, RDFS.subClassOf, RM.UnderwaterVehicle) in graph
 
 
-def test_literals_have_the_datatype_that_the_attribute_declares() -> None:
+def test_literals_have_the_declared_datatype() -> None:
     model = fleet_model()
     facts = [(BAY, CELL, 7), (AUV_0, BATTERY, 1), (SURVEY, COMPLETED, True), (ECHO, CLASSIFICATION, 1)]
     model.record([*facts, (ECHO, TYPE_UID, WRECK), (ECHO, LENGTH, 0.1)], 1.0)
@@ -81,7 +81,7 @@ def test_literals_have_the_datatype_that_the_attribute_declares() -> None:
 
 
 @given(st.floats(-1e4, 1e4), st.sampled_from(["1e-6", "0.25", "1", "1e12"]))
-def test_every_point_is_of_the_declared_datatype(value: float, step: str) -> None:
+def test_points_have_the_declared_datatype(value: float, step: str) -> None:
     declared = next(graph_of(TBOX).objects(None, URIRef(f"{XSD}pattern")))
     resolution = float(step)
     axis = Field(-1e4 * resolution, 1e4 * resolution, resolution, "m")
@@ -111,7 +111,7 @@ def test_a_query_gives_columns_and_plain_rows() -> None:
     assert query(fleet_model(), "ASK { ?x rm:areaDone ?y }") == (("answer",), [(False,)])
 
 
-def test_a_query_of_several_models_says_whose_each_row_is() -> None:
+def test_rows_of_several_models_name_their_vehicle() -> None:
     models = {"auv-0": fleet_model(0), "auv-1": fleet_model(1)}
     for level, model in zip((0.5, 0.7), models.values(), strict=True):
         model.record([(AUV_0, BATTERY, level)], 1.0)

@@ -81,7 +81,7 @@ def odd_fleet() -> WorldModel:
 
 @pytest.mark.parametrize("form", RdfFormat)
 @pytest.mark.parametrize("make", [fleet_model, odd_fleet])
-def test_what_is_written_is_read_back_by_rdflib_and_oxigraph(form: RdfFormat, make: type) -> None:
+def test_rdflib_and_oxigraph_read_the_same_quads_back(form: RdfFormat, make: type) -> None:
     model = make()
     merge(model, [block(2, 0, 123, (BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)))])
     merge(model, [block(1, 0, 5, (ECHO, CLASSIFICATION, 3)), block(1, STATUS, 7, (AUV_1, BATTERY, 0.5))])
@@ -139,7 +139,7 @@ def test_vehicles_with_the_same_items_write_the_same_bytes(blocks: list[Block], 
         assert canonical_items([two]) != text
 
 
-def test_the_canonical_graph_is_that_of_rdflib() -> None:
+def test_canonical_graph_equals_that_of_rdflib() -> None:
     model = fleet_model()
     merge(model, [block(2, 0, 123, (BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)))])
     text = canonical_items([model])
@@ -150,7 +150,7 @@ def test_the_canonical_graph_is_that_of_rdflib() -> None:
 
 @settings(max_examples=8, deadline=None)
 @given(sound_blocks(), st.sets(st.integers(0, 2), max_size=1))
-def test_the_graph_of_an_origin_has_its_facts(blocks: list[Block], banned: set[int]) -> None:
+def test_graph_of_an_origin_has_exactly_its_facts(blocks: list[Block], banned: set[int]) -> None:
     """With receptions, statuses and private facts."""
     model = fleet_model()
     merge(model, blocks)
