@@ -37,7 +37,7 @@ def loaded() -> list[StudyRow]:
 
 
 @pytest.mark.parametrize("kind", ["delivered", "source", "senders", "loaded"])
-def test_a_figure_comes_with_caption_and_numbers_and_is_the_same_again(
+def test_figure_has_caption_and_numbers_and_is_reproducible(
     rows: list[StudyRow], loaded: list[StudyRow], kind: str, tmp_path: Path
 ) -> None:
     rows = loaded if kind == "loaded" else rows
@@ -55,7 +55,7 @@ def test_a_figure_comes_with_caption_and_numbers_and_is_the_same_again(
     assert "cpu_s" not in read[0]
 
 
-def test_every_policy_has_a_look_of_its_own(rows: list[StudyRow]) -> None:
+def test_policies_have_distinct_looks(rows: list[StudyRow]) -> None:
     axes = unloaded_figure(rows, "source").axes[0]
     lines = [line for line in axes.get_lines() if len(line.get_xdata()) == 3]
     looks = {(line.get_color(), line.get_linestyle(), str(line.get_markerfacecolor())) for line in lines}
@@ -63,7 +63,7 @@ def test_every_policy_has_a_look_of_its_own(rows: list[StudyRow]) -> None:
     assert {str(label.get_text()) for label in axes.figure.legends[0].get_texts()} == {row.policy for row in rows}
 
 
-def test_a_figure_stands_with_a_single_point_and_with_none(tmp_path: Path) -> None:
+def test_figure_is_drawn_with_one_point_and_with_none(tmp_path: Path) -> None:
     write_figure(run(ExchangeStudy(per=(0.2,), trials=1, policies=("ack",))), "source", tmp_path, "one")
     censored = run(ExchangeStudy(per=(0.9,), trials=3, max_slots=2, load=StudyLoad()))
     _, text, _ = write_figure(censored, "senders", tmp_path, "none")
@@ -77,12 +77,12 @@ def test_a_figure_stands_with_a_single_point_and_with_none(tmp_path: Path) -> No
         ("loaded", "png", "needs rows of Poisson load"), ("none", "png", "there are none"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_drawn_is_refused(rows: list[StudyRow], kind: str, format: str, message: str) -> None:
+def test_invalid_rows_kind_or_format_are_refused(rows: list[StudyRow], kind: str, format: str, message: str) -> None:
     with pytest.raises(DrawingError, match=message):
         contents([], "source", "x", format) if kind == "none" else contents(rows, kind, "x", format)
 
 
-def test_a_policy_from_outside_is_drawn_with_a_look_of_its_own(rows: list[StudyRow], tmp_path: Path) -> None:
+def test_user_policy_has_a_distinct_colour(rows: list[StudyRow], tmp_path: Path) -> None:
     """Its acknowledgement has a colour that no shipped one has; nothing has to be told to the figures."""
     outside = [replace(row, policy="sparse") for row in rows[:1]]
     write_figure([*rows, *outside], "source", tmp_path, "outside")
@@ -99,7 +99,7 @@ def reach(modem: str, nominal_m: float = 2000.0) -> ModemReach:
     return ModemReach(modem, nominal_m, points)
 
 
-def test_a_modem_is_a_line_with_its_nominal_range():
+def test_modem_is_drawn_as_a_line_with_its_nominal_range():
     (axes,) = reach_figure([reach("a"), reach("b")]).axes
     whole, star, whole_b, star_b = axes.lines
     assert whole.get_xydata().tolist() == [[float(n), 1.0 / n] for n in range(1, 9)]
@@ -108,7 +108,7 @@ def test_a_modem_is_a_line_with_its_nominal_range():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("range (km)", "delivery ratio")
 
 
-def test_a_nominal_range_beyond_the_ranges_has_no_star():
+def test_nominal_range_outside_the_axis_has_no_star():
     (axes,) = reach_figure([reach("a", nominal_m=9000.0)]).axes
     assert len(axes.lines) == 1
 
@@ -130,7 +130,7 @@ def test_the_files_are_figure_caption_and_numbers(format: str, begins: bytes):
     assert (rows[8]["range_m"], rows[9]["delivered"], rows[9]["snr_db"]) == ("1000", "0.5", "28")
 
 
-def test_what_cannot_be_drawn_is_said():
+def test_no_modem_or_unknown_format_is_refused():
     with pytest.raises(DrawingError, match="needs a modem"):
         reach_figure([])
     with pytest.raises(DrawingError, match="gif"):
@@ -154,14 +154,14 @@ def room_for(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_a_full_disk_leaves_no_cut_file_and_keeps_what_was_there(tmp_path: Path) -> None:
+def test_full_disk_leaves_no_partial_file_and_keeps_old_ones(tmp_path: Path) -> None:
     (tmp_path / "roles.txt").write_text("older", encoding="utf-8")
     with room_for(65_536), pytest.raises(DrawingError, match=r"roles\.png: cannot be written: File too large"):
         write_folder(tmp_path, [("roles.txt", b"newer"), ("roles.png", PICTURE)])
     assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {"roles.txt": "older"}
 
 
-def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:
+def test_file_that_blocks_a_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("precious", encoding="utf-8")
     with pytest.raises(DrawingError, match="file: is a file; name a folder"):
         write_folder(tmp_path / "file", [("roles.png", PICTURE)])
@@ -201,7 +201,7 @@ def nearest(colours: tuple[str, ...], simulation: str) -> float:
 
 
 @pytest.mark.parametrize("simulation", SIMULATIONS)
-def test_eight_vehicles_stay_apart(simulation: str) -> None:
+def test_colours_of_eight_vehicles_are_distinguishable(simulation: str) -> None:
     fills = tuple(style.vehicle_look(number).colour for number in range(8))
     assert len(set(fills)) == 8
     assert nearest(fills, simulation) > LEAST

@@ -39,14 +39,14 @@ def test_the_same_run_gives_the_same_bytes(
 
 
 @pytest.mark.parametrize("format", WITH_DATUM)
-def test_without_a_datum_it_is_refused_by_the_name_of_the_key(older: Results, format: str, tmp_path: Path) -> None:
+def test_export_without_datum_is_refused_with_the_missing_key(older: Results, format: str, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match=r"world\.origin_deg.*or take mcap or csv"):
         export(older, format, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("format", WITHOUT)
-def test_an_older_run_with_strange_names_is_written(older: Results, format: str, tmp_path: Path) -> None:
+def test_run_of_an_older_version_with_special_names_is_exported(older: Results, format: str, tmp_path: Path) -> None:
     """Its folder has no packets, no depths, no id: 61 points of each of 4 vehicles (see ``Fiction``)."""
     made = export(older, format, tmp_path / "out")
     of_motion = {"mcap": made.counts.get("/tf"), "csv": made.counts.get("trajectories", 0) / 4}
@@ -54,7 +54,7 @@ def test_an_older_run_with_strange_names_is_written(older: Results, format: str,
 
 
 @pytest.mark.parametrize("format", OF_COURSES)
-def test_a_run_of_nothing_is_written(tmp_path: Path, format: str) -> None:
+def test_empty_run_is_exported(tmp_path: Path, format: str) -> None:
     results = Fiction(end_s=0.0, recorded=False, completed=False).write(tmp_path / "run")
     results.manifest["scenario"] += "\n[world]\norigin_deg = [43.35, 3.75]\n"
     made = export(results, format, tmp_path / "out")
@@ -63,7 +63,7 @@ def test_a_run_of_nothing_is_written(tmp_path: Path, format: str) -> None:
 
 
 @pytest.mark.parametrize("format", OF_COURSES)
-def test_what_is_there_stays_without_force(run: Results, format: str, tmp_path: Path) -> None:
+def test_existing_file_is_replaced_only_with_force(run: Results, format: str, tmp_path: Path) -> None:
     out = export_path(tmp_path, format)
     export(run, format, out)
     before = files_of(out)
@@ -87,7 +87,7 @@ def test_a_folder_with_other_files_is_never_replaced(run: Results, tmp_path: Pat
     assert (tmp_path / "thesis.tex").read_text() == "words"
 
 
-def test_a_library_that_is_missing_is_named(run: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_library_is_named_in_the_error(run: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("visualisation.exports.find_spec", lambda name: None)
     with pytest.raises(ExportError, match=r"needs mcap and rosbags, which .* install mcap rosbags"):
         export(run, "mcap", tmp_path / "out")

@@ -37,7 +37,7 @@ def test_netcdf_has_the_rows_of_the_table_by_vehicle(run: Results, netcdf: Expor
             assert np.allclose(np.cos(np.radians(file.variables["heading"][rows] + east - 90.0)), 1.0)
 
 
-def test_a_checker_of_cf_has_no_complaint(netcdf: Exported, tmp_path: Path) -> None:
+def test_netcdf_passes_the_checker_of_cf_conventions(netcdf: Exported, tmp_path: Path) -> None:
     suite = pytest.importorskip("compliance_checker.runner")
     suite.CheckSuite.load_all_available_checkers()
     report = tmp_path / "report.txt"
@@ -47,7 +47,7 @@ def test_a_checker_of_cf_has_no_complaint(netcdf: Exported, tmp_path: Path) -> N
     assert (passed, broken) == (True, False), report.read_text()
 
 
-def test_csv_has_every_table_with_its_rows(run: Results, tmp_path: Path) -> None:
+def test_csv_has_every_table_with_all_rows(run: Results, tmp_path: Path) -> None:
     made = export(run, "csv", tmp_path / "run-csv")
     assert set(made.counts) == set(run.tables)
     for name, count in made.counts.items():
@@ -82,7 +82,7 @@ def distance_m(from_deg: tuple[float, float], to_deg: tuple[float, float]) -> fl
 
 @pytest.mark.parametrize("origin", [(43.35, 3.75), (-33.9, 151.3), (70.0, -179.99), (0.5, 0.0)])
 @pytest.mark.parametrize(("x_m", "y_m"), [(450.0, 450.0), (-7000.0, 7000.0), (9000.0, -100.0), (3.0, -8000.0)])
-def test_distances_from_the_datum_are_kept(origin: tuple[float, float], x_m: float, y_m: float) -> None:
+def test_degrees_keep_distances_from_the_datum(origin: tuple[float, float], x_m: float, y_m: float) -> None:
     """Within 10 km to 3 cm: arc and tangent differ by d**3 / (3 R**2), 0.8 cm at 10 km, and the digits by 1 mm."""
     latitude, longitude = (float(one) for one in Datum(*origin).degrees(x_m, y_m))
     assert distance_m(origin, (latitude, longitude)) == pytest.approx(math.hypot(x_m, y_m), abs=0.03)
@@ -90,7 +90,7 @@ def test_distances_from_the_datum_are_kept(origin: tuple[float, float], x_m: flo
     assert -180.0 <= longitude < 180.0
 
 
-def test_geojson_is_of_the_rows_of_the_tables(run: Results, places: tuple[Place, ...], tmp_path: Path) -> None:
+def test_geojson_features_equal_rows_of_the_tables(run: Results, places: tuple[Place, ...], tmp_path: Path) -> None:
     made = export(run, "geojson", tmp_path / "run.geojson", places=places)
     whole = json.loads(made.path.read_text(encoding="utf-8"))
     assert whole["type"] == "FeatureCollection"
@@ -115,7 +115,7 @@ def test_geojson_is_of_the_rows_of_the_tables(run: Results, places: tuple[Place,
             assert doubled > 0.0  # anticlockwise, as RFC 7946 has outer rings
 
 
-def test_a_vehicle_that_is_out_of_the_mission_is_said_to_be_out(run: Results) -> None:
+def test_state_is_out_while_the_vehicle_is_out_of_the_mission(run: Results) -> None:
     """From the second to the second that the scenario says; then it is driven by what drove it before."""
     states = Voyage(run, ()).states
     out = {name: [one.time_s for one in states if one.vehicle == name and one.text == "out"] for name in

@@ -42,7 +42,7 @@ def by_mcap(path: Path) -> dict[str, list[tuple[int, Any]]]:
     return found
 
 
-def test_two_readers_count_what_was_written(run: Results, mcap: Exported) -> None:
+def test_two_readers_count_the_written_messages(run: Results, mcap: Exported) -> None:
     """A pose and a fix for each row of the trajectories, a packet for each row of the packets."""
     for found in (by_rosbags(mcap.path), by_mcap(mcap.path)):
         assert {topic: len(messages) for topic, messages in found.items()} == mcap.counts
@@ -65,7 +65,7 @@ def test_poses_are_the_positions_of_the_table(run: Results, mcap: Exported) -> N
             assert math.cos(heading_rad - row["heading_rad"]) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_schemas_have_the_names_that_foxglove_knows(mcap: Exported) -> None:
+def test_schemas_have_names_of_foxglove(mcap: Exported) -> None:
     with mcap.path.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None
@@ -77,7 +77,7 @@ def test_schemas_have_the_names_that_foxglove_knows(mcap: Exported) -> None:
     }.items()  # fmt: skip
 
 
-def test_packets_say_who_heard_and_who_lost(run: Results, mcap: Exported) -> None:
+def test_packet_messages_name_receivers_and_vehicles_that_lost_them(run: Results, mcap: Exported) -> None:
     rows = run.table("packets").to_pylist()
     for row, (_, message) in zip(rows, by_mcap(mcap.path)["/packets"], strict=True):
         assert (message.slot, message.sender, list(message.receivers)) == (row["slot"], row["sender"], row["receivers"])
@@ -86,7 +86,7 @@ def test_packets_say_who_heard_and_who_lost(run: Results, mcap: Exported) -> Non
         assert end_ns == pytest.approx(row["end_s"] * NS, abs=1)
 
 
-def test_the_metadata_say_what_was_run(run: Results, mcap: Exported) -> None:
+def test_metadata_have_seed_scenario_and_run_key(run: Results, mcap: Exported) -> None:
     with mcap.path.open("rb") as file:
         (record,) = [one for one in make_reader(file).iter_metadata() if one.name == "remoras"]
     assert record.metadata["seed"] == "3"
@@ -94,7 +94,7 @@ def test_the_metadata_say_what_was_run(run: Results, mcap: Exported) -> None:
     assert len(record.metadata["run"]) == 20
 
 
-def test_without_a_datum_there_are_poses_and_no_fixes(older: Results, tmp_path: Path) -> None:
+def test_run_without_datum_has_poses_but_no_fixes(older: Results, tmp_path: Path) -> None:
     made = export(older, "mcap", tmp_path / "run.mcap")
     topics = by_rosbags(made.path)
     assert [topic for topic in topics if topic.endswith("/pose")] == [

@@ -83,7 +83,7 @@ def known_by(results: Results, vehicle: str, at_s: float, names: list[str]) -> d
 
 
 @pytest.mark.slow
-def test_what_each_vehicle_knew_is_what_is_rebuilt_of_its_world_model(case: tuple[Results, bytes, Path]) -> None:
+def test_knowledge_of_each_vehicle_equals_its_rebuilt_world_model(case: tuple[Results, bytes, Path]) -> None:
     results, data, folder = case
     names = [vehicle.name for vehicle in results.scenario.vehicle]
     times_s = moments_s(results)
@@ -139,7 +139,7 @@ def is_out(spells: list[tuple[float, float]], at_s: float) -> bool:
 SILENCES = "([run]) => new R.Facts(run, new Map()).silences"
 
 
-def test_a_vehicle_that_is_out_of_the_mission_is_not_deaf(case: tuple[Results, bytes, Path]) -> None:
+def test_vehicle_out_of_the_mission_has_no_silences(case: tuple[Results, bytes, Path]) -> None:
     results, data, folder = case
     told = asked([data], SILENCES, folder, more=("facts.js",))
     assert len(told) == len(results.scenario.vehicle)
@@ -151,7 +151,7 @@ def test_a_vehicle_that_is_out_of_the_mission_is_not_deaf(case: tuple[Results, b
 FLAGS = "([run]) => new R.Facts(run, new Map()).flags.map((of) => of.map((one) => [one.time_s, one.text]))"
 
 
-def test_a_flag_says_whether_a_fault_begins_or_is_over(case: tuple[Results, bytes, Path]) -> None:
+def test_flag_tells_begin_from_end_of_a_fault(case: tuple[Results, bytes, Path]) -> None:
     results, data, folder = case
     names = [vehicle.name for vehicle in results.scenario.vehicle]
     told = dict(zip(names, asked([data], FLAGS, folder, more=("facts.js",)), strict=True))
@@ -164,7 +164,7 @@ def test_a_flag_says_whether_a_fault_begins_or_is_over(case: tuple[Results, byte
 TURNS = "([run]) => run.events.filter((one) => one.kind === 'role').map((one) => [one.time_s, one.vehicle, one.text])"
 
 
-def test_the_list_of_events_says_all_that_drives_a_vehicle(case: tuple[Results, bytes, Path]) -> None:
+def test_last_event_of_a_vehicle_names_its_active_roles(case: tuple[Results, bytes, Path]) -> None:
     """The last of them says what does: of roles that begin and end the list has either."""
     results, data, folder = case
     roles, end_s = results.table("roles").to_pylist(), float(results.summary["mission_time_s"])
@@ -182,7 +182,7 @@ def test_the_list_of_events_says_all_that_drives_a_vehicle(case: tuple[Results, 
     assert len(turns) > 4
 
 
-def test_places_and_roles_are_those_of_the_tables(case: tuple[Results, bytes, Path]) -> None:
+def test_positions_and_roles_equal_those_of_the_tables(case: tuple[Results, bytes, Path]) -> None:
     """Positions within half a step of 1/32 m, headings within one of 1.4 degrees, at ticks of the motion."""
     results, data, folder = case
     tracks = {(row["vehicle"], row["time_s"]): row for row in results.table("trajectories").to_pylist()}
@@ -213,7 +213,7 @@ PACKETS = """([run]) => run.packets.map((p) => ({
 }))"""
 
 
-def test_packets_are_those_of_the_table(case: tuple[Results, bytes, Path]) -> None:
+def test_packets_equal_rows_of_the_table(case: tuple[Results, bytes, Path]) -> None:
     results, data, folder = case
     rows, faults = results.table("packets").to_pylist(), results.table("faults").to_pylist()
     empty_s = {row["vehicle"]: row["time_s"] for row in faults if row["kind"] == "energy"}
@@ -239,7 +239,7 @@ COST = """([run], times) => times.map((t) => {
 })"""
 
 
-def test_what_losses_cost_is_counted_from_the_tables(case: tuple[Results, bytes, Path]) -> None:
+def test_cost_of_losses_is_counted_from_the_tables(case: tuple[Results, bytes, Path]) -> None:
     """Cells really covered, cells that vehicles knew of, and vehicles whose view is that of all holders of roles.
 
     Of the vehicles those count that are in the mission.
@@ -308,7 +308,7 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> Results:
     )
 
 
-def test_every_packet_that_failed_tells_how(failing: Results, tmp_path: Path) -> None:
+def test_every_failed_reception_has_its_cause(failing: Results, tmp_path: Path) -> None:
     told = asked([data_of(failing)], FATES, tmp_path)
     names = [vehicle.name for vehicle in failing.scenario.vehicle]
     refused = {(row["vehicle"], row["time_s"]) for row in failing.table("refused").to_pylist()}
@@ -323,7 +323,7 @@ def test_every_packet_that_failed_tells_how(failing: Results, tmp_path: Path) ->
     assert min(n.values()) > 5
 
 
-def test_peers_are_parked_and_links_estimated_as_the_tables_say(failing: Results, tmp_path: Path) -> None:
+def test_parked_peers_and_link_estimates_equal_those_of_the_tables(failing: Results, tmp_path: Path) -> None:
     names = [vehicle.name for vehicle in failing.scenario.vehicle]
     v, peer = names.index("AUV00"), names.index("AUV01")
     told = asked([data_of(failing)], BETWEEN, tmp_path, [v, peer])
@@ -400,7 +400,7 @@ def apart(folder: Path, *runs: Results) -> Any:
     return asked([data_of(one) for one in runs], APART, folder)
 
 
-def test_at_the_first_packet_that_others_heard(tmp_path: Path) -> None:
+def test_runs_differ_from_the_first_packet_with_other_receivers(tmp_path: Path) -> None:
     """The same seed at two loss rates: the first slot with other receivers is where they part."""
     runs = [recorded(tmp_path / str(per), f"channel.per={per}", "scenario.duration_s=200") for per in (0.3, 0.6)]
     pairs = zip(*(one.table("packets").to_pylist() for one in runs), strict=False)
@@ -410,7 +410,7 @@ def test_at_the_first_packet_that_others_heard(tmp_path: Path) -> None:
     assert apart(tmp_path, runs[0], runs[0]) is None
 
 
-def test_where_one_goes_on_and_the_other_does_not(tmp_path: Path) -> None:
+def test_runs_differ_where_one_of_them_ends(tmp_path: Path) -> None:
     runs = [recorded(tmp_path / str(end_s), LOSSY, f"scenario.duration_s={end_s}") for end_s in (60, 61)]
     assert apart(tmp_path, *runs) == {"time_s": 60.0, "text": "one of them ends"}
 
@@ -438,6 +438,6 @@ ARROWS = """() => {
 }"""
 
 
-def test_a_signal_goes_to_who_holds_its_role_in_its_group(tmp_path: Path) -> None:
+def test_signal_arrow_leads_to_the_holder_of_the_role_in_its_group(tmp_path: Path) -> None:
     """From the sender's lane at 10 s to the receiver's: a role of that name in another group is not meant."""
     assert asked([], ARROWS, tmp_path, more=("palette.js", "signals.js")) == [[100, 21], [110, 71]]

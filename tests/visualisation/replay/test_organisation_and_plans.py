@@ -64,11 +64,11 @@ def check_organisation(results: Results, data: bytes, folder: Path) -> int:
     return n_groups
 
 
-def test_the_organisation_is_what_the_tables_have_in_every_view(lost: Results, tmp_path: Path) -> None:
+def test_organisation_in_every_view_equals_that_of_the_tables(lost: Results, tmp_path: Path) -> None:
     assert check_organisation(lost, data_of(lost), tmp_path) == 2 * 5 * (MOMENTS + 2)
 
 
-def test_a_group_formed_at_sea_is_there_while_its_viewer_knows_so(tmp_path: Path) -> None:
+def test_group_formed_at_sea_is_shown_while_the_viewer_knows_of_it(tmp_path: Path) -> None:
     """Those who have not heard of its forming have no such group: of 17 views one and the truth have it."""
     results = FICTIONS["nested"].write(tmp_path / "run")
     data = run_data(results)
@@ -95,7 +95,7 @@ LABELS = """([run]) => run.vehicles.map((_, v) => [
   run.events.filter((one) => one.kind === "role" && one.vehicle === v).map((one) => one.text)])"""
 
 
-def test_a_role_is_named_with_its_group_where_several_groups_have_one_of_its_name(tmp_path: Path) -> None:
+def test_role_has_its_group_as_prefix_if_groups_share_its_name(tmp_path: Path) -> None:
     """West, Middle and East have the same roles; those of Fleet are its own."""
     results = recorded(tmp_path / "run", "scenario.duration_s=90", scenario="mapping-nine-teams")
     names = run_records.vehicle_names(results)
@@ -114,7 +114,7 @@ AIMS = """([run], times) => times.map((t) => [...run.vehicles.keys()].map((viewe
   .map((group) => [group.name, group.mission, group.roles.map((role) => [role.name, role.aims])])))"""
 
 
-def test_missions_and_objectives_are_those_that_a_viewer_heard_of(lost: Results, tmp_path: Path) -> None:
+def test_missions_and_objectives_are_those_known_to_the_viewer(lost: Results, tmp_path: Path) -> None:
     rows = lost.table("organisation").to_pylist()
     times_s, n_aims = [0.0, 210.0, *moments_s(lost, MOMENTS)], 0
     for at_s, told in zip(times_s, asked([data_of(lost)], AIMS, tmp_path, times_s), strict=True):
@@ -134,7 +134,7 @@ def test_missions_and_objectives_are_those_that_a_viewer_heard_of(lost: Results,
 CHANGES = "([run]) => [-1, ...run.vehicles.keys()].map((v) => run.changes(v, Infinity, Infinity).reverse())"
 
 
-def test_every_change_that_a_viewer_made_or_refused_is_told(lost: Results, tmp_path: Path) -> None:
+def test_changes_are_those_that_the_viewer_applied_or_refused(lost: Results, tmp_path: Path) -> None:
     rows = lost.table("organisation").to_pylist()
     truth, *told = asked([data_of(lost)], CHANGES, tmp_path)
     for vehicle, changes in zip(lost.scenario.vehicle, told, strict=True):
@@ -181,7 +181,7 @@ def tree_of(rows: list[dict[str, Any]], at_s: float) -> list[list[Any]]:
     return found
 
 
-def test_plans_are_as_far_as_the_tables_have_them(lost: Results, tmp_path: Path) -> None:
+def test_plans_have_the_progress_of_the_tables(lost: Results, tmp_path: Path) -> None:
     rows = lost.table("plans").to_pylist()
     times_s = [0.0, 210.0, *moments_s(lost, MOMENTS)]
     mended = set()
@@ -213,7 +213,7 @@ MEANS = """([run]) => [...run.vehicles.keys()].map((v) => run.decisions(v).map((
   new Set(one.candidates.map((of) => [of.label, of.group, of.objective, of.argument].join())).size]))"""
 
 
-def test_motivations_are_told_with_the_means_of_their_combinations(lost: Results, tmp_path: Path) -> None:
+def test_motivations_have_the_mean_of_each_combination(lost: Results, tmp_path: Path) -> None:
     """Of several decisions at one time the last counts."""
     rows = lost.table("decisions").to_pylist()
     for vehicle, decisions in zip(lost.scenario.vehicle, asked([data_of(lost)], MEANS, tmp_path), strict=True):
@@ -228,7 +228,7 @@ def test_motivations_are_told_with_the_means_of_their_combinations(lost: Results
                 assert mean == (None if row["best_mean"] is None else pytest.approx(row["best_mean"], abs=1e-5))
 
 
-def test_nested_groups_of_any_depth_stand_below_those_that_supervise_them(tmp_path: Path) -> None:
+def test_nested_groups_are_listed_below_their_supervisors_at_any_depth(tmp_path: Path) -> None:
     deep = [{**nested()[0], "name": f"G{n}", "within": f"G{n - 1}" if n else ""} for n in range(9)]
     data = run_data(Fiction(groups=deep, roles=[("G8", "Leader")]).write(tmp_path / "run"))
     depths = "([run]) => run.organisation(-1, 0).groups.map((group) => [group.name, group.depth])"

@@ -52,7 +52,7 @@ def test_a_step_is_a_slot_or_a_frame_of_the_record(window: Window, results: Resu
     assert slots == list(start_s)
 
 
-def test_the_scrub_and_the_ends(window: Window, results: Results) -> None:
+def test_scrub_bar_and_end_keys_set_the_time(window: Window, results: Results) -> None:
     window.page.locator(".scrub").fill("1200")
     assert window.time_s == pytest.approx(1200.0)
     window.page.keyboard.press("End")
@@ -97,7 +97,7 @@ def test_keys_open_panels(window: Window) -> None:
     assert not window.page.locator("dialog").is_visible()
 
 
-def test_a_link_opens_its_moment_and_follows(chrome: Any, results: Results, tmp_path: Path) -> None:
+def test_link_opens_its_time_and_follows_the_page(chrome: Any, results: Results, tmp_path: Path) -> None:
     with opened(chrome, written(tmp_path, results), "#t=1906&v=AUV00") as window:
         assert window.time_s == 1906.0
         assert window.ask("() => R.app.selected") == "AUV00"
@@ -152,7 +152,7 @@ def test_the_clip_is_saved_as_video(window: Window, tmp_path: Path) -> None:
     assert out.stat().st_size > 1_000
 
 
-def test_alike_lanes_fold_and_open(chrome: Any, tmp_path: Path) -> None:
+def test_equal_lanes_fold_and_unfold(chrome: Any, tmp_path: Path) -> None:
     """Of 16 vehicles 15 begin alike or nearly so: they share fewer lanes than they are, until one is opened."""
     many = recorded(tmp_path / "run", LOSSY, "fleet.size=16", "scenario.duration_s=200", scenario="mapping-patches")
     with opened(chrome, written(tmp_path, many)) as window:
@@ -206,7 +206,7 @@ def test_the_tables_of_a_mission_are_charted_and_listed(window: Window, results:
 ODD = '<script><b>"🐟'
 
 
-def test_silences_are_the_gaps_between_packets_heard(window: Window, results: Results) -> None:
+def test_silences_are_gaps_between_received_packets(window: Window, results: Results) -> None:
     """The longest of each vehicle: nothing heard from its first to its last second, though packets were sent."""
     packets = results.table("packets").to_pylist()
     told = window.ask("() => R.app.views[0].facts.silences")
@@ -237,9 +237,7 @@ DRAWN = """(view) => {
 }"""
 
 
-def test_vehicles_are_drawn_where_the_tables_have_them_and_crossed_out_while_they_are_out(
-    chrome: Any, tmp_path: Path
-) -> None:
+def test_vehicles_are_drawn_at_recorded_positions_and_crossed_while_out(chrome: Any, tmp_path: Path) -> None:
     """Within 0.05 m, a bit more than the step of 1/32 m to which the page keeps places."""
     fault = "fault=[{kind='lost',vehicle='AUV02',at_s=40,until_s=70},{kind='joins',vehicle='AUV00',at_s=20}]"
     run = recorded(tmp_path / "run", "scenario.duration_s=100", fault)
@@ -257,7 +255,7 @@ def test_vehicles_are_drawn_where_the_tables_have_them_and_crossed_out_while_the
 @pytest.mark.parametrize(
     "without", [("organisation", "decisions", "trajectories"), ("packets", "items", "decisions", "coverage", "roles")]
 )
-def test_a_run_that_recorded_less_is_shown_and_says_so(chrome: Any, tmp_path: Path, without: tuple[str, ...]) -> None:
+def test_run_with_missing_tables_is_shown_with_a_note(chrome: Any, tmp_path: Path, without: tuple[str, ...]) -> None:
     """One of a second, in which nothing is done, with a name that is no name of an element."""
     short = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=1", f"vehicle.AUV01.name='{ODD}'")
     for name in without:
@@ -312,7 +310,7 @@ def test_texts_are_readable_in_both_themes(window: Window) -> None:
     assert min(contrasts) >= 4.5
 
 
-def test_what_should_have_ended_is_overdue(window: Window) -> None:
+def test_task_after_its_expected_end_is_marked_overdue(window: Window) -> None:
     """Before the time that was expected a note says so; after it, that the task is overdue."""
     expected_s = window.ask(
         "() => Math.min(...R.plansShown(R.app.views[0].facts, -1, 200)"

@@ -48,7 +48,7 @@ def test_a_run_of_four_vehicles_is_small_and_always_the_same(results: Results) -
     assert page_text("a run", [data]) == text
 
 
-def test_the_page_asks_for_nothing(results: Results) -> None:
+def test_page_requests_no_further_resource(results: Results) -> None:
     text = html.unescape(page_text("a run", [data_of(results)]))
     assert "default-src 'none'" in text
     for way in ("http://", "https://", "fetch(", "XMLHttpRequest", "import(", "innerHTML", "@import", "eval("):
@@ -81,7 +81,7 @@ def test_a_run_of_any_kind_is_shown(runs: dict[str, Results], tmp_path: Path) ->
         assert ("not completed" in told["verdict"]) != fiction.completed
 
 
-def test_names_of_any_letters_come_through_and_harm_nothing(tmp_path: Path) -> None:
+def test_special_characters_in_names_are_shown_and_never_executed(tmp_path: Path) -> None:
     milestones, roles = [(WICKED[1], WICKED[0], WICKED[3], 5.0)], [(WICKED[1], WICKED[2])]
     fiction = Fiction(WICKED, roles, outlines=WICKED[:2], points=WICKED[2:], milestones=milestones)
     data = run_data(fiction.write(tmp_path / "run"), fiction.places)
@@ -114,7 +114,7 @@ WORK = """([run]) => ({
 })"""
 
 
-def test_a_mission_of_ones_own_is_drawn_from_what_it_declares(buoys: Results, tmp_path: Path) -> None:
+def test_user_mission_is_drawn_from_its_declarations(buoys: Results, tmp_path: Path) -> None:
     """Jobs with the times of the table that the mission writes, its sightings, and what vehicles said of them."""
     told = asked([data_of(buoys)], WORK, tmp_path)
     done = {row["job"]: row["time_s"] for row in reversed(buoys.table("jobs").to_pylist())}
@@ -137,7 +137,7 @@ SAMPLES = """([run]) => run.layers.filter((layer) => layer.name === "temperature
 
 
 @pytest.mark.parametrize("n", [3, 90])
-def test_numbers_of_a_table_stay_numbers_where_their_vehicle_was(results: Results, tmp_path: Path, n: int) -> None:
+def test_table_values_are_placed_at_positions_of_their_vehicle(results: Results, tmp_path: Path, n: int) -> None:
     """Of four vehicles, 3 rows are events of their own, 90 are samples."""
     shutil.copytree(results.folder, tmp_path / "run")
     unit = {"unit": "degC"}
@@ -166,7 +166,7 @@ def test_numbers_of_a_table_stay_numbers_where_their_vehicle_was(results: Result
 HIDDEN = "([run]) => run.jobs.map((job) => [job.name, job.cameUp_s, job.done_s])"
 
 
-def test_jobs_that_nobody_found_are_told_by_name(tmp_path: Path) -> None:
+def test_undiscovered_jobs_are_listed_by_name(tmp_path: Path) -> None:
     """So much the record holds of them: the scenario has their number, and no item says where they lie."""
     settings = ("channel.per=0.6", "finds.number=8", "scenario.duration_s=700")
     results = recorded(tmp_path / "run", *settings, scenario="mapping-patches", seed=4)
@@ -180,7 +180,7 @@ def test_jobs_that_nobody_found_are_told_by_name(tmp_path: Path) -> None:
     assert [name for name, *_ in told] == [f"find {n}" for n in range(1, 9)]
 
 
-def test_settings_are_told_as_one_gives_them(results: Results, tmp_path: Path) -> None:
+def test_settings_are_shown_as_the_user_writes_them(results: Results, tmp_path: Path) -> None:
     header = asked([data_of(results)], "([run]) => run.header", tmp_path)
     assert header["slot_s"] == pytest.approx(1.7725, abs=1e-3)  # the nanomodem over 1000 m
     settings = header["settings"]
@@ -208,7 +208,7 @@ def moved_by_signals(chain: list[dict[str, Any]]) -> bool:
 
 
 @pytest.mark.slow
-def test_giving_up_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> None:
+def test_stopped_mission_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> None:
     """Every link is a row of the tables: the decision, the packet as it arrived, the packet as it was sent."""
     found = chains((), tmp_path)
     results = Results.read(tmp_path / "run")
@@ -229,7 +229,7 @@ def test_giving_up_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> Non
 COUNTS = "([run]) => run.layers.find((one) => one.name === 'counts').rows.map((row) => row.values[0])"
 
 
-def test_a_large_number_leaves_those_behind_it_as_they_are(tmp_path: Path) -> None:
+def test_large_integers_do_not_distort_later_values(tmp_path: Path) -> None:
     results = recorded(tmp_path / "run", "scenario.duration_s=5")
     counts = [5, 2**60 + 2**9, 7, -(2**59), 9]
     pq.write_table(pa.table({"time_s": [0.0, 1.0, 2.0, 3.0, 4.0], "count": counts}), results.folder / "counts.parquet")
@@ -241,7 +241,7 @@ VITAL = """([run]) => run.vehicles.map((_, v) => run.decisions(v)
   .map((one) => [one.time_s, run.why(v, one.time_s).map((link) => link.text)]))"""
 
 
-def test_what_is_vital_is_told_as_care_for_itself(tmp_path: Path) -> None:
+def test_vital_activity_is_shown_as_an_event(tmp_path: Path) -> None:
     """AUV01 has just the energy to come home: what it does then it does whatever else could be done."""
     results = recorded(tmp_path / "run", "vehicle.AUV01.energy_j=60000", "scenario.duration_s=200")
     rows = results.table("decisions").to_pylist()
@@ -254,6 +254,6 @@ def test_what_is_vital_is_told_as_care_for_itself(tmp_path: Path) -> None:
     assert all(not of for name, of in told.items() if name != "AUV01")
 
 
-def test_without_its_cause_the_chain_is_gone(tmp_path: Path) -> None:
+def test_chain_of_causes_is_empty_if_signals_have_no_weight(tmp_path: Path) -> None:
     """Nobody heeds signals, so nobody gives up, and no choice is owed to one."""
     assert not any(moved_by_signals(chain) for chain in chains(("decision.weight_external=0",), tmp_path))

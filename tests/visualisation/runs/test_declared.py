@@ -48,7 +48,7 @@ def test_a_figure_is_drawn_with_the_looks_and_words_of_all_figures(run: Results,
     assert written.files[1].read_text(encoding="utf-8") == found.caption + "\n"
 
 
-def test_labels_get_the_room_that_they_take(run: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_labels_get_enough_room(run: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     def draw_large(axes: Any, results: RunResults, style: Style) -> str:
         axes.plot(
             [0, 1],
@@ -75,7 +75,7 @@ def test_labels_get_the_room_that_they_take(run: Results, monkeypatch: pytest.Mo
     ],
 )
 @pytest.mark.parametrize(("declared", "kinds"), [(FINDS, ["roles", "finds"]), (WRECKS, ["trajectories"])])
-def test_a_function_that_fails_is_one_clear_error_and_leaves_no_file(
+def test_failing_draw_function_gives_one_error_line_and_no_file(
     run: Results, tmp_path: Path, declared: Figure | Layer, kinds: list[str], broken: Any, message: str
 ) -> None:
     kind = type(declared).__name__.lower()
@@ -86,7 +86,7 @@ def test_a_function_that_fails_is_one_clear_error_and_leaves_no_file(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_text_that_cannot_be_set_is_the_fault_of_its_figure(run: Results, tmp_path: Path) -> None:
+def test_invalid_formula_text_is_reported_with_its_figure(run: Results, tmp_path: Path) -> None:
     with pytest.raises(DrawingError, match="the mission's figure 'finds': its draw raised ValueError"):
         draw_run_figures(run, ["finds"], tmp_path / "out", "svg", [replace(FINDS, draw=is_no_formula)])
 
@@ -110,12 +110,12 @@ def test_a_wrong_declaration_is_refused(run: Results, tmp_path: Path, declared: 
     assert not (tmp_path / "out").exists()
 
 
-def test_an_unknown_kind_is_told_the_figures_of_the_mission(run: Results, tmp_path: Path) -> None:
+def test_unknown_kind_is_refused_with_all_known_kinds(run: Results, tmp_path: Path) -> None:
     with pytest.raises(DrawingError, match=r"'fids'; known: trajectories, .*, tdma, links, finds; nearest: 'finds'"):
         draw_run_figures(run, ["fids"], tmp_path, "svg", DECLARED)
 
 
-def test_layers_lie_below_the_tracks_and_say_their_sentence_once(run: Results) -> None:
+def test_layers_are_below_tracks_with_one_sentence_in_the_caption(run: Results) -> None:
     found = run_picture(run, "trajectories", DECLARED, Fiction().places)
     for axes in found.figure.axes:
         tracks = [line.get_zorder() for line in axes.get_lines() if len(line.get_xdata()) > 1]
@@ -124,7 +124,7 @@ def test_layers_lie_below_the_tracks_and_say_their_sentence_once(run: Results) -
     assert "finds" in [text.get_text() for text in found.figure.legends[0].get_texts()]
 
 
-def test_marks_stand_where_the_vehicle_was(run: Results) -> None:
+def test_marks_are_at_the_position_of_the_vehicle(run: Results) -> None:
     found = run_picture(run, "trajectories", [Mark("broken_off", "broken off")])
     (mark,) = [line for line in found.figure.axes[0].get_lines() if line.get_marker() == "X"]
     track = next(line for line in found.figure.axes[0].get_lines() if len(line.get_xdata()) == 61)

@@ -86,7 +86,9 @@ FAULTS = "Faults: B joins (from 0.0 s on, away until 200 s); A mute (from 300 s 
         ("faults", "trajectories", FAULTS), ("faults", "roles", FAULTS),
     ],
 )  # fmt: skip
-def test_a_caption_tells_what_is_odd_in_a_run(runs: dict[str, Results], name: str, kind: str, part: str) -> None:
+def test_caption_names_faults_and_other_specifics_of_a_run(
+    runs: dict[str, Results], name: str, kind: str, part: str
+) -> None:
     found = drawn(runs, name, kind)
     assert part in found.caption
     assert part not in drawn(runs, "two vehicles", kind).caption
@@ -105,7 +107,7 @@ def test_a_caption_tells_what_is_odd_in_a_run(runs: dict[str, Results], name: st
         (["roles"], {"at_s": 9.0, "viewer": "A"}, "at 9 s: is about the figure organisation; name that too"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(
+def test_invalid_kind_or_option_is_refused(
     tmp_path: Path, runs: dict[str, Results], kinds: list[str], given: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(DrawingError, match=message):
@@ -113,7 +115,7 @@ def test_what_cannot_be_drawn_is_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path: Path) -> None:
+def test_figure_without_its_table_is_omitted_or_refused_if_requested(tmp_path: Path) -> None:
     fiction = Fiction()
     run = fiction.write(tmp_path / "run")
     (run.folder / "satisfaction.parquet").unlink()
@@ -138,7 +140,7 @@ def test_tracks_are_drawn_without_roles(tmp_path: Path) -> None:
     assert run_picture(run, "trajectories").notes == ()
 
 
-def test_contested_choices_are_drawn_with_what_was_left_aside(tmp_path: Path) -> None:
+def test_closest_decisions_are_drawn_with_rejected_options(tmp_path: Path) -> None:
     """A and B leave homing aside, by 0.4 against 0.3; the evasion has no mean, and half of B's motives are signals.
 
     Of two choices at one time the later counts.

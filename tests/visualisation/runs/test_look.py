@@ -37,7 +37,7 @@ def test_a_colour_is_a_vehicle_in_all_figures(runs: dict[str, Results], kind: st
     )
 
 
-def test_files_say_what_run_they_show(tmp_path: Path, runs: dict[str, Results]) -> None:
+def test_files_have_version_seed_and_key_of_the_run(tmp_path: Path, runs: dict[str, Results]) -> None:
     """Version, seed and key: as chunks of text, as Dublin Core, in the info of the document."""
     run = runs["two vehicles"]
     for format in ("png", "svg", "pdf"):

@@ -28,7 +28,7 @@ def traffic() -> RunPackets:
     return RunPackets(("A", "B"), times_s, np.arange(5), np.array([0, 1, 0, 1, 0]), outcome(heard, lost), 50.0)
 
 
-def test_the_share_that_was_lost_is_of_what_could_be_heard() -> None:
+def test_lost_share_counts_only_packets_of_others() -> None:
     """B lost two of three packets of A, A none of B; nobody hears itself."""
     shares = traffic().lost_shares
     assert shares[1, 0] == pytest.approx(2 / 3)
@@ -36,13 +36,13 @@ def test_the_share_that_was_lost_is_of_what_could_be_heard() -> None:
     assert np.isnan(shares[0, 0])
 
 
-def test_news_are_as_old_as_the_last_packet_that_was_heard() -> None:
+def test_age_of_news_counts_from_the_last_received_packet() -> None:
     ages_s = traffic().ages_s(np.array([5.0, 25.0, 50.0]))
     assert ages_s[1, 0].tolist() == [5.0, 5.0, 30.0]  # from the start, then since 20 s
     assert ages_s[0, 1].tolist() == [5.0, 15.0, 20.0]  # since 10 s, then since 30 s
 
 
-def test_who_is_out_of_the_mission_has_no_news_and_gives_none() -> None:
+def test_vehicle_out_of_the_mission_has_no_age_of_news() -> None:
     """B is out from 25 s."""
     cut = replace(traffic(), out={"B": [Span(25.0, math.inf)]})
     ages_s = cut.ages_s(np.array([24.0, 25.0, 50.0]))
@@ -52,7 +52,7 @@ def test_who_is_out_of_the_mission_has_no_news_and_gives_none() -> None:
     assert np.isnan(never.ages_s(np.array([0.0, 24.0]))).all()
 
 
-def test_a_vehicle_lacks_what_was_told_and_not_received(tmp_path: Path) -> None:
+def test_items_lacking_are_those_sent_but_not_received(tmp_path: Path) -> None:
     """One item is told in each slot of 10 s, by each of 4 vehicles in turn; of 3 listeners one loses it, in turn.
 
     After all 100 slots 75 items are of others. Each vehicle is one of three listeners to each, who lose one third.
@@ -64,7 +64,7 @@ def test_a_vehicle_lacks_what_was_told_and_not_received(tmp_path: Path) -> None:
     assert lacking[:, 2].sum() == news.traffic(results).outcome.lost.sum() == 100
 
 
-def test_the_stretch_is_that_of_the_most_losses() -> None:
+def test_worst_stretch_has_the_most_losses() -> None:
     """300 slots of two vehicles; only from slot 200 to 235 everything is lost."""
     n = 300
     lost = np.zeros((n, 2), dtype=bool)
@@ -85,7 +85,7 @@ def collisions(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return FICTIONS["collisions"].write(tmp_path_factory.mktemp("run") / "collisions")
 
 
-def test_what_collided_or_was_refused_is_lost(collisions: Results) -> None:
+def test_collided_and_refused_packets_count_as_lost(collisions: Results) -> None:
     """100 slots of four, of three listeners one loses; every fourth packet collides there, every fifth is refused."""
     found = news.traffic(collisions).outcome
     assert (found.collided.sum(), found.refused.sum()) == (25, 20)
@@ -94,7 +94,7 @@ def test_what_collided_or_was_refused_is_lost(collisions: Results) -> None:
     assert (found.lost | ~(found.collided | found.refused)).all()
 
 
-def test_a_refusal_belongs_to_the_packet_that_arrived_then() -> None:
+def test_refusal_is_matched_to_its_packet_by_arrival_time() -> None:
     """By its time; a packet that says it is of another slot, or of another sender, is the same packet."""
     packets = [
         {"slot": 7, "receivers": ["A", "B"], "arrivals_s": [10.5, 10.25]},
@@ -107,7 +107,7 @@ def test_a_refusal_belongs_to_the_packet_that_arrived_then() -> None:
     assert list(packets_refused(packets, refusals)) == [(0, "B"), (1, "A")]
 
 
-def test_the_slots_tell_apart_how_a_packet_was_lost(collisions: Results, tmp_path: Path) -> None:
+def test_slots_distinguish_refused_lost_and_collided_packets(collisions: Results, tmp_path: Path) -> None:
     drawn = tdma.picture(collisions)
     (legend,) = drawn.figure.legends
     labels = [text.get_text() for text in legend.get_texts()]
@@ -121,7 +121,7 @@ def test_the_slots_tell_apart_how_a_packet_was_lost(collisions: Results, tmp_pat
 # Links -------------------------------------------------------------------------------------------
 
 
-def test_estimates_are_those_of_the_table(collisions: Results) -> None:
+def test_link_estimates_equal_those_of_the_table(collisions: Results) -> None:
     """They rise by 1/20 with the number of the peer and over the run; the last peer has none."""
     found = heatmaps.link_estimates(collisions)
     assert found.incoming[1, 0, -1] == pytest.approx(59 / 60 / 20, abs=1e-6)  # of A, as B saw it last before 998.75 s
@@ -131,7 +131,7 @@ def test_estimates_are_those_of_the_table(collisions: Results) -> None:
     assert np.isnan(found.outgoing[3]).all()
 
 
-def test_a_peer_is_parked_until_it_is_heard_again(collisions: Results) -> None:
+def test_peer_stays_parked_until_it_is_received_again(collisions: Results) -> None:
     """Of three others A parks D from 200 to 600 s, B from 250 s on, C from 900 s on."""
     found = heatmaps.link_estimates(collisions)
     shares = {time_s: found.without[3, np.searchsorted(found.at_s, time_s)] for time_s in (190, 210, 300, 700, 950)}
@@ -139,7 +139,7 @@ def test_a_peer_is_parked_until_it_is_heard_again(collisions: Results) -> None:
     assert not found.without[:3].any()
 
 
-def test_the_figure_of_links_says_what_it_shows(collisions: Results) -> None:
+def test_figure_of_links_has_caption_and_percentages(collisions: Results) -> None:
     drawn = heatmaps.links(collisions)
     assert "Crossed: no estimate." in drawn.caption
     numbers = [text.get_text() for text in drawn.figure.axes[2].texts]
@@ -158,7 +158,7 @@ def test_the_figure_of_links_says_what_it_shows(collisions: Results) -> None:
         ),
     ],
 )  # fmt: skip
-def test_a_peer_is_done_without_until_it_is_heard(
+def test_parked_span_ends_when_the_peer_is_received(
     tmp_path: Path, events: list[tuple[float, str]], span_s: tuple[float, float]
 ) -> None:
     parked = [(time_s, "A", "B", event) for time_s, event in events]

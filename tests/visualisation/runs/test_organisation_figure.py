@@ -15,7 +15,7 @@ def held(view: View, at_s: float) -> set[tuple[str, str, str]]:
     return {(*key, one.vehicle) for key, own in view.holdings.items() for one in own if one.holds(at_s)}
 
 
-def test_a_viewers_organisation_is_what_is_rebuilt_of_its_memory(lost: Results) -> None:
+def test_organisation_of_a_viewer_equals_that_of_its_rebuilt_memory(lost: Results) -> None:
     for at_s in moments_s(lost):
         for vehicle in lost.scenario.vehicle:
             known = lost.known(vehicle.name, at_s).organisation.assignments
@@ -23,7 +23,7 @@ def test_a_viewers_organisation_is_what_is_rebuilt_of_its_memory(lost: Results) 
             assert held(view, at_s) == {(one.group, one.role, one.vehicle) for one in known}, (vehicle.name, at_s)
 
 
-def test_without_a_viewer_it_is_what_every_vehicle_holds_of_itself(lost: Results) -> None:
+def test_organisation_without_viewer_has_the_roles_each_vehicle_holds(lost: Results) -> None:
     """As the table ``roles`` has it, which the vehicles write of themselves."""
     rows = lost.table("roles").to_pylist()
     for at_s in moments_s(lost):
@@ -35,7 +35,7 @@ def test_without_a_viewer_it_is_what_every_vehicle_holds_of_itself(lost: Results
         assert held(view_of(lost), at_s) == so
 
 
-def test_a_succession_ends_the_vacancy_that_a_loss_leaves(lost: Results) -> None:
+def test_succession_ends_the_vacancy_after_a_loss(lost: Results) -> None:
     """AUV00 is lost at 200 s; the role of the Coordinator has nobody until AUV01 marks its succession."""
     view = view_of(lost)
     (operational,) = [group for group in view.groups if group.name == "Operational"]
@@ -74,7 +74,7 @@ def test_caption_names_the_holders_of_the_time_and_of_the_viewer(tmp_path: Path)
     assert "Team A (Leader 1 vacant; Diver 2 vacant)" in of_first
 
 
-def test_groups_are_named_below_those_that_supervise_them(tmp_path: Path) -> None:
+def test_groups_are_indented_below_their_supervisors(tmp_path: Path) -> None:
     (axes,) = run_picture(FICTIONS["nested"].write(tmp_path / "run"), "organisation").figure.axes
     names = [text for text in axes.texts if text.get_weight() == "bold"]
     assert [text.get_text() for text in names] == ["Fleet", "Wing", "Team A", "Team B", "Inspection", "Team C"]
@@ -87,7 +87,7 @@ def test_end_of_the_run_is_shown_if_no_time_is_named(tmp_path: Path) -> None:
     assert "the thick line marks 1000 s" in caption
 
 
-def test_who_holds_no_role_is_a_reserve(tmp_path: Path) -> None:
+def test_vehicles_without_role_are_listed_as_reserves(tmp_path: Path) -> None:
     fiction = Fiction(vehicles=FLEET[:2], roles=(), groups=nested()[:1])
     results = fiction.write(tmp_path / "run")
     assert "Reserves hold no role: AUV00 and AUV01." in run_picture(results, "organisation").caption
@@ -98,7 +98,7 @@ def marks(results: Results, viewer: str = "") -> set[str]:
     return {str(line.get_marker()) for axes in figure.axes for line in axes.lines} - {"None", ""}
 
 
-def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
+def test_acts_are_marked_in_the_views_that_know_them(tmp_path: Path) -> None:
     """Refused, succession, mission, formed and dissolved in truth; the first vehicle refused, and gave the mission."""
     results = FICTIONS["nested"].write(tmp_path / "run")
     assert marks(results) == {"X", "*", "d", "|"}

@@ -26,7 +26,7 @@ def shades(figure: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize("kind", ["delivery", "knowledge", "tdma", "links", "roles", "satisfaction", "coverage"])
-def test_two_runs_of_a_scenario_have_one_scale_and_one_time_axis(two_runs: list[Any], kind: str) -> None:
+def test_runs_of_one_scenario_share_colour_scale_and_time_axis(two_runs: list[Any], kind: str) -> None:
     figures = [run.plot(kind) for run in two_runs]
     calm, rough = ([image.get_clim() for image in shades(figure)] for figure in figures)
     assert calm == rough
@@ -36,7 +36,7 @@ def test_two_runs_of_a_scenario_have_one_scale_and_one_time_axis(two_runs: list[
         assert ends == [{(0.0, 400.0)}] * 2
 
 
-def test_nothing_of_an_axis_is_drawn_behind_the_end_of_the_run() -> None:
+def test_axis_is_drawn_only_up_to_the_end_of_the_run() -> None:
     """Its scale ends at a round time, 400 s, so that two runs compare; its line, numbers and bands end with the run."""
     end_s = 330.0
     run = remoras.run("mapping-rendezvous", per=0.3, seed=3, set={"scenario.duration_s": end_s})
@@ -53,7 +53,7 @@ def test_nothing_of_an_axis_is_drawn_behind_the_end_of_the_run() -> None:
         assert max(ends_s) == pytest.approx(end_s)
 
 
-def test_who_hears_all_is_white(two_runs: list[Any]) -> None:
+def test_full_reception_is_drawn_white(two_runs: list[Any]) -> None:
     """A tenth of the way to black at most: news are half a frame old in the mean, black is ten."""
     for image in shades(two_runs[0].plot("delivery")):
         assert np.nanmax(np.ma.filled(image.get_array(), np.nan)) <= 0.1 * image.get_clim()[1]

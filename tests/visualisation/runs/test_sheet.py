@@ -23,7 +23,7 @@ TENURES = {
 }
 
 
-def test_vehicles_with_the_same_roles_share_a_lane_or_those_that_began_with_the_same() -> None:
+def test_vehicles_share_a_lane_by_all_or_by_first_roles() -> None:
     assert [lane.vehicles for lane in roles.same_roles(TENURES)] == [("A",), ("B",), ("C", "D")]
     found = roles.same_beginning(TENURES)
     assert [lane.vehicles for lane in found] == [("A",), ("B", "C", "D")]
@@ -51,7 +51,7 @@ def test_more_than_twelve_lanes_are_folded(tmp_path: Path, n_vehicles: int, n_la
 # Plans drawn as trees
 
 
-def test_a_tree_is_read_with_what_became_of_its_tasks(tmp_path: Path) -> None:
+def test_tree_of_a_plan_has_the_end_of_each_task(tmp_path: Path) -> None:
     """The dive of A's plan fails at 500 s of 1000 and is done by another; the meeting is dropped."""
     mission, *own = htn.trees(Fiction().write(tmp_path / "run"))
     assert (mission.vehicle, mission.is_of_group) == ("A", True)
@@ -78,13 +78,13 @@ def marks(axes: object) -> dict[str, list[float]]:
     return found
 
 
-def test_ends_are_marked_where_they_happened(tmp_path: Path) -> None:
+def test_ends_of_tasks_are_marked_at_their_times(tmp_path: Path) -> None:
     """A cross for the dive that failed, dots for what was done, a dash for what was dropped, diamonds for estimates."""
     [axes] = run_picture(Fiction().write(tmp_path / "run"), "htn", width_in=3.5).figure.axes
     assert marks(axes) == {"X": [500.0], "o": [1000.0, 1000.0], "|": [1000.0], "d": [750.0, 500.0, 500.0]}
 
 
-def test_what_does_not_fit_a_page_is_left_out_and_said(tmp_path: Path) -> None:
+def test_plans_that_do_not_fit_a_page_are_omitted_and_counted(tmp_path: Path) -> None:
     """60 vehicles have 61 plans: at 0.185 in each, even without what is below their tops, 9 in hold fewer than 49."""
     fiction = Fiction(tuple(f"V{number:02d}" for number in range(60)))
     drawn = run_picture(fiction.write(tmp_path / "run"), "htn")
@@ -96,12 +96,12 @@ def test_what_does_not_fit_a_page_is_left_out_and_said(tmp_path: Path) -> None:
     assert tops[0] == "V00  Survey(Team)"
 
 
-def test_without_a_plan_the_figure_says_so(tmp_path: Path) -> None:
+def test_run_without_plans_has_a_note_in_the_figure(tmp_path: Path) -> None:
     drawn = run_picture(Fiction(recorded=False).write(tmp_path / "run"), "htn", width_in=style.COLUMN_IN)
     assert "no plan was executed" in [text.get_text() for text in drawn.figure.axes[0].get_yticklabels()]
 
 
-def test_milestones_too_close_for_flags_of_their_own_share_one(tmp_path: Path) -> None:
+def test_milestones_close_together_share_a_flag(tmp_path: Path) -> None:
     """At 600 s there is room for a flag, at 603 s and 606 s, a hundredth of an inch on, none for another."""
     times_s = (100.0, 600.0, 603.0, 606.0)
     fiction = Fiction(milestones=[("gathered", "", f"g{number}", at_s) for number, at_s in enumerate(times_s)])

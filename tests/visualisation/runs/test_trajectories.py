@@ -39,7 +39,7 @@ def test_a_place_without_points_is_refused() -> None:
         Place("dock", "dock", ())
 
 
-def test_final_positions_have_a_panel_if_they_are_close_together(tmp_path: Path) -> None:
+def test_final_positions_close_together_have_a_panel(tmp_path: Path) -> None:
     """In an area that is much wider than the tracks."""
     wide = Place("border", "area", ((-900.0, -900.0), (900.0, -900.0), (900.0, 900.0)))
     panels = run_picture(Fiction().write(tmp_path / "run"), "trajectories", (), [wide]).figure.axes
@@ -48,7 +48,7 @@ def test_final_positions_have_a_panel_if_they_are_close_together(tmp_path: Path)
         assert sum(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in axes.get_lines()) == 2
 
 
-def test_large_fleets_name_those_that_went_farthest(tmp_path: Path) -> None:
+def test_legend_of_a_large_fleet_names_the_farthest_vehicles(tmp_path: Path) -> None:
     fleet = tuple(f"AUV{number:02}" for number in range(15))
     found = run_picture(Fiction(vehicles=fleet).write(tmp_path / "run"), "trajectories")
     legend = [text.get_text() for text in found.figure.legends[0].get_texts()]
@@ -81,7 +81,7 @@ def test_a_role_is_held_and_drives_from_event_to_event(
     assert run_records.tenures(run) == {"A": [Tenure("Team", "Diver", tuple(held), tuple(active))], "B": []}
 
 
-def test_no_role_drives_a_vehicle_that_is_out_of_the_mission(tmp_path: Path) -> None:
+def test_no_role_is_active_while_the_vehicle_is_out(tmp_path: Path) -> None:
     """It holds the role all the time; lost from 30 s to 50 s and for good at 70 s."""
     rows = [(10.0, "A", "Team", "Diver", "assigned"), (20.0, "A", "Team", "Diver", "active")]
     run = Fiction(vehicles=("A", "B"), roles=(), extra_roles=rows).write(tmp_path / "run")
@@ -95,7 +95,7 @@ def test_no_role_drives_a_vehicle_that_is_out_of_the_mission(tmp_path: Path) -> 
     assert found.active == (Span(20.0, 30.0), Span(50.0, 70.0))
 
 
-def test_roles_of_one_group_stay_together(tmp_path: Path) -> None:
+def test_roles_of_one_group_are_adjacent(tmp_path: Path) -> None:
     rows = [
         (float(at), "A", group, role, "assigned")
         for at, (group, role) in enumerate([("One", "p"), ("Two", "q"), ("One", "r")])
@@ -108,12 +108,12 @@ def test_roles_of_one_group_stay_together(tmp_path: Path) -> None:
     ]
 
 
-def test_a_position_between_two_records_is_between_them() -> None:
+def test_position_between_two_records_is_interpolated() -> None:
     track = PlanTrack(np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0]))
     assert track.at(2.5) == pytest.approx((5.0, 5.0))
 
 
-def test_faults_of_vehicles_last_until_they_are_over(tmp_path: Path) -> None:
+def test_faults_of_vehicles_have_begin_and_end(tmp_path: Path) -> None:
     """An empty battery is none that the scenario declares."""
     run = FICTIONS["faults"].write(tmp_path / "run")
     assert run_records.vehicle_faults(run) == [

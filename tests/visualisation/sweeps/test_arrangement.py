@@ -9,7 +9,7 @@ from visualisation.output import DrawingError
 from visualisation.sweeps.arrangement import arranged
 
 
-def test_a_channel_that_varies_makes_panels(tmp_path: Path) -> None:
+def test_varying_channel_gives_panels(tmp_path: Path) -> None:
     rows = rows_of(tmp_path, SWEEPS["three channels"])
     arrangement = arranged(rows)
     assert arrangement.axis_label == "packet error rate"
@@ -37,7 +37,7 @@ def test_points_without_an_axis_are_refused(tmp_path: Path) -> None:
         arranged(rows_of(tmp_path, Sweep(["remoras"], channels=channels, repeats=1)))
 
 
-def test_a_setting_that_rises_with_the_axis_makes_no_panels(tmp_path: Path) -> None:
+def test_setting_that_rises_with_the_axis_gives_no_panels(tmp_path: Path) -> None:
     """As the two rates of a Gilbert-Elliott channel whose mean loss stays the same."""
     keys = [{"decision.weight_external": at / 7, "decision.fade_per_s": at / 3} for at in range(6)]
     channels = [("bernoulli", [0.5], point) for point in keys]
@@ -63,7 +63,7 @@ def test_a_setting_in_words_is_an_axis_of_cases_where_nothing_else_is(tmp_path: 
 
 
 @pytest.mark.parametrize("channel", ["bernoulli", "acoustic"])
-def test_a_number_goes_before_words(tmp_path: Path, channel: str) -> None:
+def test_numeric_setting_is_preferred_as_axis(tmp_path: Path, channel: str) -> None:
     channels = [(channel, [0.1, 0.4], {})]
     sweep = Sweep(["remoras"], channels=channels, repeats=1, grid={**MODEMS, "fleet.size": [2, 4]})
     sweep.summary = flat

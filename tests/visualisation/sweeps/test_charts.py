@@ -35,7 +35,7 @@ def test_a_strategy_looks_the_same_in_every_study(tmp_path: Path) -> None:
     assert of_part["own"] not in [of_part["contract-net"], of_part["rendezvous-sync"]]
 
 
-def test_every_pair_of_strategy_and_policy_has_a_look_of_its_own(tmp_path: Path) -> None:
+def test_strategy_and_policy_pairs_have_distinct_colours_and_lines(tmp_path: Path) -> None:
     policies = ["ack", "ack-repeat", "m-ack", "mps-ack-repeat"]
     looks = charts.looks(
         arranged(rows_of(tmp_path, Sweep(SEVEN, policies, channels=[("perfect", [0.0], {})], repeats=1))).series
@@ -43,7 +43,7 @@ def test_every_pair_of_strategy_and_policy_has_a_look_of_its_own(tmp_path: Path)
     assert len({(look["color"], str(look["linestyle"])) for look in looks.values()}) == len(looks) == 28
 
 
-def test_points_of_one_place_stand_side_by_side_in_the_order_of_the_legend(tmp_path: Path) -> None:
+def test_points_at_one_value_are_side_by_side_in_legend_order(tmp_path: Path) -> None:
     axes = chart(rows_of(tmp_path, Sweep(SEVEN, channels=[("bernoulli", FEW, {})], repeats=3)))
     assert [label.get_text() for label in axes.get_xticklabels()] == [f"{per:g}" for per in FEW]
     curves = [line for line in axes.get_lines() if len(line.get_xdata()) == len(FEW)]
@@ -54,7 +54,7 @@ def test_points_of_one_place_stand_side_by_side_in_the_order_of_the_legend(tmp_p
     assert at_first[-1] - at_first[0] < 0.5 * (FEW[1] - FEW[0])
 
 
-def test_bars_reach_from_one_end_of_the_intervals_to_the_other(tmp_path: Path) -> None:
+def test_bars_span_the_confidence_intervals(tmp_path: Path) -> None:
     rows = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=9))
     axes = chart(rows)
     ys = [y for bar in axes.collections for y in bar.get_paths()[0].vertices[:, 1]]
@@ -82,7 +82,7 @@ def test_a_large_spread_has_a_logarithmic_axis(tmp_path: Path) -> None:
     assert axes.figure.get_figwidth() == style.COLUMN_IN
 
 
-def test_a_long_label_is_cut_before_its_unit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_label_is_shortened_but_keeps_its_unit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=2))
     long = measure(replace(TIME, label="mean time that a vehicle waits for those that it has to meet"), rows)
     arrangement = arranged(rows)
@@ -114,7 +114,7 @@ def row(tmp_path: Path) -> Comparison:
         (5000.0, "1", "energy", 1.0),
     ],
 )
-def test_large_values_take_a_prefix_where_the_unit_has_one(
+def test_large_values_use_a_unit_prefix_where_allowed(
     row: Comparison, mean: float, unit: str, label: str, scale: float
 ) -> None:
     found = measure(replace(ENERGY, unit=unit), [replace(row, mean=1.0), replace(row, mean=mean)])
@@ -128,7 +128,9 @@ def test_large_values_take_a_prefix_where_the_unit_has_one(
         ([0.5], "s", False),
     ],
 )  # fmt: skip
-def test_a_share_is_what_lies_between_0_and_1(row: Comparison, means: list[float], unit: str, share: bool) -> None:
+def test_unitless_values_between_0_and_1_are_a_share(
+    row: Comparison, means: list[float], unit: str, share: bool
+) -> None:
     assert measure(replace(ENERGY, unit=unit), [replace(row, mean=mean) for mean in means]).share is share
 
 
@@ -137,7 +139,7 @@ def test_where_an_interval_is_missing_the_spread_is_drawn(row: Comparison) -> No
     assert measure(ENERGY, [bare]).bounds(bare) == (1.5, 2.5)
 
 
-def test_two_metrics_of_one_label_are_refused() -> None:
+def test_metrics_with_equal_labels_are_refused() -> None:
     with pytest.raises(DrawingError, match="metric other_j: its label 'energy' is also that of the metric energy_j"):
         by_kind([ENERGY, replace(ENERGY, name="other_j")])
     with pytest.raises(DrawingError, match="'Trade off' is also that of the figure trade-off; give it another label"):
@@ -145,5 +147,5 @@ def test_two_metrics_of_one_label_are_refused() -> None:
 
 
 @pytest.mark.parametrize(("least", "bottom"), [(1500.0, 1475.0), (300.0, 0.0), (0.0, -100.0)])
-def test_an_axis_begins_at_0_if_that_is_near_and_shows_a_point_at_0_whole(least: float, bottom: float) -> None:
+def test_axis_begins_at_or_just_below_0_if_values_are_near_it(least: float, bottom: float) -> None:
     assert charts._limits([least, 2000.0], signed=False)[0] == bottom

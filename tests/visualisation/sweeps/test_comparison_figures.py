@@ -109,7 +109,7 @@ def kinds_of(drawn: Sequence[Path]) -> list[str]:
     return [path.stem for path in drawn if path.suffix == ".svg"]
 
 
-def test_unasked_the_figures_that_say_most_are_drawn(tmp_path: Path, seven: SweepResults) -> None:
+def test_default_figures_are_comparisons_and_headline_metrics(tmp_path: Path, seven: SweepResults) -> None:
     """Of strategies: which is best, by how much, and the headline metrics; never more than eight."""
     drawn = draw_sweep_figures(seven, (), tmp_path, "svg")
     kinds = kinds_of(drawn.files)
@@ -119,7 +119,7 @@ def test_unasked_the_figures_that_say_most_are_drawn(tmp_path: Path, seven: Swee
     assert any("--all draws all" in note for note in drawn.notes)
 
 
-def test_of_policies_the_trade_off_is_drawn_and_of_one_series_no_ranking(tmp_path: Path) -> None:
+def test_policies_have_a_trade_off_and_a_single_series_no_ranking(tmp_path: Path) -> None:
     policies = few("remoras", policies=("ack", "mps-ack"), repeats=4).write(tmp_path / "two")
     kinds = kinds_of(draw_sweep_figures(policies, (), tmp_path / "of two", "svg").files)
     assert kinds[:4] == ["overview", "ranking", "differences", "trade-off"]
@@ -129,7 +129,7 @@ def test_of_policies_the_trade_off_is_drawn_and_of_one_series_no_ranking(tmp_pat
     assert not {"ranking", "differences", "trade-off"} & {*kinds}
 
 
-def test_a_success_of_all_has_its_interval(tmp_path: Path) -> None:
+def test_full_success_has_its_wilson_interval(tmp_path: Path) -> None:
     """Of 10 runs that all succeed Wilson's interval is [0.72, 1]; it is drawn as every other."""
     results = few("remoras", "central", repeats=10).write(tmp_path / "sweep")
     (axes,) = sweep_picture(results, "success-rate").figure.axes
@@ -162,7 +162,7 @@ def texts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("kind", [*DRAWN, *SWEEP_KINDS])
-def test_captions_say_what_the_figure_rests_on(texts: dict[str, str], kind: str) -> None:
+def test_captions_state_runs_seed_factors_and_failures(texts: dict[str, str], kind: str) -> None:
     text = texts[kind]
     for part in (
         {"consistency-time": "n = 2 to 3", **dict.fromkeys(COUNTING_FAILURES, "n = 4 ")}.get(kind, "n = 3 to 4"),
@@ -190,7 +190,7 @@ def law_of_bound(*what: object) -> dict[str, object]:
     return {**law(*what), "completed": what[0] == "oracle"}
 
 
-def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> None:
+def test_bound_is_drawn_but_not_ranked(tmp_path: Path) -> None:
     """Though it alone completes, the work of the others is equal; with one strategy beside it there are no ranks."""
     results = few("remoras", "central", "oracle", summary=law_of_bound).write(tmp_path / "three")
     legend = [
@@ -206,7 +206,7 @@ def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> No
         draw_sweep_figures(two, ["ranking"], tmp_path / "out2")
 
 
-def test_an_unfinished_sweep_is_drawn_and_said_to_be(tmp_path: Path) -> None:
+def test_unfinished_sweep_is_drawn_with_the_number_of_missing_runs(tmp_path: Path) -> None:
     results = few(*SEVEN[:2], n_remaining=3).write(tmp_path / "sweep")
     drawn = draw_sweep_figures(results, ["bytes", "ranking"], tmp_path / "out", "svg")
     assert drawn.notes == ["the sweep is not finished, 3 runs are missing in the figures"]
@@ -222,7 +222,7 @@ def test_an_unfinished_sweep_is_drawn_and_said_to_be(tmp_path: Path) -> None:
         ("ranking", {"ranked": "n_byte"}, OutputError, r"'n_byte'.*did you mean 'n_bytes'"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(
+def test_invalid_kind_metric_or_format_is_refused(
     tmp_path: Path, seven: SweepResults, kind: str, given: dict[str, Any], error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error, match=message):
@@ -235,7 +235,7 @@ def combinations(n: int) -> Sweep:
     return Sweep(["remoras"], channels=channels, repeats=1, grid={"mission.mode": list(range(n))})
 
 
-def test_up_to_six_combinations_share_a_figure_and_more_have_one_each(tmp_path: Path) -> None:
+def test_up_to_six_combinations_share_a_figure(tmp_path: Path) -> None:
     for n, names in (
         (6, {"bytes.svg", "bytes.csv", "bytes.txt"}),
         (7, {f"bytes-mission.mode={at}.{suffix}" for at in range(7) for suffix in ("svg", "csv", "txt")}),
@@ -248,7 +248,7 @@ def test_up_to_six_combinations_share_a_figure_and_more_have_one_each(tmp_path: 
     assert (tmp_path / "out7" / "bytes-mission.mode=3.txt").read_text().startswith("mission.mode = 3: ")
 
 
-def test_every_case_of_what_is_unforeseen_has_a_panel_or_is_a_place_on_the_axis(tmp_path: Path) -> None:
+def test_cases_of_unforeseen_events_are_panels_or_values_of_the_axis(tmp_path: Path) -> None:
     cases = ("nothing", "speeds within 30 %", "one vehicle lost")
     several = few(*SEVEN[:3], repeats=4, unforeseen=cases).write(tmp_path / "panels")
     for caption in captions(several, ["mission-time", "differences"], tmp_path):
@@ -278,7 +278,7 @@ def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     assert "Unequal work: success rates significantly below the highest: central." in of_bytes
 
 
-def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Path) -> None:
+def test_differences_equal_those_of_compare_and_are_0_for_the_baseline(tmp_path: Path) -> None:
     results = few(*SEVEN[:3], repeats=4).write(tmp_path / "sweep")
     figure = sweep_picture(results, "differences").figure
     lines = {len(line.get_ydata()): line.get_ydata() for line in figure.axes[0].get_lines()}
@@ -294,7 +294,7 @@ def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Pa
     assert "Below zero is better." in caption
 
 
-def test_a_figure_in_memory_is_the_one_that_is_written(tmp_path: Path, seven: SweepResults) -> None:
+def test_figure_in_memory_equals_the_written_one(tmp_path: Path, seven: SweepResults) -> None:
     drawn = sweep_picture(seven, "differences", "n_bytes", 5.0)
     draw_sweep_figures(seven, ["differences"], tmp_path, ranked="n_bytes", width_in=5.0)
     assert f"{drawn.caption}\n" == (tmp_path / "differences-n_bytes.txt").read_text(encoding="utf-8")
@@ -314,9 +314,7 @@ def depth_law(*what: object) -> dict[str, object]:
 
 
 @pytest.mark.parametrize(("better", "first"), [(Better.HIGHER, "remoras"), (Better.LOWER, "central")])
-def test_a_metric_that_a_mission_brings_is_drawn_ranked_and_captioned_by_its_declaration(
-    tmp_path: Path, better: Better, first: str
-) -> None:
+def test_metric_of_a_mission_is_drawn_and_ranked_as_declared(tmp_path: Path, better: Better, first: str) -> None:
     depth = Metric("depth_m", "m", better, "depth reached", lambda run: 0.0, note="Dives above 10 m are left out.")
     results = few("remoras", "central", repeats=4, summary=depth_law, declared=(*METRICS, depth))
     kinds, swept = ["depth-reached", "ranking"], results.write(tmp_path / "sweep")

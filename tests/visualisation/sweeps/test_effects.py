@@ -42,7 +42,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> SweepResults:
     return sweep().write(tmp_path_factory.mktemp("effects") / "sweep")
 
 
-def test_effects_are_those_of_the_law(results: SweepResults) -> None:
+def test_estimated_effects_equal_those_of_the_simulated_law(results: SweepResults) -> None:
     """The part of the seed, 200 s, cancels out; that of each run, 2 s, is left."""
     found = of_all(effects_of(results, ["mission_time_s"]))
     for factor, effect in OF_TIME.items():
@@ -62,7 +62,7 @@ def test_effects_are_those_of_the_law(results: SweepResults) -> None:
     }  # fmt: skip
 
 
-def test_a_half_gives_main_effects_mixed_with_interactions_and_says_so(tmp_path: Path) -> None:
+def test_half_fraction_names_the_interactions_mixed_with_each_effect(tmp_path: Path) -> None:
     """With C = AB the interaction of 8 s goes to C. A design of one condition is drawn, though it has no axis."""
     results = sweep(channels=[("bernoulli", (0.8,), {})], halvings=1).write(tmp_path / "half")
     assert [axes.get_title(loc="left") for axes in sweep_picture(results, "effects").figure.axes] == [""]
@@ -72,7 +72,7 @@ def test_a_half_gives_main_effects_mixed_with_interactions_and_says_so(tmp_path:
     assert mixed.effect == pytest.approx(8.0, abs=1.5)
 
 
-def test_runs_that_do_not_get_there_are_counted(tmp_path: Path) -> None:
+def test_effects_count_runs_that_do_not_complete(tmp_path: Path) -> None:
     def never(*given: Any) -> dict[str, Any]:
         summary = time_of(*given)
         late = given[-1]["decision.weight_external"] > 0.0
@@ -85,14 +85,14 @@ def test_runs_that_do_not_get_there_are_counted(tmp_path: Path) -> None:
     assert row.effect > 5000.0
 
 
-def test_few_repeats_have_no_interval_and_a_condition_that_lacks_a_run_is_left_out(tmp_path: Path) -> None:
+def test_few_repeats_have_no_interval_and_incomplete_conditions_are_omitted(tmp_path: Path) -> None:
     """The second loss rate comes last for each point; the last configuration of it was not made."""
     rows = effects_of(sweep(repeats=7, n_remaining=7).write(tmp_path / "few"), ["mission_time_s"])
     assert {row.condition for row in rows} == {"mapping-rendezvous, remoras, m-ack, bernoulli per 0.2"}
     assert all(row.ci95_low is None and row.note == "n too small" for row in rows)
 
 
-def test_other_studies_have_none(tmp_path: Path) -> None:
+def test_studies_without_factorial_design_have_no_effects(tmp_path: Path) -> None:
     other = Sweep(["remoras"], repeats=2).write(tmp_path / "other")
     with pytest.raises(OutputError, match='effects need a study with sampling = "factorial"'):
         effects_of(other)
