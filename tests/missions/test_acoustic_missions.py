@@ -24,7 +24,7 @@ def text_of(channel: str) -> str:
 # acoustic -----------------------------------------------------------------------------------------
 
 
-def test_the_water_decides_delays_and_guards():
+def test_sound_speed_of_the_water_sets_delays_and_guards():
     """10 C, 35 psu, 15 m (a boat at 0 m and three AUVs at 20 m): 1490.05 m/s by Mackenzie, in slots and on the way."""
     setup = resolved(load("mapping-rendezvous", [("--channel", "channel.name=acoustic")]))
     channel = channel_of(setup, 1)
@@ -61,7 +61,7 @@ def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
         ('"trace"\nfile = "short.csv"', "", "file", "ends at 0 s, the run at"),
     ],
 )  # fmt: skip
-def test_a_fault_is_one_clear_message(tmp_path: Path, channel: str, setting: str, key: str, says: str):
+def test_fault_of_a_channel_file_is_one_message(tmp_path: Path, channel: str, setting: str, key: str, says: str):
     (tmp_path / "harbour.csv").write_text(HARBOUR)
     for name, other in (("others", "Raft"), ("short", "Diver")):
         (tmp_path / f"{name}.csv").write_text(f"time_s,sender,receiver,lost\n0,Boat,{other},0\n0,{other},Boat,0\n")
@@ -84,7 +84,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, Path]:
     return Results.read(folder / "run"), folder
 
 
-def test_a_run_in_its_own_trace_is_the_run_again(recorded: tuple[Results, Path]):
+def test_run_on_its_own_trace_is_reproduced(recorded: tuple[Results, Path]):
     """Another seed draws other losses; on the trace every packet is heard by the same vehicles, at the same time."""
     results, folder = recorded
     table = results.table("packets")
@@ -143,7 +143,7 @@ def test_a_node_may_be_a_whole_number(tmp_path: Path) -> None:
     assert {key: schema[key] for key in allowed} == allowed
 
 
-def test_results_say_which_file_it_was_and_are_read_when_it_is_gone(tmp_path: Path) -> None:
+def test_results_keep_the_channel_file_with_its_digest(tmp_path: Path) -> None:
     file = tmp_path / "harbour.csv"
     file.write_text(HARBOUR)
     scenario = pond(tmp_path, text_of(NETWORK), "scenario.duration_s=120")
@@ -163,7 +163,7 @@ def test_results_say_which_file_it_was_and_are_read_when_it_is_gone(tmp_path: Pa
         run(again.scenario, seed=1)
 
 
-def test_a_fault_in_a_file_of_its_own_has_its_line(tmp_path: Path) -> None:
+def test_fault_in_a_network_file_has_its_line(tmp_path: Path) -> None:
     file = tmp_path / "harbour.toml"
     node = '[[network.node]]\nname = "{}"\nper = {{ {} = {} }}\n'
     file.write_text('[[network]]\nname = "h"\n' + node.format("quay", "buoy", 1.5) + node.format("buoy", "quay", 0.5))

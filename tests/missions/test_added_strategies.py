@@ -57,7 +57,7 @@ SMALL = study_text(repeats=2, per="[0.1]").replace('["ack", "mps-ack"]', '["ack"
 
 
 @pytest.mark.slow
-def test_a_sweep_with_a_class_of_a_file_is_made_resumed_and_read_without_it(tmp_path: Path) -> None:
+def test_sweep_with_a_strategy_file_is_run_resumed_and_read(tmp_path: Path) -> None:
     """Two worker processes find the file in a folder that is neither theirs nor ours; the readers need no file."""
     study, own, out = written(tmp_path, SMALL), own_file(tmp_path), tmp_path / "out"
 
@@ -80,7 +80,7 @@ def test_a_sweep_with_a_class_of_a_file_is_made_resumed_and_read_without_it(tmp_
     assert (out / "study.toml").read_text().startswith(f"# --strategy {own_class}\n# --strategy cbba\n")
 
 
-def test_the_face_takes_them_too_and_a_folder_grows_by_them(tmp_path: Path) -> None:
+def test_python_interface_adds_strategies_to_a_sweep_folder(tmp_path: Path) -> None:
     study, out = written(tmp_path, SMALL), tmp_path / "out"
     sweep(load_study(str(study)), out)
     grown = remoras.sweep(study, out, strategies=[f"{own_file(tmp_path)}:INSTANCE"])
@@ -98,7 +98,7 @@ def test_the_face_takes_them_too_and_a_folder_grows_by_them(tmp_path: Path) -> N
         ("FOLDER/statistics.py:Mine", "statistics.py has the name of "),
     ],
 )
-def test_what_cannot_be_added_is_named(tmp_path: Path, given: str, expected: str) -> None:
+def test_invalid_strategy_file_is_refused_by_name(tmp_path: Path, given: str, expected: str) -> None:
     for name in ("statistics.py", "two-words.py"):
         (tmp_path / name).write_text(OWN, encoding="utf-8")
     own = given.replace("FILE", str(own_file(tmp_path))).replace("FOLDER", str(tmp_path))
@@ -111,7 +111,7 @@ def test_what_cannot_be_added_is_named(tmp_path: Path, given: str, expected: str
 TEMPLATE = Path(remoras.__file__).parent / "cli" / "templates" / "nearest.py"
 
 
-def test_a_study_lists_strategies_of_files_beside_it(tmp_path: Path) -> None:
+def test_study_may_list_strategies_of_files_beside_it(tmp_path: Path) -> None:
     shutil.copy(TEMPLATE, tmp_path / "beside_study.py")
     text = SMALL.replace('"remoras"', '"beside_study.py:NEAREST"')
     (configuration,) = load_study(str(written(tmp_path, text))).configurations
@@ -119,7 +119,7 @@ def test_a_study_lists_strategies_of_files_beside_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("hidden", ["exchange.py", "missions/__init__.py", "worldmodel/notes.txt"])
-def test_what_hides_a_package_of_ours_is_named(hidden: str, tmp_path: Path) -> None:
+def test_file_that_hides_a_package_of_the_simulator_is_named(hidden: str, tmp_path: Path) -> None:
     (tmp_path / hidden).parent.mkdir(exist_ok=True)
     (tmp_path / hidden).touch()
     script = tmp_path / "script.py"

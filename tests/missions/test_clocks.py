@@ -29,7 +29,7 @@ def collided(fleet: Fleet) -> int:
     return sum(len(row[-1]) for row in fleet.recorder.packets)
 
 
-def test_a_clock_shows_its_offset_and_its_drift_and_never_less_than_nothing() -> None:
+def test_clock_has_offset_and_drift_and_is_never_negative() -> None:
     clock = OwnClock(-0.5, 100.0)
     assert clock.reads(0.0) == 0.0
     assert clock.reads(1000.0) == pytest.approx(1000.0 - 0.5 + 0.1)
@@ -38,7 +38,7 @@ def test_a_clock_shows_its_offset_and_its_drift_and_never_less_than_nothing() ->
     assert all(exact.reads(t) == t == exact.true_time_s(t) for t in (0.1, 1 / 3, 12345.678))
 
 
-def test_rows_of_a_vehicle_get_the_true_time() -> None:
+def test_rows_of_a_vehicle_have_the_true_time() -> None:
     table = Table("looks", (Column("depth_m", "float", "m"), TIME))
     whole, clock = Recorder([table]), OwnClock(2.0)
     own = RecorderByClock(whole, clock)
@@ -48,7 +48,7 @@ def test_rows_of_a_vehicle_get_the_true_time() -> None:
     assert whole.items == [("u", "A", 9.0, 7.0, "s", "a", "v", "kept", "")]  # what it observed, it observed at 9 s
 
 
-def test_slots_that_are_too_short_for_the_clocks_let_packets_collide_and_the_guard_prevents_it() -> None:
+def test_clock_offset_causes_collisions_unless_guards_allow_for_it() -> None:
     # 1 s is more than the guard of 0.67 s, so packets of AUV01 run into those of the slot before
     fleet = run("vehicle.AUV01.clock.offset_s=1.0")
     assert collided(fleet) > 0
@@ -58,7 +58,7 @@ def test_slots_that_are_too_short_for_the_clocks_let_packets_collide_and_the_gua
     assert heard(guarded) == 3 * len(guarded.recorder.packets) > 0
 
 
-def test_discipline_keeps_a_drifting_fleet_together() -> None:
+def test_discipline_limits_the_spread_of_drifting_clocks() -> None:
     drifting = "communication.clocks.drift_ppm=2000"  # 0.8 s each in 400 s
     apart, kept = run(drifting), run(drifting, "communication.clocks.discipline=true")
     clocks = [[one for one in fleet.clocks.values() if isinstance(one, OwnClock)] for fleet in (apart, kept)]

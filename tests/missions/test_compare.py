@@ -80,7 +80,7 @@ def test_pairs_are_compared_run_by_run(tmp_path: Path) -> None:
     assert (own.diff_to_baseline, own.p_holm, own.mean, own.median) == (None, None, 135.0, 135.0)
 
 
-def test_censored_runs_stay_in(tmp_path: Path) -> None:
+def test_censored_runs_are_included(tmp_path: Path) -> None:
     """Two of eight were watched for 500 s: (2 * 500 + 120 + ... + 170) / 8 = 233.75 s."""
     found = results(tmp_path, lambda task: made_up(task, task.repeat >= 2))
     row = row_of(compare(found, ["mission_time_s", "completed"]), "ack")
@@ -91,7 +91,7 @@ def test_censored_runs_stay_in(tmp_path: Path) -> None:
     assert found.status().censored == 4
 
 
-def test_runs_that_failed_count_against_success_and_with_their_duration(tmp_path: Path) -> None:
+def test_failed_runs_count_as_unsuccessful_with_the_full_duration(tmp_path: Path) -> None:
     """Two of eight raised: (2 * 1000 + 120 + ... + 170) / 8 = 358.75 s; bytes are those of the six others."""
     found = results(tmp_path, lambda task: raised(task) if task.repeat < 2 else made_up(task), duration_s=1000)
     rows = compare(found, ["mission_time_s", "completed", "n_bytes"])
@@ -104,7 +104,7 @@ def test_runs_that_failed_count_against_success_and_with_their_duration(tmp_path
     assert row_of(rows, "ack", "n_bytes").n_reached is None
 
 
-def test_of_a_censored_metric_no_run_is_left_out(tmp_path: Path) -> None:
+def test_no_run_is_omitted_from_a_censored_metric(tmp_path: Path) -> None:
     """Mapped in 9 s, or not within the duration of 20 s with every other repeat: restricted mean (4 * 9 + 4 * 20) / 8.
 
     Differences are taken of restricted values: with mps-ack all need 9 s, so the mean is -(4 * 0 + 4 * 11) / 8 s.
@@ -126,7 +126,7 @@ def test_of_a_censored_metric_no_run_is_left_out(tmp_path: Path) -> None:
     assert "restricted means: 4 of 16 runs did not complete and count with the full mission duration" in text
 
 
-def test_where_a_metric_does_not_apply_a_run_is_left_out(tmp_path: Path) -> None:
+def test_runs_without_value_of_a_metric_are_omitted(tmp_path: Path) -> None:
     """Nothing was lost in half of the runs, so there is nothing to recover from; one of the others never recovered."""
 
     def made(task: RunTask) -> FinishedRun:
@@ -139,7 +139,7 @@ def test_where_a_metric_does_not_apply_a_run_is_left_out(tmp_path: Path) -> None
     assert (row.n, row.n_reached, row.mean) == (2, 1, (4.0 + 20.0) / 2)
 
 
-def test_success_ranks_before_the_metric_and_unequal_work_is_told() -> None:
+def test_success_ranks_before_the_metric_and_unequal_work_is_marked() -> None:
     """a is quicker and completes 3 of 16, b all, c 15: b and c are not told apart, so time decides; a is the last."""
     times = {"a": [1.0] * 16, "b": [5.0] * 16, "c": [4.0] * 16}
     done = {"a": [1.0] * 3 + [0.0] * 13, "b": [1.0] * 16, "c": [1.0] * 15 + [0.0]}
@@ -160,7 +160,7 @@ def test_a_ranking_and_a_comparison_give_the_same_p(tmp_path: Path) -> None:
     assert mean_ranks([best, other]) == {("remoras", "mps-ack"): 1.0, ("remoras", "ack"): 2.0}
 
 
-def test_what_the_runs_cannot_tell_from_the_best_is_marked_too() -> None:
+def test_strategies_not_distinguishable_from_the_best_are_marked() -> None:
     """b - a: -1 and 2 in turn; c - a: 9 and 10 in turn, in all eight."""
     a = [float(repeat) for repeat in range(8)]
     found = ranked({"a": a, "b": [x + (2 if x % 2 else -1) for x in a], "c": [x + 9 + x % 2 for x in a]})
@@ -168,7 +168,7 @@ def test_what_the_runs_cannot_tell_from_the_best_is_marked_too() -> None:
     assert [found[name].among_best for name in "abc"] == [True, True, False]
 
 
-def test_all_pairs_of_a_column_share_one_error() -> None:
+def test_pairs_of_a_column_share_one_error_rate() -> None:
     """The same difference tells b from a where they are two, and not where they are two of ten."""
     draws = random.Random(3)
     noise = {name: [draws.gauss(0.0, 1.0) for _ in range(10)] for name in "cdefghij"}
@@ -180,7 +180,7 @@ def test_all_pairs_of_a_column_share_one_error() -> None:
 
 
 @given(st.lists(st.lists(st.integers(0, 5), min_size=3, max_size=3), min_size=1, max_size=6))
-def test_ranks_add_up_and_the_best_is_marked(columns: list[list[int]]) -> None:
+def test_ranks_have_a_fixed_sum_and_the_best_is_marked(columns: list[list[int]]) -> None:
     """Ranks of k strategies add up to k (k + 1) / 2 whatever the ties."""
     found = ranked({str(number): [float(x) for x in own] for number, own in enumerate(columns)}).values()
     assert sum(rank.rank for rank in found) == len(columns) * (len(columns) + 1) / 2
@@ -193,7 +193,7 @@ def test_unknown_names_are_refused_with_the_nearest(tmp_path: Path, metrics: lis
         compare(results(tmp_path), metrics, baseline)
 
 
-def test_nothing_finished_is_said(tmp_path: Path) -> None:
+def test_sweep_without_finished_runs_is_refused(tmp_path: Path) -> None:
     SweepFolder(tmp_path / "out", SweepPlan(load_study(str(written(tmp_path, study_text()))))).close()
     with pytest.raises(OutputError, match="no run has finished"):
         compare(SweepResults.read(tmp_path / "out"))

@@ -30,7 +30,7 @@ def clear_of_each_other(one: VehicleTable, other: VehicleTable, spacing_m: float
 
 @example(size=MAX_VEHICLES, spacing_m=5.0)
 @given(size=st.integers(4, 64), spacing_m=st.sampled_from([5.0, 10.0, 40.0]))
-def test_copies_are_their_original_but_for_name_slot_depth_and_start(size: int, spacing_m: float) -> None:
+def test_copies_differ_only_in_name_slot_depth_and_start(size: int, spacing_m: float) -> None:
     scenario = shipped_at(size, f"fleet.spacing_m={spacing_m}")
     listed, copies = scenario.vehicle[:4], scenario.vehicle[4:]
     assert listed == load("mapping-rendezvous").vehicle
@@ -52,7 +52,7 @@ def test_without_layers_copies_stay_at_the_depth_of_their_original_and_start_apa
     assert min(math.dist(a.start_m, b.start_m) for a, b in itertools.combinations(divers, 2)) == 10.0
 
 
-def test_names_and_slots_are_the_next_that_are_free(tmp_path: Path) -> None:
+def test_copies_get_the_next_free_names_and_slots(tmp_path: Path) -> None:
     """Boat owns slot 1 and Diver slot 0; Diver2 is an area here, and the numbers are no wider than they were."""
     scenario = pond(tmp_path, FLEET + SMALL.replace('"north bank"', '"Diver2"'))
     assert [(vehicle.name, vehicle.slot) for vehicle in scenario.vehicle[2:]] == [
@@ -63,7 +63,7 @@ def test_names_and_slots_are_the_next_that_are_free(tmp_path: Path) -> None:
     ]
 
 
-def test_a_size_that_is_met_or_not_given_adds_nothing(tmp_path: Path) -> None:
+def test_fleet_size_met_or_not_given_adds_no_copies(tmp_path: Path) -> None:
     as_listed = pond(tmp_path)
     for fleet in ("size = 2", 'copies_of = "Diver"', 'copies_of = "Gone"', ""):  # nothing is to be copied
         assert pond(tmp_path, f"[fleet]\n{fleet}\n\n" + SMALL) == as_listed
@@ -80,7 +80,7 @@ def test_a_size_that_is_met_or_not_given_adds_nothing(tmp_path: Path) -> None:
         ('size = 2\ncopies_of = "Dive"', "fleet.copies_of", '"Dive"', "allowed: Boat, Diver; did you mean 'Diver'?"),
     ],
 )
-def test_what_is_wrong_with_the_fleet_is_said_once_with_its_line(
+def test_fault_of_the_fleet_is_reported_once_with_its_line(
     tmp_path: Path, fleet: str, key: str, given: str, says: str
 ) -> None:
     [fault] = faults_of(tmp_path, f"[fleet]\n{fleet}\n\n" + SMALL)
@@ -89,7 +89,7 @@ def test_what_is_wrong_with_the_fleet_is_said_once_with_its_line(
     assert fault.line == (line_of(f"[fleet]\n{fleet}", key.split(".")[1]) if given else 1)
 
 
-def test_a_world_without_room_is_said(tmp_path: Path) -> None:
+def test_world_without_room_for_copies_is_refused(tmp_path: Path) -> None:
     """Between -50 m and 250 m around (0, 0) a lattice of 200 m has 3 more places."""
     [fault] = faults_of(tmp_path, BOATS + "spacing_m = 200.0\n\n" + SMALL)
     assert (fault.key, fault.allowed.split(" that")[0]) == ("fleet.spacing_m", "the world has room for 3 of 4 copies")

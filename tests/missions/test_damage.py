@@ -38,7 +38,7 @@ def recorded(*settings: str, seed: int = 1) -> tuple[str, dict[str, object]]:
 
 
 @given(st.integers(0, 10_000), st.binary(min_size=1, max_size=80), st.integers(1, 64), st.integers(0, 2**40))
-def test_as_many_bits_are_turned_as_are_said(slot: int, data: bytes, bits: int, seed: int) -> None:
+def test_number_of_flipped_bits_is_as_configured(slot: int, data: bytes, bits: int, seed: int) -> None:
     for found in damaged(slot, data, 1.0, bits, seed):
         assert len(found) == len(data)
         turned = sum((one ^ other).bit_count() for one, other in zip(found, data, strict=True))
@@ -46,7 +46,7 @@ def test_as_many_bits_are_turned_as_are_said(slot: int, data: bytes, bits: int, 
 
 
 @given(st.integers(0, 10_000), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_what_is_damaged_at_one_share_is_damaged_alike_at_every_higher_one(slot: int, one: float, other: float) -> None:
+def test_damage_at_one_share_is_equal_at_every_higher_share(slot: int, one: float, other: float) -> None:
     data = bytes(range(32))
     for less, more in zip(damaged(slot, data, min(one, other)), damaged(slot, data, max(one, other)), strict=True):
         assert less in (data, more)
@@ -55,7 +55,7 @@ def test_what_is_damaged_at_one_share_is_damaged_alike_at_every_higher_one(slot:
 # In a mission -------------------------------------------------------------------------------------
 
 
-def test_a_checksum_finds_all_of_it() -> None:
+def test_checksum_detects_all_damage() -> None:
     """What is refused are the packets that were damaged; nobody believes what is false, and the mission is done."""
     made = flown("mapping-rendezvous", SHARE, "communication.crc_bits=32")
     found, arrivals = summary(made), sum(len(row[6]) for row in made.recorder.packets)
@@ -66,12 +66,12 @@ def test_a_checksum_finds_all_of_it() -> None:
 
 
 @pytest.mark.slow
-def test_without_one_it_is_believed() -> None:
+def test_damage_without_checksum_causes_false_beliefs() -> None:
     """The reason for the refusal: take the checksum out, and vehicles believe what nobody observed."""
     _, found = recorded(SHARE, "damage.unchecked=true")
     assert found["false_beliefs"] > 0
 
 
-def test_no_damage_is_no_change() -> None:
+def test_share_0_changes_nothing() -> None:
     assert recorded(SHORT, "channel.per=0.2", "damage.share=0.0") == recorded(SHORT, "channel.per=0.2")
     assert "damage" not in load("mapping-rendezvous").model_dump()

@@ -57,11 +57,11 @@ def document(tmp_path: Path, text: str = TEXT) -> Document:
         ("world.x_m", None),
     ],
 )
-def test_every_key_has_its_line(tmp_path: Path, key: str, line: int | None) -> None:
+def test_keys_have_their_lines(tmp_path: Path, key: str, line: int | None) -> None:
     assert document(tmp_path).line_of(key) == line
 
 
-def test_faults_come_in_the_order_of_their_lines(tmp_path: Path) -> None:
+def test_faults_are_ordered_by_line(tmp_path: Path) -> None:
     faults = [ConfigurationFault(key, "", "no") for key in ("mission", "vehicle.AUV01.slot", "world", "title")]
     error = document(tmp_path).error(faults)
     assert [(fault.key, fault.line) for fault in error.faults] == [
@@ -70,7 +70,7 @@ def test_faults_come_in_the_order_of_their_lines(tmp_path: Path) -> None:
     assert f"{tmp_path}/own.toml:9: vehicle.AUV01.slot = 1: no" in str(error)
 
 
-def test_what_an_option_has_set_is_named_by_the_option(tmp_path: Path) -> None:
+def test_fault_of_a_key_set_by_an_option_names_the_option(tmp_path: Path) -> None:
     faults = [ConfigurationFault(key, "", "no") for key in ("channel.per", "vehicle.AUV01.slot", "--set x", "mission")]
     options = {"channel.per": "--per", "mission.patience_s": "--set"}
     found = document(tmp_path).located(faults, options)
@@ -85,7 +85,7 @@ def test_what_an_option_has_set_is_named_by_the_option(tmp_path: Path) -> None:
         ("a = 1".encode("utf-16"), r"own.toml: file: cannot be read: it is UTF-16; save it as UTF-8"),
     ],
 )  # fmt: skip
-def test_a_file_that_is_no_toml_is_named_with_the_remedy(tmp_path: Path, content: bytes, expected: str) -> None:
+def test_file_that_is_no_toml_is_refused_with_the_remedy(tmp_path: Path, content: bytes, expected: str) -> None:
     path = tmp_path / "own.toml"
     path.write_bytes(content)
     with pytest.raises(ConfigurationError, match=expected):
@@ -94,7 +94,7 @@ def test_a_file_that_is_no_toml_is_named_with_the_remedy(tmp_path: Path, content
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
 @pytest.mark.parametrize("end", [b"\n", b"\r\n"])
-def test_what_editors_of_windows_write_is_read(tmp_path: Path, mark: bytes, end: bytes) -> None:
+def test_files_of_windows_editors_are_read(tmp_path: Path, mark: bytes, end: bytes) -> None:
     path = tmp_path / "own.toml"
     path.write_bytes(mark + end.join([b"[table]", b"a = 1", b'b = """x', b'y"""', b""]))
     found = Document.read(str(path), {}, "scenario")
@@ -103,7 +103,7 @@ def test_what_editors_of_windows_write_is_read(tmp_path: Path, mark: bytes, end:
 
 
 @pytest.mark.parametrize("name", ["nothing", "nothing.toml", "", "x" * 5000, "a\0b"])
-def test_a_file_that_is_not_there_is_named_with_what_is_allowed(name: str) -> None:
+def test_missing_file_is_refused_with_allowed_names(name: str) -> None:
     with pytest.raises(ConfigurationError, match=r"study = .*a TOML file or one of quick$|a TOML file or one of quick"):
         Document.read(name, {"quick": Path("quick.toml")}, "study")
 
@@ -117,7 +117,7 @@ TABLES = st.recursive(
 
 
 @given(TABLES)
-def test_a_value_is_read_back_from_its_line_of_toml(value: object) -> None:
+def test_value_is_read_back_from_its_toml_text(value: object) -> None:
     import math
     import tomllib
 
@@ -146,7 +146,7 @@ def message(path: Path, content: bytes, what: str = "scenario") -> str:
     return str(caught.value)
 
 
-def test_a_file_of_the_other_kind_is_one_hint(tmp_path: Path) -> None:
+def test_scenario_given_as_study_or_reverse_gets_one_hint(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
     said = message(file, b"# mine\n[study]\nname = 'x'\n")
     assert said == f"{file}:2: [study]: this is a study; start it with: remoras sweep {file} --out DIR"
@@ -174,7 +174,7 @@ TEXTS = {
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_a_text_beyond_the_limits_is_refused_in_one_line(name: str) -> None:
+def test_text_beyond_the_limits_is_refused_in_one_line(name: str) -> None:
     text, said = TEXTS[name]
     with pytest.raises(ConfigurationError) as caught:
         Document.of_text(text, "mine.toml")
@@ -188,7 +188,7 @@ def test_texts_up_to_the_limits_are_read() -> None:
 
 
 @pytest.mark.parametrize("value", ["=" + "9" * 5000, "={a" + ".a" * 100 + "=1}", "=" + "[" * 10_000, ".a" * 100 + "=1"])
-def test_an_option_beyond_the_limits_is_refused_in_one_line(value: str) -> None:
+def test_option_beyond_the_limits_is_refused_in_one_line(value: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         load("mapping-rendezvous", [("--set", f"decision.weight_external{value}")])
     (fault,) = caught.value.faults

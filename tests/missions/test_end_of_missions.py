@@ -24,7 +24,7 @@ ALONE = Organisation.of([TEAM], PLAYED[:1])
 UNASKED: Any = None
 
 
-def test_a_mission_of_jobs_waits_for_who_will_be_back() -> None:
+def test_mission_of_jobs_waits_for_vehicles_that_will_return() -> None:
     """A meets alone while B is out of contact: B may do what is left once it is back."""
     watching = JobTruth(MEETING, "Servicing", Recorder([JOBS]))
     a, b = (seen(name, organisation=ALONE) for name in "AB")
@@ -41,7 +41,7 @@ def test_a_mission_of_jobs_waits_for_who_will_be_back() -> None:
     assert watching.is_over
 
 
-def test_what_is_reached_is_the_share_of_all_jobs_that_are_done() -> None:
+def test_goal_fraction_is_the_share_of_distinct_jobs_done() -> None:
     """Three jobs, one of which only a role has; who does a job again has done it once."""
     digging = RoleSpecification("Digger", job="pit")
     team = replace(TEAM, roles=(*TEAM.roles, digging), mission="Surveying")
@@ -53,7 +53,7 @@ def test_what_is_reached_is_the_share_of_all_jobs_that_are_done() -> None:
         assert truth.goal_fraction == pytest.approx((1 / 3, 2 / 3, 2 / 3, 1.0)[number])
 
 
-def test_the_wait_of_a_head_goes_on_while_others_push_it_out_of_the_radius() -> None:
+def test_wait_of_a_head_continues_while_it_is_pushed_aside() -> None:
     """Two have no room within 3 m of the rally point: each is out for every other minute."""
     truth, (x_m, y_m) = JobTruth(CLOSE, "Surveying", Recorder([JOBS])), JETTY_M
 
@@ -74,7 +74,7 @@ def test_the_wait_of_a_head_goes_on_while_others_push_it_out_of_the_radius() -> 
     ("waits", "said"),
     [(None, ""), (Wait("energy at hole 1", 2400.0), "; A waits for energy at hole 1 until 2400 s")],
 )
-def test_the_reason_names_who_has_not_come_and_what_is_waited_for(waits: Wait | None, said: str) -> None:
+def test_reason_names_absent_vehicles_and_open_waits(waits: Wait | None, said: str) -> None:
     truth = JobTruth(CLOSE, "Surveying", Recorder([JOBS]))
     fleet = SimpleNamespace(vehicles=(seen("A", position_m=JETTY_M, waits=waits), seen("B")))
     truth.observe(fleet, 10.0)
@@ -87,7 +87,7 @@ class Judged(JobTruth):
     jobs_done = ()
 
 
-def test_a_run_is_over_once_all_have_met_and_take_for_done_what_is_not() -> None:
+def test_run_ends_once_all_have_met_with_falsely_reported_jobs_as_reason() -> None:
     """Nobody goes back. Before, such a run went on to its limit and gave no reason."""
     truth = Judged(replace(CLOSE, jobs={"reef": REEF}), "Surveying", Recorder([JOBS]))
     fleet: Any = SimpleNamespace(vehicles=[seen(name, position_m=JETTY_M, met=True) for name in "AB"])
@@ -99,7 +99,7 @@ def test_a_run_is_over_once_all_have_met_and_take_for_done_what_is_not() -> None
     assert truth.close(fleet, 20.0) == "reported as done, but not done: reef"
 
 
-def test_what_was_said_to_be_impossible_and_is_done_is_no_reason() -> None:
+def test_job_declared_impossible_but_done_is_no_reason() -> None:
     """A vehicle that was not heard for a while did it: before, a completed run had that for its reason."""
     recorder = Recorder([JOBS])
     truth = JobTruth(replace(CLOSE, jobs={"reef": REEF}, says_impossible=True), "Surveying", recorder)
@@ -112,7 +112,7 @@ def test_what_was_said_to_be_impossible_and_is_done_is_no_reason() -> None:
     assert truth.close(fleet, 20.0) == ""
 
 
-def test_a_run_says_of_what_its_analysts_await_strips() -> None:
+def test_reason_names_contacts_whose_strips_analysts_await() -> None:
     """At a loss of 0.8 all were home long before the end, and nobody said what for they stayed."""
     finished = flown("minehunting-contacts", "scenario.duration_s=700")
     viewed = {row[2] for row in finished.recorder.rows("jobs") if row[2].startswith("contact")}

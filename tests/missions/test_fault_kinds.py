@@ -16,7 +16,7 @@ from missions.scenarios.scenario import Scenario
 ROOT = Path(__file__).parents[2]
 
 
-def test_kinds_that_are_shipped_have_numbers_of_their_own() -> None:
+def test_shipped_kinds_have_distinct_numbers() -> None:
     """Draws are keyed by them: two kinds of one number would shift each other."""
     assert [kind.number_of(name) for name, kind in kinds().items()] == list(range(9))
 
@@ -81,7 +81,7 @@ def track(done: Run) -> dict[float, tuple[float, float]]:
 
 
 @pytest.mark.usefixtures("mine")
-def test_a_kind_from_outside_befalls_and_is_over() -> None:
+def test_user_fault_kind_begins_and_ends() -> None:
     weed = "kind='own_kinds:Fouled', at_s=100, until_s=200, weed_w="
     sound, light, fouled = (run(scenario(*given), 1) for given in ((), (f"{weed}1",), (f"{weed}70",)))
     rows = [row for row in fouled.recorder.faults if row[1] == "AUV01"]
@@ -100,7 +100,7 @@ def test_a_kind_from_outside_befalls_and_is_over() -> None:
 
 
 @pytest.mark.usefixtures("mine")
-def test_a_kind_from_outside_shifts_no_draw_of_another() -> None:
+def test_user_fault_kind_changes_no_draw_of_other_kinds() -> None:
     others = "kind='lost', vehicle='any', rate_per_h=20", "kind='drains', vehicle='any', drain_w=5, at_s=[0,200]"
     tables = [f"{{{one}}}" for one in others]
     weed = "{kind='own_kinds:Fouled', vehicle='any', at_s=[0, 200], weed_w=9}"
@@ -109,7 +109,7 @@ def test_a_kind_from_outside_shifts_no_draw_of_another() -> None:
     assert alone == beside != []
 
 
-def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path) -> None:
+def test_fault_kind_may_be_a_file_beside_the_scenario(mine: Path) -> None:
     text = (ROOT / "missions" / "mapping" / "rendezvous.toml").read_text(encoding="utf-8")
     table = '\n[[fault]]\nkind = "own_kinds.py:Fouled"\nvehicle = "AUV01"\nat_s = 9\nweed_w = 1\n'
     (mine / "weedy.toml").write_text(text + table, encoding="utf-8")
@@ -132,7 +132,7 @@ def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path)
         ("kind='own_kinds:Fouled', at_s=9", "weed_w", "missing"),
     ],
 )  # fmt: skip
-def test_a_kind_from_outside_that_cannot_be_is_refused_in_a_line(table: str, key: str, says: str) -> None:
+def test_invalid_user_fault_kind_is_refused_in_one_line(table: str, key: str, says: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         scenario(table)
     (said,) = str(caught.value).splitlines()

@@ -85,12 +85,12 @@ def whole() -> Any:
 
 
 @pytest.mark.parametrize("feature", sorted(USES))
-def test_a_feature_that_is_there_is_taken(feature: str) -> None:
+def test_feature_in_use_is_detected(feature: str) -> None:
     loaded = load("mapping-rendezvous", [("--set", one) for one in USES[feature]])
     assert features()[feature] in used_in(loaded)
 
 
-def test_features_that_are_off_write_nothing_into_the_manifest() -> None:
+def test_features_that_are_off_leave_no_keys_in_the_manifest() -> None:
     """What is on unless a scenario says otherwise stands there."""
     written = load("mapping-rendezvous").model_dump(mode="json", exclude_none=True)
     there = [

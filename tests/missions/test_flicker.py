@@ -27,7 +27,7 @@ STRONG = "current={east_mps=0.98, north_mps=0.43}"
         ("resupply-field", ("channel.per=0.3",), 0, 40),
     ],
 )
-def test_vehicles_do_not_turn_to_and_fro(name: str, keys: tuple[str, ...], most: int, least: int) -> None:
+def test_vehicles_rarely_undo_changes_of_behaviour(name: str, keys: tuple[str, ...], most: int, least: int) -> None:
     """Of at least so many changes, at most so many are undone."""
     n_undone, n_changes = undone(flown(name, *keys).recorder.rows("activities"))
     assert n_undone <= most

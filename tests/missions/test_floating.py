@@ -25,12 +25,12 @@ def way_m(of: Run, from_s: float, until_s: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(("befalls", "kind"), [(LOST, "lost"), (EMPTY, "energy")])
-def test_who_is_lost_or_without_energy_drifts_with_the_water_at_the_surface(befalls: str, kind: str) -> None:
+def test_lost_or_empty_vehicle_drifts_with_the_surface_current(befalls: str, kind: str) -> None:
     """From the tick after on: 100 s of (0.3, -0.2) m/s, though at its own depth of 20 m the water runs half as fast."""
     done = flown(*CURRENT, befalls)
     assert [row[0] < 200.0 for row in done.recorder.faults if row[1:3] == ("AUV02", kind)] == [True]
     assert way_m(done, 200.0, 300.0) == pytest.approx((30.0, -20.0))
 
 
-def test_it_stays_in_water_that_stands() -> None:
+def test_lost_vehicle_stays_in_still_water() -> None:
     assert way_m(flown("scenario.duration_s=300.0", LOST), 150.0, 250.0) == (0.0, 0.0)

@@ -19,7 +19,7 @@ def run() -> remoras.Run:
     return remoras.run("mapping-rendezvous", per=0.4, seed=3, set={"scenario.duration_s": 400.0, "fault": LOST})
 
 
-def test_who_plays_what_is_what_each_vehicle_takes_itself_to_hold(run: remoras.Run) -> None:
+def test_organisation_graph_has_the_roles_each_vehicle_holds(run: remoras.Run) -> None:
     for at_s in (0.0, 100.0, 400.0):
         graph = run.graph("organisation", at_s=at_s)
         for vehicle in ("ASV00", "AUV00", "AUV01", "AUV02"):
@@ -32,7 +32,7 @@ def test_who_plays_what_is_what_each_vehicle_takes_itself_to_hold(run: remoras.R
     assert graph.graph["units"] == {"since_s": "s"}
 
 
-def test_in_a_view_is_what_that_vehicle_had_heard(run: remoras.Run) -> None:
+def test_organisation_graph_of_a_viewer_equals_its_knowledge(run: remoras.Run) -> None:
     views = {}
     for viewer in ("ASV00", "AUV01"):
         for at_s in (5.0, 60.0, 390.0):
@@ -47,7 +47,7 @@ def test_in_a_view_is_what_that_vehicle_had_heard(run: remoras.Run) -> None:
     assert any(absent for _, absent in views.values())
 
 
-def test_who_heard_whom_is_counted_from_the_packets(run: remoras.Run) -> None:
+def test_reception_graph_counts_packets_of_the_window(run: remoras.Run) -> None:
     rows = run.table("packets")
     for from_s, until_s in ((0.0, 400.0), (100.0, 150.0)):
         inside = rows[(rows.time_s >= from_s) & (rows.time_s < until_s)]
@@ -72,7 +72,7 @@ def test_who_heard_whom_is_counted_from_the_packets(run: remoras.Run) -> None:
     assert graph.graph["units"] == {"heard_bits": "bit", "heard_fraction": "1", "sent_bits": "bit"}
 
 
-def test_what_is_not_there_is_refused_in_a_line(run: remoras.Run) -> None:
+def test_unknown_graph_or_argument_is_refused_in_one_line(run: remoras.Run) -> None:
     for asked, told in (
         ({"name": "herd"}, "graph 'herd': allowed are .*did you mean 'heard'"),
         ({"name": "heard", "at_s": 5.0}, "takes from_s and until_s; not at_s"),
@@ -94,14 +94,14 @@ LINE = [packet(0, "A", "B"), packet(1, "B", "A", "C"), packet(2, "C", "B")]
 """A - B - C in a line: all depends on B."""
 
 
-def test_who_alone_ties_the_fleet_is_named() -> None:
+def test_vehicle_whose_loss_disconnects_the_fleet_is_named() -> None:
     closed, one_way = [*LINE, packet(3, "A", "C"), packet(5, "C", "A")], LINE[:2]
     assert list(windows("ABC", LINE)) == [Window(0.0, True, 1, frozenset("B"))]
     assert list(windows("ABC", closed)) == [Window(0.0, True, 1, frozenset())]
     assert list(windows("ABC", one_way)) == [Window(0.0, False, 2, frozenset())]
 
 
-def test_a_lost_vehicle_is_apart_and_without_losses_all_is_one(run: remoras.Run) -> None:
+def test_lost_vehicle_is_disconnected_and_a_lossless_fleet_connected(run: remoras.Run) -> None:
     calm = remoras.run("mapping-rendezvous", per=0.0, set={"scenario.duration_s": 400.0})
     assert (calm.metric(CONNECTED), calm.metric(CUTTING)) == (1.0, 0.0)
     struck = run.metric("missions.runs.fleet_metrics:CONNECTED")

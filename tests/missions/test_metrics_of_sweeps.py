@@ -59,9 +59,7 @@ def test_a_metric_of_a_mission_can_be_studied_compared_and_ranked(
     assert (found.unit, found.label, found.better) == ("m", "depth reached m", Better.HIGHER)
 
 
-def test_a_study_that_names_no_metrics_compares_the_headline_ones(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_study_without_metrics_compares_headline_metrics(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shipped = load_study(str(written(tmp_path, WITHOUT_METRICS)))
     assert {name for name, declared in shipped.metrics.items() if declared.headline} == {
         "mission_time_s", "completed", "goal_fraction", "energy_j", "n_bytes", "coverage_fraction",
@@ -74,7 +72,7 @@ def test_a_study_that_names_no_metrics_compares_the_headline_ones(
     }  # fmt: skip
 
 
-def test_a_metric_that_no_mission_of_the_study_has_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_metric_of_no_mission_of_the_study_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     declare(monkeypatch, metric("depth_reached_m"))
     text = WITHOUT_METRICS.replace("seed = 7", 'seed = 7\nmetrics = ["depth_reached"]')
     with pytest.raises(ConfigurationError, match=r"study.toml:9: study.metrics = \"depth_reached\": allowed: .*; did "
@@ -82,7 +80,7 @@ def test_a_metric_that_no_mission_of_the_study_has_is_refused(tmp_path: Path, mo
         load_study(str(written(tmp_path, text)))
 
 
-def test_missions_that_mean_different_things_by_one_name_are_studied_apart(
+def test_missions_with_conflicting_metrics_of_one_name_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenario = Path("missions/mapping/rendezvous.toml").read_text(encoding="utf-8")
@@ -104,9 +102,7 @@ def test_a_metric_with_the_name_of_another_field_is_refused(name: str) -> None:
         collected("own.mission:M", [*CORE_METRICS, metric(name)])
 
 
-def test_a_metric_of_which_no_value_is_better_is_compared_and_not_ranked(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_metric_without_direction_is_compared_but_not_ranked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     declare(monkeypatch, metric("heading_rad", Better.NEITHER, "rad"))
     results = swept(tmp_path, heading_rad=1.0)
     assert len(compare(results, ["heading_rad"])) == 2
@@ -167,7 +163,7 @@ def made(study: Path, out: Path) -> SweepResults:
 # The same wherever the run is ------------------------------------------------------------------
 
 
-def test_a_metric_gives_the_same_in_memory_of_a_folder_and_in_the_summary(own: Path, tmp_path: Path) -> None:
+def test_metric_is_equal_in_memory_from_a_folder_and_in_the_summary(own: Path, tmp_path: Path) -> None:
     """The last tick is at 20 s; four vehicles. A group of the mission has its roles assigned at the beginning."""
     named = f"{own}:LAST"
     run = remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [named]})
@@ -179,7 +175,7 @@ def test_a_metric_gives_the_same_in_memory_of_a_folder_and_in_the_summary(own: P
 # In a sweep --------------------------------------------------------------------------------------
 
 
-def test_a_finished_sweep_is_asked_of_its_kept_tables(own: Path, tmp_path: Path) -> None:
+def test_metrics_of_a_finished_sweep_are_computed_from_kept_tables(own: Path, tmp_path: Path) -> None:
     """Both repeats have kept theirs, so the new metrics have as many values as the others."""
     made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
     found = remoras.compare(tmp_path / "out", f"{own}:HANDED", f"{own}:LAST", "n_bytes")
@@ -187,7 +183,7 @@ def test_a_finished_sweep_is_asked_of_its_kept_tables(own: Path, tmp_path: Path)
     assert found.set_index("metric")["mean"]["last_s"] == 4020.0
 
 
-def test_a_sweep_without_tables_says_what_to_do(own: Path, tmp_path: Path) -> None:
+def test_sweep_without_tables_is_refused_with_the_remedy(own: Path, tmp_path: Path) -> None:
     path = study_of(tmp_path, "n_bytes")
     path.write_text(path.read_text(encoding="utf-8").replace("seed = 7", "seed = 7\nkeep_tables = 0"))
     made(path, tmp_path / "out")
@@ -195,7 +191,7 @@ def test_a_sweep_without_tables_says_what_to_do(own: Path, tmp_path: Path) -> No
         remoras.compare(tmp_path / "out", f"{own}:HANDED")
 
 
-def test_a_study_may_lose_a_metric_and_gets_one_in_another_folder(own: Path, tmp_path: Path) -> None:
+def test_metric_may_be_removed_from_a_study_but_not_added(own: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     made(study_of(tmp_path, f"{own}:HANDED", f"{own}:LAST"), out)
     sweep(load_study(str(study_of(tmp_path, f"{own}:HANDED"))), out, executor=Serial())
@@ -215,7 +211,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_study_refuses_what_is_no_metric_in_one_line(own: Path, tmp_path: Path, name: str) -> None:
+def test_invalid_metric_of_a_study_is_refused_in_one_line(own: Path, tmp_path: Path, name: str) -> None:
     with pytest.raises(ConfigurationError) as raised:
         load_study(str(study_of(tmp_path, "n_bytes", f"{own}:{name}")))
     (line,) = str(raised.value).splitlines()
@@ -224,7 +220,7 @@ def test_a_study_refuses_what_is_no_metric_in_one_line(own: Path, tmp_path: Path
     assert WRONG[name] in line
 
 
-def test_a_metric_that_fails_is_named_with_its_run(own: Path, tmp_path: Path) -> None:
+def test_failing_metric_is_named_with_its_run(own: Path, tmp_path: Path) -> None:
     name, said = "RAISES", "raised ZeroDivisionError"
     made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
     with pytest.raises(PluginError, match=rf"metric \w+ of .*{name}, run \w+: .*{said}"):

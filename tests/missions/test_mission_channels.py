@@ -66,20 +66,20 @@ def sent(slot: int, sender: int) -> Transmission:
 
 
 @pytest.mark.parametrize("name", [name for name in CHANNELS if name != "trace"])
-def test_every_model_but_the_trace_which_needs_a_file_runs_as_soon_as_it_is_named(name: str):
+def test_models_run_with_default_settings_except_the_trace(name: str):
     scenario = load("mapping-rendezvous", [("--channel", f"channel.name={name}")])
     assert 0.0 <= channel_of(resolved(scenario), 1).link.p_loss(sent(5, 0), 1, 800.0) <= 1.0
     assert 0.0 <= identity(scenario, 1)["per"] <= 1.0
 
 
-def test_links_and_blackouts_are_of_the_nodes_that_own_the_slots(tmp_path: Path):
+def test_links_and_blackouts_are_mapped_to_slot_owners(tmp_path: Path):
     """Boat is the first vehicle of the file and owns slot 1."""
     channel = channel_of(resolved(pond(tmp_path, with_channel(LINKED))), 1)
     assert (channel.link.p_loss(sent(0, 0), 1, 9.0), channel.link.p_loss(sent(1, 1), 0, 9.0)) == (0.5, 1.0)
     assert [(b.from_s, b.until_s, b.node) for b in channel.blackouts] == [(600.0, 900.0, 0)]
 
 
-def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
+def test_link_states_depend_on_the_seed_of_the_run(tmp_path: Path):
     link = channel_of(resolved(pond(tmp_path, with_channel(BURSTS), "channel.per_bad=0.9")), 7).link
     assert link == GilbertElliott(0.1, 0.3, 0.05, 0.9, seed=7)
 
@@ -100,7 +100,7 @@ def test_the_summary_has_the_mean_packet_error_rate(tmp_path: Path, channel: str
 
 @pytest.mark.parametrize("channel", [CHANNEL, LINKED, BURSTS])
 @pytest.mark.parametrize("settings", [(), ("channel.name=perfect",), ("channel.name=gilbert-elliott",)])
-def test_what_is_written_is_read_again(tmp_path: Path, channel: str, settings: tuple[str, ...]):
+def test_channel_settings_of_the_manifest_are_read_back(tmp_path: Path, channel: str, settings: tuple[str, ...]):
     """As the manifest has it: settings of a model that was replaced are not in it."""
     scenario = pond(tmp_path, with_channel(channel), *settings)
     again = type(scenario).model_validate_json(scenario.model_dump_json(exclude_none=True))
@@ -126,7 +126,7 @@ ONE_FAULT = [
 
 
 @pytest.mark.parametrize(("channel", "old", "new", "key", "given", "says"), ONE_FAULT, ids=[c[2] for c in ONE_FAULT])
-def test_one_fault_is_one_clear_message(
+def test_fault_of_a_channel_is_one_message_with_its_line(
     tmp_path: Path, channel: str, old: str, new: str, key: str, given: str, says: str
 ):
     changed = channel.replace(old, new, 1)
@@ -147,7 +147,7 @@ layers_m = [1.0, 2]
 """
 
 
-def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
+def test_user_model_has_its_own_settings(tmp_path: Path):
     """Boat owns slot 1, Diver slot 0: 2 of 2 links are in the mud."""
     scenario = pond(tmp_path, with_channel(MUD))
     assert scenario.channel.settings() == outside.Mud(clear_per=0.2, in_mud="Diver", layers_m=(1.0, 2.0))
@@ -159,7 +159,7 @@ def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
 
 
 @pytest.mark.parametrize("own", [CHANNEL, LINKED, BURSTS])
-def test_a_model_from_outside_replaces_that_of_the_file(tmp_path: Path, own: str):
+def test_user_model_set_by_option_replaces_that_of_the_file(tmp_path: Path, own: str):
     """Settings that the file has for its own model are left aside."""
     channel = pond(tmp_path, with_channel(own), f"channel.name={outside.__name__}:Mud", "channel.clear_per=0.3").channel
     assert channel.settings() == outside.Mud(clear_per=0.3)
@@ -177,9 +177,7 @@ def test_a_model_from_outside_replaces_that_of_the_file(tmp_path: Path, own: str
         ("channels:Mud", "channels:NO_CLASS", "channel.name", "a subclass of .*ChannelModel is needed, not the"),
     ],
 )
-def test_a_fault_with_a_model_from_outside_is_one_clear_message(
-    tmp_path: Path, old: str, new: str, key: str, says: str
-):
+def test_fault_of_a_user_model_is_one_message_with_its_line(tmp_path: Path, old: str, new: str, key: str, says: str):
     (fault,) = faults_of(tmp_path, with_channel(MUD.replace(old, new)))
     assert fault.key == key
     assert re.search(says, fault.allowed)
@@ -197,13 +195,13 @@ def test_a_fault_with_a_model_from_outside_is_one_clear_message(
         ("Grumbling", "its checks of settings raised KeyError: 'sea'"),
     ],
 )
-def test_a_model_that_does_not_keep_to_its_seam_is_found_before_the_run(tmp_path: Path, name: str, says: str):
+def test_model_that_violates_its_interface_is_refused_before_the_run(tmp_path: Path, name: str, says: str):
     (fault,) = faults_of(tmp_path, with_channel(f'[channel]\nname = "{outside.__name__}:{name}"\n'))
     assert fault.key == "channel.name"
     assert re.search(says, fault.allowed)
 
 
-def test_a_model_that_goes_wrong_later_ends_the_run_with_its_name(tmp_path: Path):
+def test_model_with_a_late_invalid_result_ends_the_run_with_its_name(tmp_path: Path):
     with pytest.raises(PluginError, match=r"nonconforming_channels:Late.*p_loss\(.* returned 1\.5; expected"):
         run_with(tmp_path, {"name": f"{outside.__name__}:Late"})
 
@@ -220,7 +218,7 @@ def lost_by(run: Run) -> dict[tuple[float, str], set[str]]:
     return {(time_s, sender): set(lost) for _, time_s, sender, _, _, _, _, lost, *_ in run.recorder.packets}
 
 
-def test_a_cut_parts_a_fleet_for_exactly_its_time(tmp_path: Path):
+def test_blackout_separates_the_fleet_for_exactly_its_time(tmp_path: Path):
     """ASV00 and AUV00 hear nothing of AUV01, nor it of them, from 30 to 60 s; AUV02 is on no side and hears all."""
     cut = {"from_s": 30.0, "until_s": 60.0, "between": [["ASV00", "AUV00"], ["AUV01"]]}
     packets = lost_by(run_with(tmp_path, {"name": "perfect", "blackout": [cut]}))
@@ -229,6 +227,6 @@ def test_a_cut_parts_a_fleet_for_exactly_its_time(tmp_path: Path):
     assert all(lost == (far[who] if 30.0 <= at_s < 60.0 else set()) for (at_s, who), lost in packets.items())
 
 
-def test_every_seed_loses_other_packets(tmp_path: Path):
+def test_each_seed_loses_different_packets(tmp_path: Path):
     lost = [lost_by(run_with(tmp_path, {"name": "bernoulli", "per": 0.5}, seed)) for seed in range(1, 5)]
     assert all(one != other for one, other in combinations(lost, 2))

@@ -89,7 +89,7 @@ def n_open(fleet: Fleet, setup: Setup, sent: list[tuple[int, bytes]]) -> int:
 
 
 @pytest.mark.slow
-def test_no_nonce_comes_twice_and_nothing_of_another_mission_opens(
+def test_no_nonce_repeats_and_packets_of_other_missions_are_refused(
     key_file: Path, used: list[tuple[bytes, bytes]]
 ) -> None:
     """Two seeds, one of them twice, and another loss rate: repeats of a sweep, and missions of other days."""
@@ -117,7 +117,7 @@ def test_no_table_depends_on_the_bytes_of_packets(key_file: Path) -> None:
     assert repr(tables[0]) == repr(tables[1])
 
 
-def test_a_key_changes_nothing_but_bytes_and_is_written_nowhere(key_file: Path) -> None:
+def test_key_changes_only_packet_bytes_and_is_never_written(key_file: Path) -> None:
     given = [("--set", "scenario.duration_s=150"), ("--set", "channel.name='perfect'")]
     plain = run(load("mapping-rendezvous", given))
     sealed = run(scenario(key_file, "channel.name='perfect'", "communication.crc_bits=16"))
@@ -129,7 +129,7 @@ def test_a_key_changes_nothing_but_bytes_and_is_written_nowhere(key_file: Path) 
 
 
 @pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o660])
-def test_a_key_file_that_others_may_use_is_refused_with_its_remedy(key_file: Path, mode: int) -> None:
+def test_key_file_open_to_others_is_refused_with_the_remedy(key_file: Path, mode: int) -> None:
     key_file.chmod(mode)
     with pytest.raises(ConfigurationError, match=f"open to others .mode {mode:03o}.: chmod 600 .*fleet.key") as raised:
         scenario(key_file)
@@ -143,7 +143,7 @@ def plans(key_file: Path) -> list[NodePlan]:
     return [NodePlan.of(scenario(key_file), name, 1, 100.0, 50.0) for name in NAMES]
 
 
-def test_two_dives_share_no_nonce_and_nothing_of_the_first_is_taken_in_the_second(
+def test_dives_share_no_nonce_and_packets_of_the_first_are_refused(
     key_file: Path, tmp_path: Path, used: list[tuple[bytes, bytes]]
 ) -> None:
     """All of the first dive is played into the second at its time, before what is really said then."""
@@ -163,9 +163,7 @@ def test_two_dives_share_no_nonce_and_nothing_of_the_first_is_taken_in_the_secon
     assert len(set(used)) == len(used) > first > 30
 
 
-def test_a_process_that_begins_anew_in_a_mission_uses_no_nonce_twice(
-    key_file: Path, used: list[tuple[bytes, bytes]]
-) -> None:
+def test_restarted_process_repeats_no_nonce(key_file: Path, used: list[tuple[bytes, bytes]]) -> None:
     """Killed and started again at any time, twice from the very start, with and without another epoch."""
     plan = plans(key_file)[1]
     for _ in range(3):
@@ -187,7 +185,7 @@ def gone_on(log: Logged, now_s: float) -> tuple[LoneVehicle, Logged]:
     return own, Logged(log.plan, (*log.entries, LogEntry(LineKind.BACK, now_s, own.salt), *entries), None, BEGAN)
 
 
-def test_two_that_go_on_from_one_copied_log_share_no_salt_and_each_may_go_on_again(key_file: Path) -> None:
+def test_processes_resumed_from_one_log_have_different_salts(key_file: Path) -> None:
     plan = plans(key_file)[1]
     own = alone(plan)
     log = Logged(plan, (LogEntry(LineKind.SALT, 0.0, own.salt), *said(own.solo.advance(40.0))), None, BEGAN)

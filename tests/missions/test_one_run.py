@@ -30,7 +30,7 @@ from remoras.cli import app
         (("strategy.name=fixed-partition", "channel.name=bernoulli", "channel.per=0.3"), False),  # says nothing
     ],
 )
-def test_a_run_knows_whether_anything_was_drawn_in_it(settings: tuple[str, ...], expected: bool) -> None:
+def test_run_states_if_random_numbers_were_used(settings: tuple[str, ...], expected: bool) -> None:
     assert flown("mapping-rendezvous", "scenario.duration_s=60", *settings).drawn is expected
 
 
@@ -78,11 +78,11 @@ def outcome(seed: int, drawn: Any, **more: Any) -> RunOutcome:
         ([outcome(1, False), RunOutcome({"seed": 2, "per": 0.0}, True, 20.0)], False),
     ],
 )
-def test_when_repeats_are_one_run(runs: list[RunOutcome], expected: bool) -> None:
+def test_repeats_without_random_draws_count_as_one_run(runs: list[RunOutcome], expected: bool) -> None:
     assert is_one_run(dict(enumerate(runs))) is expected
 
 
-def test_each_value_is_compared_with_that_of_its_own_repeat() -> None:
+def test_values_are_paired_by_repeat() -> None:
     baseline = Measured({0: 5.0, 1: 1.0, 2: 3.0, 7: 100.0})
     paired = paired_with(Measured({2: 4.0, 0: 6.0, 1: 2.0, 9: 50.0}), baseline)
     assert paired is not None
@@ -97,14 +97,14 @@ def test_a_run_in_which_nothing_was_drawn_is_the_same_in_all_repeats() -> None:
     assert (paired.difference, paired.n) == (1.5, 2)
 
 
-def test_two_runs_in_which_nothing_was_drawn_differ_without_chance() -> None:
+def test_runs_without_draws_differ_with_certainty() -> None:
     paired = paired_with(Measured({0: 11.0}, constant=True), Measured({0: 10.0}, constant=True))
     assert paired is not None
     assert (paired.difference, paired.n, paired.effect) == (1.0, 1, None)
     assert paired.interval is NoInterval.DETERMINISTIC
 
 
-def test_only_the_share_of_what_was_drawn_is_uncertain() -> None:
+def test_interval_against_a_constant_covers_only_the_random_side() -> None:
     """None of 8 failed. Of the one side that may, the difference may be larger; of the other, proven, it may not."""
     times = {repeat: 100.0 + repeat for repeat in range(8)}
     ours = Measured(times, frozenset(times), 1000.0)
@@ -119,7 +119,7 @@ def test_only_the_share_of_what_was_drawn_is_uncertain() -> None:
     assert paired.reached_interval[1] < 7.0
 
 
-def test_a_dry_run_says_what_is_made_once(tmp_path: Path) -> None:
+def test_dry_run_counts_runs_without_draws_once(tmp_path: Path) -> None:
     study = load_study(str(written(tmp_path, study_text(repeats=9, per="[0.0, 0.4]"))))
     guess = estimate(study, 1)
     assert guess.planned == 20

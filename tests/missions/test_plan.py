@@ -32,7 +32,7 @@ def test_the_replay_command_names_everything(tmp_path: Path) -> None:
     )
 
 
-def test_the_stopping_rule_looks_at_the_minimum_and_then_now_and_again() -> None:
+def test_stopping_rule_is_tested_at_the_minimum_and_at_intervals() -> None:
     assert repeats_needed(RULE, []) == 4
     assert repeats_needed(RULE, [5.0, 5.1, 4.9, 5.0]) == 4
     spread = [0.0, 9.0, 0.0, 9.0]
@@ -42,7 +42,7 @@ def test_the_stopping_rule_looks_at_the_minimum_and_then_now_and_again() -> None
     assert repeats_needed(RULE, [*spread, *spread, 0.0, 9.0]) == 10
 
 
-def test_a_rule_may_be_a_share_of_the_mean_and_of_two_limits_the_first_counts() -> None:
+def test_stopping_rule_may_be_relative_and_the_first_limit_met_counts() -> None:
     """Student's half-width of 99, 101, 99, 101 is 3.18 * 1.155 / 2 = 1.84: above 1, below 2 % of the mean."""
     values = [99.0, 101.0, 99.0, 101.0]
     limits = {"metric": "n_bytes", "minimum": 4, "maximum": 10}
@@ -52,7 +52,7 @@ def test_a_rule_may_be_a_share_of_the_mean_and_of_two_limits_the_first_counts() 
     assert repeats_needed(StoppingRule(half_width=1.0, half_width_share=0.018, **limits), values) == 6
 
 
-def test_runs_that_never_got_there_count_in_a_rule_with_their_duration(tmp_path: Path) -> None:
+def test_stopping_rule_counts_censored_runs_with_their_duration(tmp_path: Path) -> None:
     """Nobody maps 95 % in 20 s, so all values are 20 s and the mean is known after the fewest repeats."""
     rule = '[stopping]\nmetric = "time_to_95_s"\nhalf_width = 1\nminimum = 3\nmaximum = 9\n'
     schedule = plan_of(tmp_path, study_text(per="[0.1]", extra=rule)).schedule
@@ -61,7 +61,7 @@ def test_runs_that_never_got_there_count_in_a_rule_with_their_duration(tmp_path:
 
 
 @given(st.lists(st.floats(0.0, 20.0), min_size=10, max_size=10))
-def test_knowing_more_runs_never_takes_a_needed_repeat_back(values: list[float]) -> None:
+def test_more_known_runs_never_remove_a_needed_repeat(values: list[float]) -> None:
     """So the order in which runs finish decides nothing."""
     needed = [repeats_needed(RULE, values[:known]) for known in range(11)]
     assert needed == sorted(needed)

@@ -136,7 +136,7 @@ REFUSED = [  # scenario, settings, what is said
 
 
 @pytest.mark.parametrize(("scenario", "settings", "says"), REFUSED, ids=[settings[:60] for _, settings, _ in REFUSED])
-def test_what_cannot_be_set_is_refused_in_one_line(scenario: str, settings: str, says: str) -> None:
+def test_invalid_setting_is_refused_in_one_line(scenario: str, settings: str, says: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         load(scenario, [("--set", one) for one in settings.split(";")])
     lines = str(caught.value).splitlines()
@@ -150,7 +150,7 @@ def test_weights_below_the_limit_are_taken(setting: str) -> None:
     load(RENDEZVOUS, [("--set", setting)])
 
 
-def test_a_parameter_of_a_strategy_is_set_and_the_others_keep_their_defaults() -> None:
+def test_setting_one_strategy_parameter_keeps_the_other_defaults() -> None:
     scenario = load(PATCHES, [("--set", "strategy.name=central"), ("--set", "strategy.parameters.queue=3")])
     defaults, found = (
         {one.name: one.default for one in parameters(strategy)}

@@ -69,7 +69,7 @@ def by_brute_force(found: Rounds) -> float:
 
 
 @pytest.mark.slow
-def test_the_search_is_as_good_as_all_divisions_and_orders() -> None:
+def test_search_equals_exhaustive_enumeration() -> None:
     draws = random.Random(0)
     for _ in range(100):
         found = drawn(draws, draws.randint(1, 5), draws.randint(1, 3))
@@ -86,14 +86,14 @@ def test_more_vehicles_less_work_and_greater_speeds_take_no_more_time() -> None:
         assert least_time_s(Rounds(found.legs_m, 0.9 * found.work_m, found.vehicles)) <= least_s
 
 
-def test_what_cannot_be_searched_is_refused() -> None:
+def test_empty_or_too_large_search_is_refused() -> None:
     with pytest.raises(ValueError, match=f"allowed: 1 or more, and 1 to {MOST_JOBS}"):
         least_time_s(Rounds((), 100.0, ()))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ground", ["mapping-patches", "mapping-corridor"])
-def test_the_bound_of_a_ground_is_below_what_an_oracle_takes_and_not_far(ground: str) -> None:
+def test_bound_of_a_ground_is_70_to_100_percent_of_the_oracle_time(ground: str) -> None:
     setup = resolved(load(ground, [("--set", "strategy.name=oracle"), ("--set", "uncertainty.speed_spread=0.3")]))
     fleet = [actual(setup, data, 3) for data in setup.database.values()]
     least_s, taken_s = least_time_s(rounds(setup.scenario, fleet)), run(setup.scenario, 3).end_s

@@ -11,7 +11,7 @@ from missions.errors import ConfigurationError
 from missions.scenarios import Scenario, load, shipped
 
 
-def test_a_shipped_name_and_its_file_are_the_same_scenario():
+def test_shipped_name_and_its_file_give_the_same_scenario():
     for name, path in shipped().items():
         assert load(name) == load(str(path))
 
@@ -50,7 +50,7 @@ ONE_FAULT = [
 @pytest.mark.parametrize(
     ("old", "new", "key", "given", "says", "where"), ONE_FAULT, ids=[f"{c[2]}={c[3]}" for c in ONE_FAULT]
 )
-def test_one_fault_is_one_clear_message(
+def test_fault_of_a_scenario_is_one_message_with_its_line(
     tmp_path: Path, old: str, new: str, key: str, given: str, says: str, where: str
 ):
     text = SMALL.replace(old, new, 1)
@@ -67,7 +67,7 @@ def test_one_fault_is_one_clear_message(
 # Several faults -----------------------------------------------------------------------------------
 
 
-def test_malformed_tables_are_told_at_once_and_then_all_faults_between_tables(tmp_path: Path):
+def test_malformed_tables_are_reported_before_faults_between_tables(tmp_path: Path):
     between = SMALL
     for old, new in (
         ('modem = "s2c-18-34"', 'modem = "s2c"'), ("[10.0, 0.0]", "[-60.0, 0.0]"),
@@ -112,6 +112,6 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
         ('mission.importance."Performer.RendezVous"=1', lambda s: s.mission.importance["Performer.RendezVous"] == 1.0),
     ],
 )
-def test_a_setting_reaches_its_key(setting: str, read: Callable[[Scenario], bool]):
+def test_setting_changes_its_key(setting: str, read: Callable[[Scenario], bool]):
     assert not read(load("mapping-rendezvous"))
     assert read(load("mapping-rendezvous", [("--set", setting)]))

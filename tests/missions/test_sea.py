@@ -19,7 +19,7 @@ finished = partial(flown, "mapping-rendezvous")
 # Current ------------------------------------------------------------------------------------------
 
 
-def test_a_current_as_fast_as_a_vehicle_is_refused_with_line_and_what_is_allowed(tmp_path: Path) -> None:
+def test_current_as_fast_as_a_vehicle_is_refused_with_line_and_limit(tmp_path: Path) -> None:
     """Both go at 1.5 m/s. At the 5 m of Diver a current that ends at 20 m has three quarters of its speed."""
     sea = "[current]\neast_mps = 0.5\nnorth_mps = -1.5\n"
     [fault] = faults_of(tmp_path, sea + SMALL)
@@ -58,7 +58,7 @@ LONG = ("navigation.drift=0.02", "scenario.duration_s=4000")
 
 
 @pytest.mark.slow
-def test_vehicles_that_err_learn_where_they_are_in_time() -> None:
+def test_vehicles_with_drift_get_fixes_before_they_mismap() -> None:
     """2 % of some 2.5 km of survey is 50 m, the swath 25 m: each vehicle goes up, and maps at its depth alone."""
     run = finished(*LONG)
     found = summary(run)
@@ -76,7 +76,7 @@ def test_vehicles_that_err_learn_where_they_are_in_time() -> None:
     assert mapped <= deep
 
 
-def test_near_a_beacon_nobody_has_to_go_up_to_meet() -> None:
+def test_vehicles_near_a_beacon_meet_without_surfacing() -> None:
     with_beacon = finished("navigation.drift=0.01", "scenario.duration_s=3000", RALLY)
     late = [error_m for time_s, error_m in errors_m(with_beacon, "AUV01") if time_s > with_beacon.end_s - 60.0]
     assert with_beacon.completed
@@ -97,7 +97,7 @@ def test_rows_overlap_where_cells_leave_no_room_for_error() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("strategy", "drift"), [("central", 0.002), ("cbba", 0.05)])
-def test_all_end_with_what_they_believe(strategy: str, drift: float) -> None:
+def test_strategies_complete_without_false_beliefs_under_drift(strategy: str, drift: float) -> None:
     """Two corners of the table in docs/howto/uncertainty.md: each completes, and nobody believes what is not."""
     run = finished(f"navigation.drift={drift}", "current.north_mps=0.4", f"strategy.name={strategy}")
     assert run.completed
@@ -109,7 +109,7 @@ def test_all_end_with_what_they_believe(strategy: str, drift: float) -> None:
 
 
 @pytest.mark.slow
-def test_sensors_that_miss_cover_less() -> None:
+def test_missed_detections_reduce_coverage() -> None:
     """A square is in sight for some 20 ticks: a miss in three of ten costs nothing, in 98 of 100 two thirds remain."""
     some, most = (
         summary(finished("scenario.duration_s=1900", f"uncertainty.p_miss={p_miss}"))["coverage_fraction"]
@@ -121,7 +121,7 @@ def test_sensors_that_miss_cover_less() -> None:
 # Off by default, and axes of studies --------------------------------------------------------------
 
 
-def test_a_sea_that_does_nothing_changes_no_byte() -> None:
+def test_sea_settings_without_effect_change_no_rows() -> None:
     short = "scenario.duration_s=300"
     plain, beacons = finished(short), finished(short, "navigation.fix_s=1.0", RALLY)
     for name in plain.recorder.tables:

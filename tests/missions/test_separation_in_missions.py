@@ -22,7 +22,7 @@ def conflicts_of(run: Run) -> list[tuple[Any, ...]]:
 # Starts -------------------------------------------------------------------------------------------
 
 
-def test_who_would_start_too_near_starts_at_the_nearest_free_place() -> None:
+def test_start_too_close_moves_to_the_nearest_free_position() -> None:
     """Three at one point, as from a ship: the second and third 10 m aside, so nobody is nearer than the separation."""
     names = ("AUV00", "AUV01", "AUV02")
     scenario = load("mapping-rendezvous", [("--set", f"vehicle.{name}.start_m=[400, 400]") for name in names])
@@ -32,7 +32,7 @@ def test_who_would_start_too_near_starts_at_the_nearest_free_place() -> None:
     assert min(math.dist(one, other) for one, other in combinations(starts_m, 2)) >= scenario.guidance.separation_m
 
 
-def test_starts_that_overlap_are_refused_where_there_is_no_room(tmp_path: Path) -> None:
+def test_overlapping_starts_without_room_are_refused(tmp_path: Path) -> None:
     """The rest of the scenario does not fit this world either, and is said beside it."""
     near = SMALL.replace("start_m = [10.0, 0.0]", "start_m = [4.5, 0.0]").replace("depth_m = 5.0", "depth_m = 2.0")
     found = faults_of(tmp_path, near, "world.x_m=[-1, 6]", "world.y_m=[-1, 6]")

@@ -43,7 +43,7 @@ def cells(fleet: Fleet, knower: int, before_s: float = END_S) -> int:
 NEED = '[[need]]\nattribute = "mappedCell"\nvehicle = "ASV00"\npriority = 5\n'
 
 
-def test_a_need_told_during_the_mission_brings_what_was_observed_before(tmp_path: Path) -> None:
+def test_need_stated_during_the_mission_delivers_earlier_observations(tmp_path: Path) -> None:
     """Cells that were mapped before anybody needed them go out once ASV00 has said that it needs them; without the
     need they stay where they were observed. Vehicle 1 does not keep back what it overhears."""
     needed = fleet_of(scenario(tmp_path, NEED + f"from_s = {BEGINS_S}", listed=["mappedCell"]))
@@ -58,13 +58,13 @@ def test_a_need_told_during_the_mission_brings_what_was_observed_before(tmp_path
     assert not any(mapped.intersection(row[10]) for row in before)
 
 
-def test_a_need_agreed_before_the_mission_costs_no_bit_and_one_taken_back_ends(tmp_path: Path) -> None:
+def test_need_agreed_before_costs_no_bits_and_ends_when_withdrawn(tmp_path: Path) -> None:
     ending = fleet_of(scenario(tmp_path, NEED + f"until_s = {BEGINS_S}", listed=["mappedCell"]))
     assert [row[5] for row in ending.recorder.items if row[4].startswith("need 1")] == ["needPriority"]
     assert 0 < cells(ending, 0) == cells(ending, 0, BEGINS_S + 10.0)
 
 
-def test_a_need_told_once_is_said_once_though_packets_are_lost(tmp_path: Path) -> None:
+def test_unacknowledged_need_is_sent_once_despite_losses(tmp_path: Path) -> None:
     """At PER 0.5, what is acknowledged is repeated; the cause taken out, what is not acknowledged is not."""
 
     def most_said(terms: str) -> int:
@@ -77,7 +77,7 @@ def test_a_need_told_once_is_said_once_though_packets_are_lost(tmp_path: Path) -
     assert most_said("acknowledged = true") > 1
 
 
-def test_the_summary_counts_what_expired_only_where_a_need_lets_it(tmp_path: Path) -> None:
+def test_summary_counts_expired_items_only_for_needs_with_a_limit(tmp_path: Path) -> None:
     made = run(scenario(tmp_path, NEED + "ttl_s = 15.0", "channel.per=0.8", listed=["mappedCell"]), 3)
     lost = [row for row in made.recorder.rows("deliveries") if row[4] in {"time to live", "overflow"}]
     assert summary(made)["n_expired"] == len(lost) > 0

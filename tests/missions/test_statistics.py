@@ -83,7 +83,7 @@ def test_pairing_gains_nothing_without_common_draws() -> None:
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.1, math.pi])
-def test_flips_that_reach_the_mean_but_for_rounding_count(unit: float) -> None:
+def test_sign_flips_equal_up_to_rounding_count_as_extreme(unit: float) -> None:
     """Of 0, a, a, b both signs of 0 reach it, with all others as they are or all turned: 4 of 16."""
     assert step_down_p([[0.0], [unit], [unit], [3.0 * unit]]) == [4 / 16]
     assert step_down_p([[unit], [2.0 * unit], [3.0 * unit]]) == [2 / 8]
@@ -98,12 +98,12 @@ def test_flips_that_reach_the_mean_but_for_rounding_count(unit: float) -> None:
         ("one in ten slow", "two far behind", 1.0),
     ],
 )
-def test_equal_strategies_are_seldom_told_apart(shape: str, case: str, success: float) -> None:
+def test_equal_strategies_are_rarely_distinguished(shape: str, case: str, success: float) -> None:
     """At most 6 %, and 2 spreads of 400 studies (1.1 %); a permutation among all has 23 % with two far behind."""
     assert error_rate(shape, case, 8, success, 400).told <= 0.06 + 2 * 0.011
 
 
-def test_what_all_meet_in_a_repeat_tells_none_apart() -> None:
+def test_common_shift_of_a_repeat_and_unit_change_no_p_value() -> None:
     """A common shift of a repeat and the unit of the metric change no p."""
     values = draws(3).normal(size=(8, 3))
 
@@ -120,7 +120,7 @@ def test_what_all_meet_in_a_repeat_tells_none_apart() -> None:
     assert tested(values) == pytest.approx(tested(1000.0 * (values + np.arange(8)[:, None])))
 
 
-def test_the_least_probability_says_what_so_many_runs_can_tell() -> None:
+def test_least_p_value_of_n_runs_is_2_over_2_to_the_n() -> None:
     """All flipped or none: 2 of 2^n."""
     assert [least_p(n) for n in (1, 4, 5, 8)] == [1.0, 2 / 16, 2 / 32, 2 / 256]
     assert step_down_p([[1.0]] * 5) == [least_p(5)]
@@ -129,7 +129,7 @@ def test_the_least_probability_says_what_so_many_runs_can_tell() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
-def test_the_interval_of_a_mean_covers_it_in_95_of_100(shape: str) -> None:
+def test_interval_of_a_mean_covers_it_in_95_of_100(shape: str) -> None:
     """93 to 97 % within twice the spread of 1000 studies (0.7 %); half of the width is not bought by saying nothing."""
     found = coverage("mean", shape, MANY, 0.0, 1000)
     assert found.covered is not None
@@ -138,14 +138,14 @@ def test_the_interval_of_a_mean_covers_it_in_95_of_100(shape: str) -> None:
 
 
 @pytest.mark.parametrize("n", [8, 10, 20])
-def test_where_one_run_in_ten_is_slow_few_runs_have_no_interval_of_the_mean(n: int) -> None:
+def test_few_runs_with_rare_slow_ones_have_no_interval_of_the_mean(n: int) -> None:
     """Student's and the bootstrap's cover 55, 64, 88 % there, since 43, 35, 12 % of the studies see no slow run."""
     assert coverage("mean", "one in ten slow", n, 0.0, 20).n_intervals == 0
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("n", [8, 10])
-def test_the_interval_of_a_difference_covers_it_in_95_of_100(shape: str, n: int) -> None:
+def test_interval_of_a_difference_covers_it_in_95_of_100(shape: str, n: int) -> None:
     """Exact: 1 - 12 / 2^8 and 1 - 50 / 2^10, within three spreads of 400 studies (1.1 %)."""
     found = coverage("shift", shape, n, 0.0, 400)
     assert found.n_intervals == found.n_studies
@@ -153,7 +153,7 @@ def test_the_interval_of_a_difference_covers_it_in_95_of_100(shape: str, n: int)
 
 
 @given(st.lists(st.floats(-10.0, 10.0).map(lambda value: round(value, 3)), min_size=FEW, max_size=10))
-def test_the_interval_of_a_difference_is_what_its_test_does_not_refute(differences: list[float]) -> None:
+def test_interval_of_a_difference_inverts_its_test(differences: list[float]) -> None:
     low, high = difference_interval(differences)
     for shift, refuted in ((low - 1e-4, True), (low + 1e-4, False), (high - 1e-4, False), (high + 1e-4, True)):
         (p,) = step_down_p([[value - shift] for value in differences])
@@ -161,7 +161,7 @@ def test_the_interval_of_a_difference_is_what_its_test_does_not_refute(differenc
 
 
 @pytest.mark.parametrize("n", [8, 10, 20])
-def test_a_slow_run_that_was_not_seen_is_in_the_interval_of_a_restricted_mean(n: int) -> None:
+def test_interval_of_a_restricted_mean_covers_rare_slow_runs(n: int) -> None:
     """Of times with one in ten slow all get there before the horizon; what was not seen may be as late as that."""
     found = coverage("restricted", "one in ten slow", n, 0.0, 100)
     assert found.covered is not None
@@ -170,14 +170,14 @@ def test_a_slow_run_that_was_not_seen_is_in_the_interval_of_a_restricted_mean(n:
 
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.2])
 @pytest.mark.parametrize("what", ["restricted", "difference"])
-def test_an_interval_holds_whatever_share_of_the_runs_does_not_get_there(what: str, share: float) -> None:
+def test_intervals_cover_at_any_share_of_censored_runs(what: str, share: float) -> None:
     """At least 93 %, within twice the spread of 150 studies (1.8 %); above 97 % since a share not seen may be there."""
     found = coverage(what, "exponential", 10, share, 150)
     assert found.covered is not None
     assert found.covered >= 0.93 - 2 * 0.018
 
 
-def test_of_too_few_values_no_interval_is_said() -> None:
+def test_too_few_values_have_no_interval() -> None:
     assert FEW == 8
     values = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5]
     assert difference_interval(values) is NoInterval.TOO_FEW
@@ -189,13 +189,13 @@ def test_of_too_few_values_no_interval_is_said() -> None:
     assert restricted_difference_interval(timed, timed) is NoInterval.TOO_FEW
 
 
-def test_values_that_do_not_differ_say_nothing_of_their_spread() -> None:
+def test_values_that_hardly_differ_have_no_interval() -> None:
     assert mean_interval([1.0] * 30) is NoInterval.ALIKE
     assert mean_interval([1.0] * 29 + [0.9]) is NoInterval.FEW_DIFFER
 
 
 @given(st.lists(st.floats(0.0, 100.0), min_size=MANY, max_size=40))
-def test_an_interval_is_never_shorter_than_students_and_turns_with_its_values(values: list[float]) -> None:
+def test_interval_of_a_mean_contains_students_and_mirrors_with_its_values(values: list[float]) -> None:
     found, turned = mean_interval(values), mean_interval([-value for value in values])
     if isinstance(found, NoInterval):
         assert turned is found or isinstance(turned, NoInterval)
@@ -214,7 +214,7 @@ def test_exact_bounds_of_a_share() -> None:
 
 
 @given(st.integers(0, 12), st.floats(200.0, 1000.0))
-def test_a_restricted_mean_lies_in_its_interval_and_that_below_the_horizon(n_late: int, horizon: float) -> None:
+def test_restricted_mean_is_in_its_interval_below_the_horizon(n_late: int, horizon: float) -> None:
     times = [100.0 + 3.0 * number for number in range(12 - n_late)] + [horizon] * n_late
     found = restricted_interval(Timed(times, [value < horizon for value in times], horizon))
     assert isinstance(found, tuple)
@@ -239,7 +239,7 @@ def played(draw: random.Random, is_true: bool, p_right: float, rate: float) -> t
 @pytest.mark.parametrize("rate", [0.01, 0.1])
 @pytest.mark.parametrize("p_right", [0.7, 0.85, 0.95])
 @pytest.mark.parametrize("is_true", [True, False])
-def test_errors_are_as_rare_as_stated_and_looks_few(is_true: bool, p_right: float, rate: float) -> None:
+def test_sequential_test_keeps_its_error_rate_with_few_looks(is_true: bool, p_right: float, rate: float) -> None:
     """Wald: at most rate / (1 - rate) err; a walk that ends n steps off ends after (1 - 2 err) n / (2 p - 1) looks."""
     draw = random.Random(5)
     verdicts, looks = zip(*(played(draw, is_true, p_right, rate) for _ in range(N)), strict=True)

@@ -23,7 +23,7 @@ def loaded(tmp_path: Path, text: str) -> Study:
     return load_study(str(written(tmp_path, text)))
 
 
-def test_the_design_is_the_product_of_its_parts(tmp_path: Path) -> None:
+def test_cross_product_of_factors_gives_the_configurations(tmp_path: Path) -> None:
     study = loaded(tmp_path, study_text(extra="[grid]\nmission.patience_s = [30, 60, 90]\n"))
     assert len(study.configurations) == 2 * 2 * 3
     chosen = {
@@ -34,7 +34,7 @@ def test_the_design_is_the_product_of_its_parts(tmp_path: Path) -> None:
     assert all(c.scenario.scenario.duration_s == 20 for c in study.configurations)
 
 
-def test_a_latin_hypercube_meets_every_stratum_once_and_is_the_same_again(tmp_path: Path) -> None:
+def test_latin_hypercube_hits_every_stratum_once_and_is_reproducible(tmp_path: Path) -> None:
     text = BASE + 'sampling = "latin"\nsamples = 8\n[latin]\nchannel.per = [0.0, 0.8]\nmission.patience_s = [20, 100]\n'
     text += "fleet.size = [4, 7]\n"
     first, second = loaded(tmp_path, text), loaded(tmp_path, text)
@@ -47,7 +47,7 @@ def test_a_latin_hypercube_meets_every_stratum_once_and_is_the_same_again(tmp_pa
     assert sizes == [4, 4, 5, 5, 6, 6, 7, 7]  # between whole numbers
 
 
-def test_a_list_is_taken_as_it_is(tmp_path: Path) -> None:
+def test_sampling_list_uses_its_points_unchanged(tmp_path: Path) -> None:
     text = (
         BASE + 'sampling = "list"\n[[point]]\nchannel.per = 0.1\n[[point]]\nchannel.per = 0.2\nscenario.tick_s = 0.5\n'
     )
@@ -85,13 +85,13 @@ def test_a_list_is_taken_as_it_is(tmp_path: Path) -> None:
         (("seed = 7", 'seed = 7\nsampling = "latin"\n[latin]\nmission.patience_s = [true, false]'), "two numbers"),
     ],
 )
-def test_bad_input_is_named_with_its_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
+def test_faulty_study_is_refused_with_file_line_and_key(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         loaded(tmp_path, study_text().replace(*change))
     assert all(part in str(caught.value) for part in expected.split(" | "))
 
 
-def test_of_several_tables_the_one_at_fault_is_named(tmp_path: Path) -> None:
+def test_faulty_table_among_several_is_named_with_its_number(tmp_path: Path) -> None:
     second = '[[channel]]\nname = "bernoulli"\nper = [1.5]\n\n[set]'
     with pytest.raises(ConfigurationError, match=r"study.toml:17: channel.2.per = 1.5"):
         loaded(tmp_path, study_text().replace("[set]", second))
@@ -164,7 +164,7 @@ maximum = 10
         (ONE, "maximum = 10", "maximum = 1", "14 stopping.maximum"),
     ],
 )  # fmt: skip
-def test_all_faults_of_a_study_are_told_and_none_that_is_owed_to_another(
+def test_all_independent_faults_of_a_study_are_reported_in_order(
     tmp_path: Path, text: str, was: str, now: str, told: str
 ) -> None:
     with pytest.raises(ConfigurationError) as caught:
@@ -190,7 +190,7 @@ def test_a_fraction_has_the_best_resolution(n_factors: int, halvings: int, resol
 
 
 @pytest.mark.parametrize(("n_factors", "halvings"), [(3, 0), (5, 1), (5, 2), (7, 3)])
-def test_every_factor_is_balanced_and_what_is_mixed_is_said(n_factors: int, halvings: int) -> None:
+def test_factorial_columns_are_balanced_and_aliases_are_exact(n_factors: int, halvings: int) -> None:
     """Two terms are aliases exactly where their columns are the same; all other columns are orthogonal."""
     design = designed(LETTERS[:n_factors], halvings)
     for term in design.terms:
@@ -208,7 +208,7 @@ def test_too_many_halvings_are_refused() -> None:
             designed(LETTERS[:n], most_halvings(n) + 1)
 
 
-def test_words_are_those_of_the_generators() -> None:
+def test_defining_words_follow_from_the_generators() -> None:
     """For 2^(5-2) with D = AB, E = AC: I = ABD = ACE = BCDE (Box, Hunter, Hunter 2005, section 6.6)."""
     design = FactorialDesign(tuple("ABCDE"), {"D": frozenset("AB"), "E": frozenset("AC")})
     assert design.words == (frozenset("ABD"), frozenset("ACE"), frozenset("BCDE"))
@@ -258,7 +258,7 @@ def test_a_study_crosses_factors(tmp_path: Path) -> None:
         ('["missions", "jobs"]', 0, "", 'excludes announces = "next-jobs"; allowed: announces = "plan"'),
     ],
 )
-def test_what_is_no_design_is_refused_in_one_line(
+def test_invalid_factorial_design_is_refused_in_one_line(
     tmp_path: Path, levels: str, halvings: int, more: str, says: str
 ) -> None:
     with pytest.raises(ConfigurationError, match=says) as caught:

@@ -43,7 +43,7 @@ def test_the_stopping_rule_ends_repeats_and_does_not_depend_on_the_order(tmp_pat
     assert runs.groupby(["policy", "per"]).size().nunique() > 1
 
 
-def test_a_broken_engine_leaves_a_sweep_that_can_go_on(tmp_path: Path) -> None:
+def test_broken_executor_leaves_a_sweep_that_can_be_resumed(tmp_path: Path) -> None:
     class Breaking(Serial):
         n_calls = 0
 
@@ -60,7 +60,7 @@ def test_a_broken_engine_leaves_a_sweep_that_can_go_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("address", ["nonsense", "", "tcp://", "http://host:1", "tcp://host", "tcp://host:x"])
-def test_an_address_that_is_none_is_refused_at_once(tmp_path: Path, address: str) -> None:
+def test_invalid_cluster_address_is_refused_immediately(tmp_path: Path, address: str) -> None:
     pytest.importorskip("distributed")
     with pytest.raises(ClusterError, match="allowed: tcp://HOST:PORT"):
         sweep(study_of(tmp_path, repeats=1), tmp_path / "out", cluster=address)
@@ -73,7 +73,7 @@ def test_a_dry_run_counts_and_writes_nothing(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
 
 
-def test_the_pool_outlives_its_processes() -> None:
+def test_pool_survives_the_death_of_its_processes() -> None:
     pool = SupervisedPool(2, preload="missions.sweeps.worker")
     dead, alive = pool.submit(os._exit, 3), [pool.submit(pow, 2, n) for n in range(20)]
     with pytest.raises(WorkerDied, match="ended with 3"):
@@ -88,7 +88,7 @@ def test_the_pool_outlives_its_processes() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("wait_s", "send"), [(0.0, os.killpg), (0.6, os.killpg), (0.6, os.kill)])
-def test_an_interruption_keeps_what_is_finished_exits_with_130_and_prints_no_traces(
+def test_interrupt_keeps_finished_runs_and_exits_with_130(
     tmp_path: Path, wait_s: float, send: Callable[[int, int], None]
 ) -> None:
     """Ctrl-C reaches every process of the terminal's group: the workers that load their libraries too."""

@@ -42,7 +42,7 @@ def folder(made: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_a_torn_tail_is_cut_and_its_run_made_again(folder: Path, tmp_path: Path) -> None:
+def test_torn_last_line_is_removed_and_its_run_repeated(folder: Path, tmp_path: Path) -> None:
     plan = plan_of(tmp_path)
     content = (folder / LEDGER).read_bytes()
     (folder / LEDGER).write_bytes(content[:-200])
@@ -68,7 +68,7 @@ def test_a_sweep_is_refused_on_a_file_system_without_locks(
         SweepFolder(folder, plan_of(tmp_path))
 
 
-def test_status_leaves_a_torn_tail_alone(folder: Path) -> None:
+def test_status_does_not_repair_a_torn_last_line(folder: Path) -> None:
     """The sweep that writes it may be at it right now."""
     content = (folder / LEDGER).read_bytes()[:-5]
     (folder / LEDGER).write_bytes(content)
@@ -80,7 +80,7 @@ OF_ANOTHER_VERSION = '{"version": "1", "study": {"x": 1}, "digests": []}'
 
 
 @pytest.mark.parametrize("text", ["", "[]", "42", '{"version": "1"}', OF_ANOTHER_VERSION])
-def test_a_folder_that_does_not_say_what_it_is_for_is_refused(folder: Path, tmp_path: Path, text: str) -> None:
+def test_folder_without_valid_study_file_is_refused(folder: Path, tmp_path: Path, text: str) -> None:
     plan = plan_of(tmp_path)
     (folder / "study.json").write_text(text)
     with pytest.raises(OutputError, match=r"study.json: does not describe a study"):
@@ -96,7 +96,7 @@ def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:
         SweepFolder(tmp_path / "out", plan_of(tmp_path))
 
 
-def test_two_sweeps_do_not_write_one_folder(tmp_path: Path) -> None:
+def test_second_sweep_in_one_folder_is_refused(tmp_path: Path) -> None:
     plan = plan_of(tmp_path)
     log = SweepFolder(tmp_path / "out", plan)
     with pytest.raises(OutputError, match="another sweep is writing"):
@@ -122,7 +122,7 @@ def swept(tmp_path: Path, text: str, out: str) -> Path:
 
 
 @pytest.mark.slow
-def test_a_grown_folder_is_that_of_the_large_study(tmp_path: Path) -> None:
+def test_extended_sweep_equals_the_larger_study(tmp_path: Path) -> None:
     """By strategies, by cases of what is unforeseen and by repeats."""
     text = study_text(repeats=3, per="[0.1]", extra=UNFORESEEN).replace('["remoras"]', '["central", "remoras"]')
     grown = swept(tmp_path, SMALL, "grown")
@@ -143,7 +143,7 @@ def test_a_grown_folder_is_that_of_the_large_study(tmp_path: Path) -> None:
         (SMALL.replace("seed = 7", "seed = 7\nkeep_tables = 2"), r"study.keep_tables: was .*, now 2"),
     ],
 )
-def test_what_loses_runs_or_changes_them_is_refused(tmp_path: Path, text: str, expected: str) -> None:
+def test_study_change_that_loses_or_changes_runs_is_refused(tmp_path: Path, text: str, expected: str) -> None:
     SweepFolder(tmp_path / "out", plan_of(tmp_path, SMALL)).close()
     with pytest.raises(StudyChangedError, match=expected.replace(r"\n  repeats", r"\n  study.repeats")):
         SweepFolder(tmp_path / "out", plan_of(tmp_path, text))
@@ -159,11 +159,11 @@ def with_tables(at: Path, keep: str = "") -> tuple[int, int]:
 
 
 @pytest.mark.parametrize(("keep", "n"), [("", 6), ("keep_tables = 2", 4), ("keep_tables = 0", 0)])
-def test_all_or_what_is_asked_for(keep: str, n: int, tmp_path: Path) -> None:
+def test_tables_are_kept_for_all_or_the_requested_runs(keep: str, n: int, tmp_path: Path) -> None:
     assert with_tables(tmp_path, keep) == (6, n)
 
 
-def test_no_more_than_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kept_tables_do_not_exceed_the_size_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("missions.sweeps.folder.MOST_TABLE_BYTES", 150_000)
     done, kept = with_tables(tmp_path)
     assert done == 6

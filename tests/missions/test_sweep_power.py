@@ -122,7 +122,7 @@ def lines_of(out: Path) -> set[bytes]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", sampled(range(N_CUTS), 1, 7, 12, 18))
-def test_a_power_cut_loses_nothing_that_was_finished(
+def test_power_cut_loses_no_finished_run(
     tmp_path: Path, whole: Any, monkeypatch: pytest.MonkeyPatch, number: int
 ) -> None:
     study, out = small(tmp_path), tmp_path / "out"
@@ -179,7 +179,7 @@ def line(key: str) -> dict[str, Any]:
     return {**dict.fromkeys(LINE_KEYS), "key": key, "summary": {}}
 
 
-def test_a_line_is_synced_after_it_was_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ledger_line_is_synced_after_its_last_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ledger = RunLedger(tmp_path / "ledger.jsonl")
     write, done = os.write, []
     monkeypatch.setattr(os, "write", lambda file, content: done.append("written") or write(file, content[:7]))
@@ -202,7 +202,7 @@ def workers_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:
 
 
 @pytest.mark.slow
-def test_a_sweep_that_is_killed_again_and_again_loses_nothing(tmp_path: Path) -> None:
+def test_repeatedly_killed_sweep_loses_no_run(tmp_path: Path) -> None:
     """Half of the kills meet a worker, half the parent; the moments are random."""
     text = study_text(repeats=N_KILLS * 2).replace("\nseed", "\nkeep_tables = 5\nseed")
     study, out, draws = written(tmp_path, text), tmp_path / "out", random.Random(20)

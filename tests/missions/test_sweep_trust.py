@@ -49,7 +49,7 @@ def folder(made: Path, tmp_path: Path) -> Path:
 # Code ---------------------------------------------------------------------------------------------
 
 
-def test_every_source_that_makes_runs_has_a_digest() -> None:
+def test_sources_that_affect_runs_have_digests() -> None:
     found = code.program()
     assert {
         "remoras/motion/__init__.py",
@@ -61,9 +61,7 @@ def test_every_source_that_makes_runs_has_a_digest() -> None:
     assert not any(name.startswith(("remoras/cli", "visualisation", "tests")) for name in found)
 
 
-def test_what_a_plug_in_imports_from_its_project_counts_and_nothing_else(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_digest_of_a_plugin_covers_its_project_imports_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     project = tmp_path / "my_project"
     project.mkdir()
@@ -81,7 +79,7 @@ def test_what_a_plug_in_imports_from_its_project_counts_and_nothing_else(
     assert [name for name in found if found[name] != again[name]] == ["my_project/deeper.py"]
 
 
-def test_code_that_changed_is_refused_by_name(tmp_path: Path, folder: Path) -> None:
+def test_changed_code_is_refused_by_file_name(tmp_path: Path, folder: Path) -> None:
     record = json.loads((folder / STUDY).read_text())
     record["code"]["remoras/motion/__init__.py"] = "0" * 12
     (folder / STUDY).write_text(json.dumps(record))
@@ -112,7 +110,7 @@ def resealed(line: dict[str, Any], **change: Any) -> str:
         *((lambda line, text=text: text, "not a line of a run") for text in ("oops", '{"key": "x"}')),
     ],
 )
-def test_a_line_that_is_not_of_a_run_of_the_study_is_told_and_not_counted(
+def test_foreign_or_damaged_ledger_line_is_refused_with_its_number(
     tmp_path: Path, folder: Path, another: Any, why: str
 ) -> None:
     ledger = folder / LEDGER
@@ -125,7 +123,7 @@ def test_a_line_that_is_not_of_a_run_of_the_study_is_told_and_not_counted(
     assert SweepResults.read(folder).status().done == len(lines)
 
 
-def test_verification_names_what_ends_otherwise(tmp_path: Path, folder: Path) -> None:
+def test_verification_names_fields_that_are_not_reproduced(tmp_path: Path, folder: Path) -> None:
     study = tiny(tmp_path)
     assert [names for _, names in verify(study, folder, 5)] == [[], []]
     ledger = folder / LEDGER
@@ -147,7 +145,7 @@ def plugged(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
 
 
-def test_a_run_that_raises_is_one_failed_row(tmp_path: Path, plugged: None) -> None:
+def test_raising_run_is_one_failed_row(tmp_path: Path, plugged: None) -> None:
     status = sweep(tiny(tmp_path, "faulty_strategies:RAISING"), tmp_path / "out", executor=Serial())
     assert (status.planned, status.done, status.failed, status.remaining) == (4, 2, 2, 0)
     runs = SweepResults.read(tmp_path / "out").runs()
@@ -171,7 +169,7 @@ def test_a_run_that_raises_is_one_failed_row(tmp_path: Path, plugged: None) -> N
         pytest.param("KILLING", {}, "process died", marks=pytest.mark.slow),
     ],
 )
-def test_a_run_beyond_its_limits_or_that_kills_its_process_costs_itself_alone(
+def test_run_beyond_its_limits_or_killed_fails_alone(
     tmp_path: Path, plugged: None, name: str, limits: dict[str, Any], error: str
 ) -> None:
     study = tiny(tmp_path, f"faulty_strategies:{name}")
@@ -186,9 +184,7 @@ def test_a_time_limit_needs_processes_of_this_machine(tmp_path: Path) -> None:
         sweep(tiny(tmp_path), tmp_path / "out", cluster="tcp://127.0.0.1:1", timeout_s=5.0)
 
 
-def test_runs_that_failed_are_made_again_if_asked_for(
-    tmp_path: Path, plugged: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_runs_are_repeated_on_request(tmp_path: Path, plugged: None, monkeypatch: pytest.MonkeyPatch) -> None:
     import faulty_strategies
 
     study = tiny(tmp_path, "faulty_strategies:RAISING")
@@ -215,7 +211,7 @@ def flip(path: Path) -> None:
     ("damage", "name"),
     [(Path.unlink, "packets"), (flip, "trajectories")],
 )
-def test_the_same_sweep_makes_a_damaged_table_anew(
+def test_repeated_sweep_restores_a_damaged_table(
     tmp_path: Path, made: Path, folder: Path, damage: Callable[[Path], None], name: str
 ) -> None:
     path = min((folder / KEPT).iterdir()) / f"{name}.parquet"

@@ -23,7 +23,7 @@ SPREAD = '[[unforeseen]]\nname = "speeds within 30 %"\n[unforeseen.set]\n"uncert
 LOST = '[[unforeseen]]\nname = "one lost"\n[[unforeseen.fault]]\nvehicle = "any"\nkind = "lost"\nat_s = [3.0, 15.0]\n'
 
 
-def test_its_name_is_a_column_of_runs_and_of_comparisons_and_a_condition_of_ranks(tmp_path: Path) -> None:
+def test_unforeseen_case_is_a_column_of_runs_and_comparisons(tmp_path: Path) -> None:
     """Pairs and ranks are within one entry: two policies, one loss rate, two entries."""
     text = study_text(repeats=2, per="[0.1]", extra=SPREAD + NOTHING)
     sweep(load_study(str(written(tmp_path, text))), tmp_path / "out")
@@ -47,7 +47,7 @@ def test_its_name_is_a_column_of_runs_and_of_comparisons_and_a_condition_of_rank
         (LOST + '[grid]\n"fault.1.at_s" = [1.0]\n', "grid.fault.1.at_s: [[unforeseen.fault]] sets all faults"),
     ],
 )
-def test_bad_entries_are_named_with_their_place(tmp_path: Path, extra: str, expected: str) -> None:
+def test_faulty_entries_are_named_with_line_and_key(tmp_path: Path, extra: str, expected: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         load_study(str(written(tmp_path, study_text(extra=extra))))
     assert expected in str(caught.value)

@@ -60,7 +60,7 @@ def test_the_small_scenario_runs(tmp_path: Path):
 # What does not complete says why ------------------------------------------------------------------
 
 
-def test_a_fleet_out_of_earshot_says_that_consultation_never_ended(tmp_path: Path):
+def test_fleet_out_of_range_ends_with_unfinished_consultation_as_reason(tmp_path: Path):
     def vary(raw: Raw) -> None:
         raw["scenario"]["duration_s"] = 300.0
         raw["communication"]["range_m"] = 50.0
@@ -72,7 +72,7 @@ def test_a_fleet_out_of_earshot_says_that_consultation_never_ended(tmp_path: Pat
     assert any("AUV02" in row[7] for row in run.recorder.packets)
 
 
-def test_the_dead_hear_nothing_and_lie_still(tmp_path: Path):
+def test_empty_vehicle_receives_nothing_and_stays_in_place(tmp_path: Path):
     """20 kJ last ASV00 some minutes, and it is not told to go home for so short a way."""
 
     def vary(raw: Raw) -> None:

@@ -57,7 +57,7 @@ def test_with_all_mappers_lost_the_rest_is_open_and_the_run_ends(strategy: str) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "cbba"])
-def test_with_too_little_energy_what_is_mapped_of_all_is_reached(strategy: str) -> None:
+def test_too_little_energy_reaches_a_share_of_the_whole_goal(strategy: str) -> None:
     """100 kJ last for a third of what the work takes: all come home, or fall silent, and that is the end."""
     finished, found = made(GROUND, f"strategy.name={strategy}", *with_energy(GROUND, 100e3))
     assert_failed_for_want_of_vehicles(finished, found)
@@ -67,7 +67,7 @@ def test_with_too_little_energy_what_is_mapped_of_all_is_reached(strategy: str) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", SOME)
-def test_survivors_who_are_able_to_do_all_complete_it(strategy: str) -> None:
+def test_able_survivors_complete_the_mission(strategy: str) -> None:
     """Only the fleet that does not speak never hears of the loss: the work is within reach of it, and stays undone."""
     _, found = made("mapping-rendezvous", f"strategy.name={strategy}", lost(900.0, "AUV02"))
     assert found["reachable_fraction"] == 1.0
@@ -83,7 +83,7 @@ LESS_ENERGY = [with_energy("mapping-rendezvous", energy_j) for energy_j in (2e6,
 
 @pytest.mark.slow
 @pytest.mark.parametrize("worse", [MORE_LOST, LESS_ENERGY], ids=["more lost", "less energy"])
-def test_to_lose_more_vehicles_or_to_have_less_energy_never_reaches_more(worse: list[list[str]]) -> None:
+def test_fewer_vehicles_or_less_energy_never_reach_more(worse: list[list[str]]) -> None:
     summaries = [made("mapping-rendezvous", "channel.per=0.3", *settings)[1] for settings in worse]
     found = [(one["goal_fraction"], one["completed"]) for one in summaries]
     assert found == sorted(found, reverse=True), found

@@ -34,7 +34,7 @@ def wide(folder: Path, half_m: float) -> Path:
     return field.written(folder, raw)
 
 
-def test_a_mission_50_km_from_the_origin_is_completed_and_its_positions_are_told(tmp_path: Path) -> None:
+def test_mission_50_km_from_the_origin_completes_and_sends_positions(tmp_path: Path) -> None:
     """The way of either vehicle is 70.6, 99.8 and 70.6 km at 10 m/s: 24,100 s, and as much again is not needed."""
     done = run(load(str(wide(tmp_path, 50_000.0))), 1)
     assert done.completed, done.reason
@@ -48,7 +48,7 @@ def test_a_world_is_100_km_from_the_origin_at_most(tmp_path: Path) -> None:
 
 
 @given(st.floats(10_001.0, 110_000.0))
-def test_places_reach_as_far_as_the_world_and_what_could_be_said_before_still_can(reach_m: float) -> None:
+def test_position_fields_cover_the_world_and_keep_earlier_values(reach_m: float) -> None:
     wider: TBox = reaching(TBOX, reach_m)
     for before, after in zip(TBOX.attributes, wider.attributes, strict=True):
         for old, new in zip(before.fields, after.fields, strict=True):

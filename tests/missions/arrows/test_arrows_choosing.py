@@ -25,7 +25,7 @@ def chosen(at_m: tuple[float, float], *held: tuple[tuple[float, float], tuple[fl
     return leg.target_m
 
 
-def test_it_goes_where_something_is_to_be_found() -> None:
+def test_leg_leads_to_likely_cells_or_else_to_the_nearest() -> None:
     """All that is likely lies around one place: it goes there from both sides; where all is alike, to what is near."""
     chart = SEA.chart()
     likely = (chart.grid.x_m - 900.0) ** 2 + (chart.grid.y_m - 600.0) ** 2 < 100.0**2
@@ -38,14 +38,14 @@ def test_it_goes_where_something_is_to_be_found() -> None:
         assert math.dist(leg.target_m, (900.0, 600.0)) < 160.0
 
 
-def test_what_others_hold_is_left_to_them() -> None:
+def test_leg_avoids_cells_that_others_have_chosen() -> None:
     alone = chosen((200.0, 300.0))
     other = chosen((200.0, 300.0), ((200.0, 300.0), alone))
     assert math.dist(alone, other) > 100.0
     assert chosen((200.0, 300.0), ((200.0, 300.0), alone), repulsion=0.0) == alone
 
 
-def test_what_a_silent_vehicle_chose_long_ago_is_left_to_it_no_more() -> None:
+def test_choice_of_a_silent_vehicle_expires() -> None:
     held, facts = Held(("AUV02",)), Facts({})
     facts.known["searchTarget", "AUV02"] = (500.0, 500.0)
     held.note(facts, 0.0)
@@ -57,7 +57,7 @@ def test_what_a_silent_vehicle_chose_long_ago_is_left_to_it_no_more() -> None:
     assert held.ways({}, HELD_S + 3.0) == [((100.0, 500.0), (100.0, 500.0))]
 
 
-def test_what_was_just_looked_at_is_worth_nothing() -> None:
+def test_cells_just_searched_have_no_information_for_a_while() -> None:
     chart, track = SEA.chart(), Trail(CHOOSING, SEA.grid)
     track.note((200.0, 300.0), 0.0)
     near = list(SEA.grid.near((200.0, 300.0), 60.0))
@@ -66,7 +66,7 @@ def test_what_was_just_looked_at_is_worth_nothing() -> None:
 
 
 @given(st.floats(0.0, 1200.0), st.floats(0.0, 800.0), st.floats(0.0, 500.0))
-def test_from_wherever_it_may_go_it_is_back_in_time(x_m: float, y_m: float, since_s: float) -> None:
+def test_every_allowed_target_leaves_time_to_return(x_m: float, y_m: float, since_s: float) -> None:
     leash, at_m, speed_mps = Leash(REACH), (x_m, y_m), 1.5
     leash.update((600.0, -60.0), math.inf, 0.0)
     leash.update(at_m, math.inf, since_s)
@@ -77,7 +77,7 @@ def test_from_wherever_it_may_go_it_is_back_in_time(x_m: float, y_m: float, sinc
         assert REACH.holds(target_m) or there_s + REACH.home_s(target_m, speed_mps) <= leash.due_s + 1e-6
 
 
-def test_what_was_known_before_two_packets_of_the_camera_it_has_heard_of() -> None:
+def test_find_counts_as_received_after_two_packets_of_the_camera() -> None:
     hearers, facts, peers = Hearers({"AUV03": 1.5}, 80.0), Facts({}), Peers()
     facts.add("one", (100.0, 100.0))
     for at_s, is_told in ((10.0, False), (10.0, False), (20.0, True)):  # one packet may come through from afar
@@ -91,7 +91,7 @@ def test_what_was_known_before_two_packets_of_the_camera_it_has_heard_of() -> No
     assert hearers.untold_m(facts) == []
 
 
-def test_a_camera_is_busy_with_what_it_was_told_of() -> None:
+def test_camera_is_busy_for_way_and_stay_at_each_reported_find() -> None:
     """It was told at 60 s of finds 300 and 600 m along its way: 200 s of way each at 1.5 m/s, and 80 s at each."""
     hearers, facts, peers = Hearers({"AUV03": 1.5}, 80.0), Facts({}), Peers()
     for name, east_m in (("far", 700.0), ("near", 400.0)):
@@ -111,7 +111,7 @@ TIMES = st.floats(0.0, 3600.0)
 
 
 @given(LEGS, FINDS, FINDS, st.floats(0.0, 900.0), TIMES, TIMES)
-def test_the_more_it_has_to_tell_the_sooner_it_comes_back(
+def test_more_unreported_finds_never_delay_the_return(
     leg: Leg, finds: list[Find], more: list[Find], home_s: float, left_s: float, busy_s: float
 ) -> None:
     """From a leg that ends as far from contact as it began."""
@@ -126,7 +126,7 @@ def test_the_more_it_has_to_tell_the_sooner_it_comes_back(
         assert on(finds, busy_s)
 
 
-def test_who_is_back_stays_until_it_hears_somebody_or_has_waited() -> None:
+def test_vehicle_at_the_rally_point_waits_for_contact_or_a_time_limit() -> None:
     leash = Leash(REACH)
     leash.update((600.0, 0.0), 0.0, 0.0)
     leash.update((600.0, 800.0), 0.0, 100.0)

@@ -53,7 +53,7 @@ LOOKS = st.lists(st.tuples(st.integers(0, 1), st.booleans()), max_size=12)
 
 
 @given(SHARES, LOOKS)
-def test_the_map_is_bayes_rule_look_by_look(prior: np.ndarray, looks: list[tuple[int, bool]]) -> None:
+def test_map_equals_bayes_rule_look_by_look(prior: np.ndarray, looks: list[tuple[int, bool]]) -> None:
     expected = prior[:, 0].copy()
     for detector, answer in looks:
         expected *= RATES[detector] if answer else 1.0 - RATES[detector]
@@ -62,12 +62,12 @@ def test_the_map_is_bayes_rule_look_by_look(prior: np.ndarray, looks: list[tuple
 
 
 @given(st.floats(1e-300, 1e300))
-def test_the_logarithm_is_that_of_the_library(x: float) -> None:
+def test_logarithm_equals_that_of_the_library(x: float) -> None:
     assert log2_of(np.array([x]))[0] == pytest.approx(math.log2(x), rel=1e-14, abs=1e-15)
 
 
 @given(SHARES)
-def test_a_look_is_worth_what_it_tells_in_the_mean(prior: np.ndarray) -> None:
+def test_information_of_a_look_equals_the_mean_divergence(prior: np.ndarray) -> None:
     """Mutual information is the mean divergence of the map after the look from the one before."""
     for detector in (0, 1):
         expected = 0.0
@@ -79,7 +79,7 @@ def test_a_look_is_worth_what_it_tells_in_the_mean(prior: np.ndarray) -> None:
 
 
 @given(SHARES, SHARES)
-def test_disagreement_is_between_none_and_one_bit_a_cell(one: np.ndarray, other: np.ndarray) -> None:
+def test_disagreement_is_symmetric_and_at_most_one_bit_per_cell(one: np.ndarray, other: np.ndarray) -> None:
     assert 0.0 <= disagreement([one, other]) <= 1.0 + 1e-12
     assert disagreement([one, one.copy()]) == pytest.approx(0.0, abs=1e-12)
     assert disagreement([one, other]) == pytest.approx(disagreement([other, one]), abs=1e-12)
@@ -94,20 +94,22 @@ def test_every_cell_is_in_one_tile() -> None:
 
 
 @given(st.integers(0, GRID.n_cells - 1))
-def test_a_cell_is_found_by_its_centre_and_by_its_bit(cell: int) -> None:
+def test_cell_follows_from_its_centre_and_from_its_bit(cell: int) -> None:
     assert GRID.cell_at(GRID.centre_m(cell)) == cell
     tile, bit = GRID.tile_of(cell)
     assert list(GRID.cells_of(tile, 1 << bit)) == [cell]
 
 
 @given(st.integers(0, 31), st.integers(0, 1), st.integers(0, 255), st.integers(0, 65535), st.integers(0, 4095))
-def test_passes_and_contacts_come_out_as_they_went_in(n: int, detector: int, tile: int, mask: int, cell: int) -> None:
+def test_codes_of_passes_and_contacts_decode_to_the_same_values(
+    n: int, detector: int, tile: int, mask: int, cell: int
+) -> None:
     assert swept_of(swept_code(n, detector, tile, mask)) == (detector, tile, mask)
     assert contact_of(contact_code(2 * n, detector, cell)) == (detector, cell)
 
 
 @given(st.floats(-20.0, 80.0), st.floats(-5.0, 100.0), st.floats(0.0, 40.0))
-def test_cells_in_range_are_all_those_and_no_others(x_m: float, y_m: float, range_m: float) -> None:
+def test_cells_in_range_are_exactly_those_within_the_distance(x_m: float, y_m: float, range_m: float) -> None:
     near = set(GRID.near((x_m, y_m), range_m))
     for cell in range(GRID.n_cells):
         at_m = GRID.centre_m(cell)
@@ -124,7 +126,7 @@ def looks(seed: int) -> list[tuple[str, str, int]]:
     return [*swept, *(("contact", "B", contact_code(n, 0, draw.randrange(600))) for n in range(9))]
 
 
-def test_maps_are_the_same_bytes_whatever_the_order_and_the_doubles() -> None:
+def test_maps_are_equal_bytes_for_any_order_and_repetition_of_looks() -> None:
     """Vehicles that hear the same looks in another order, in other portions, or twice, have the same map."""
     told = looks(1)
     charts = []
@@ -144,7 +146,7 @@ def test_maps_are_the_same_bytes_whatever_the_order_and_the_doubles() -> None:
     assert charts[0] != mission().chart().shares.tobytes()
 
 
-def test_what_somebody_banned_said_counts_no_more() -> None:
+def test_looks_of_a_banned_vehicle_do_not_count() -> None:
     facts, chart = Facts({}), mission().chart()
     for attribute, vehicle, code in looks(2):
         facts.told.setdefault((attribute, vehicle), set()).add(code)
@@ -165,7 +167,7 @@ DATA = next(iter(SEA._database.values()))
 N_SEEDS = 60
 
 
-def test_things_lie_as_often_as_the_prior_says() -> None:
+def test_numbers_of_objects_follow_the_prior() -> None:
     """Over seeds, of each kind as many as are expected, within 4 standard errors."""
     counts = [np.bincount([one.kind for one in SEA.world(seed).things.values()], minlength=5) for seed in range(200)]
     prior = SEA.chart().prior
@@ -208,12 +210,12 @@ def misbelieved(times: int) -> float:
 
 
 @pytest.mark.slow
-def test_of_cells_believed_to_hold_something_so_many_do() -> None:
+def test_beliefs_of_cells_are_calibrated() -> None:
     """Calibration over seeds: in each class of beliefs as many cells are occupied as it says, within 4 errors."""
     assert misbelieved(times=1) < 4.0
 
 
-def test_a_camera_errs_as_often_as_is_stated() -> None:
+def test_camera_errs_at_its_stated_rate() -> None:
     world, camera = SEA.world(3), ClassifyingCameraSettings().make(DATA)
     thing = next(iter(world.things.values()))
     pose = Pose(*thing.position_m, 20.0, 0.0, 0.0)
@@ -229,7 +231,7 @@ def test_a_camera_errs_as_often_as_is_stated() -> None:
 STYLE = PlainStyle(**dict.fromkeys(("ASV00", "AUV01", "AUV02", "AUV03"), "#0000ff"))
 
 
-def test_the_map_shades_cells_by_all_looks_and_marks_sites_by_whether_they_were_detected() -> None:
+def test_map_figure_shades_cells_by_belief_and_marks_detected_sites() -> None:
     of, axes = run(), Sheet().subplots()
     caption = draw_maps(axes, MemoryResults(of), STYLE)
     chart, grid = mission().chart(), mission().grid

@@ -20,7 +20,7 @@ def last_apart_bits(of: Run) -> float:
     return float(of.recorder.rows("fleet_maps")[-1][2])
 
 
-def test_sites_are_found_identified_and_pictured_and_all_come_home() -> None:
+def test_run_finds_identifies_and_images_sites_and_all_return() -> None:
     of = run()
     assert metric(of, "found_fraction") > 0.0
     assert metric(of, "identified_fraction") > 0.0
@@ -29,7 +29,7 @@ def test_sites_are_found_identified_and_pictured_and_all_come_home() -> None:
     assert of.recorder.trajectories[-1][0] < 1200.0 + 900.0
 
 
-def test_in_silence_each_searches_and_comes_home_and_the_maps_stay_apart() -> None:
+def test_without_communication_all_return_with_different_maps() -> None:
     silent = run(*SILENCE)
     assert metric(silent, "found_fraction") > 0.0
     assert last_apart_bits(silent) > 5.0 * last_apart_bits(run())
@@ -37,7 +37,7 @@ def test_in_silence_each_searches_and_comes_home_and_the_maps_stay_apart() -> No
     assert all(math.dist(place_m, (600.0, -60.0)) <= 60.0 for place_m in at_m.values())
 
 
-def test_where_all_is_heard_a_leash_holds_nobody() -> None:
+def test_contact_rule_changes_no_position_if_all_packets_arrive() -> None:
     """Not one position differs: neither at the start, nor where somebody passes by the rally point."""
     loud = "channel.source_level_db=130"
     held, free = (run(loud, f"mission.contact={one}") for one in ("true", "false"))
@@ -48,7 +48,7 @@ def camera_of(of: ArrowsMission) -> Behaviour:
     return of.behaviour_for(Activity("Identifying", ActivityType.GUIDANCE, ("search area",)), of._database["AUV03"])
 
 
-def test_a_camera_that_knows_of_nothing_comes_back_where_it_hears_more() -> None:
+def test_camera_without_finds_returns_to_regain_contact() -> None:
     """Where it would not, it hovers where it has identified the last anomaly, and hears of no other."""
     far, near = Motion(200.0, 700.0), Motion(690.0, 390.0)
     picture = Picture(frame_s=6.0, facts=Facts({}))
@@ -63,7 +63,7 @@ def test_a_camera_that_knows_of_nothing_comes_back_where_it_hears_more() -> None
         assert camera.perceive(near, picture, True).stimulus == 0.0
 
 
-def test_what_two_vehicles_found_is_identified_once_by_all_images_of_it() -> None:
+def test_object_with_two_names_is_identified_once_from_all_its_images() -> None:
     """Images of it are noted under one of its two names; a camera that waits for those of the other waits for good."""
     facts, at_m = Facts({}), Motion(600.0, 400.0)
     facts.add("Anomaly-310", (600.0, 400.0))
@@ -80,7 +80,7 @@ def test_what_two_vehicles_found_is_identified_once_by_all_images_of_it() -> Non
 
 
 @pytest.mark.slow
-def test_anomalies_that_are_kept_to_oneself_are_identified_by_nobody(tmp_path: Path) -> None:
+def test_anomalies_that_are_not_sent_are_not_identified(tmp_path: Path) -> None:
     file = tmp_path / "mute.toml"
     file.write_text(text().replace("\nlocation = 40\ncontact = 40", ""), encoding="utf-8")
     assert metric(run_of(str(file)), "identified_fraction") == 0.0

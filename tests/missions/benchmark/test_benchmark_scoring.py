@@ -60,19 +60,19 @@ def made(contest: Contest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_cells_weigh_alike_however_many_runs_they_have() -> None:
+def test_cells_have_equal_weight_for_any_number_of_runs() -> None:
     found = strategy_of([0.2, 0.4], [0.9])
     assert found.score == pytest.approx(0.6)
     assert found.interval is None
     assert found.worst.network == "0"
 
 
-def test_differences_are_of_the_instances_that_both_have() -> None:
+def test_differences_use_instances_common_to_both_strategies() -> None:
     mean, _ = against(strategy_of([0.5, 0.6, 0.1]), strategy_of([0.4, 0.4]))
     assert mean == pytest.approx(0.15)
 
 
-def test_cells_that_share_an_instance_are_no_more_repeats() -> None:
+def test_cells_of_one_instance_do_not_count_as_repeats() -> None:
     """40 cells that all meet the same luck say what one says; with two instances there is no interval at all."""
     luck = [0.5, 0.52, 0.61, 0.47, 0.66, 0.58, 0.43, 0.55]
     one, forty = strategy_of(luck), strategy_of(*[luck] * 40)
@@ -81,7 +81,7 @@ def test_cells_that_share_an_instance_are_no_more_repeats() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_that_has_not_completed_counts_the_limit(contest: Contest, made: Path) -> None:
+def test_incomplete_run_counts_with_its_time_limit(contest: Contest, made: Path) -> None:
     for strategy in contest.scored(made):
         for run in strategy.runs:
             assert (run.completed, run.time_s, run.failed) == (False, 7200.0, False)
@@ -91,7 +91,9 @@ def test_a_run_that_has_not_completed_counts_the_limit(contest: Contest, made: P
 
 
 @pytest.mark.slow
-def test_a_card_is_read_and_its_runs_end_as_it_says(suite: Suite, contest: Contest, made: Path, tmp_path: Path) -> None:
+def test_card_is_read_back_and_its_runs_are_reproduced(
+    suite: Suite, contest: Contest, made: Path, tmp_path: Path
+) -> None:
     card = card_of(contest, contest.scored(made))
     path = tmp_path / "card.json"
     path.write_text(card_text(card), encoding="utf-8")
@@ -108,7 +110,7 @@ def test_a_card_is_read_and_its_runs_end_as_it_says(suite: Suite, contest: Conte
 
 
 @pytest.mark.slow
-def test_a_forged_half_of_a_card_is_found_however_its_text_is_chosen(
+def test_verification_detects_a_card_with_half_of_its_runs_forged(
     suite: Suite, contest: Contest, made: Path, tmp_path: Path
 ) -> None:
     """Times of one strategy are forged, figures and all. Of 8 runs a verifier makes all 8 again: ten at least."""
@@ -138,7 +140,7 @@ def altered(card: dict[str, object], path: Path, at: str, value: object) -> None
     ("strategies.0.score", 0.99, "cbba.score = 0.99: allowed: .* the card was altered"),
     ("note", "17", "note: unknown key; allowed: suite, digest"), ("strategies.0.runs", None, "no card of a benchmark"),
 ])  # fmt: skip
-def test_a_card_that_was_altered_is_refused(
+def test_altered_card_is_refused(
     at: str, value: object, said: str, suite: Suite, contest: Contest, made: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "card.json"
@@ -147,7 +149,7 @@ def test_a_card_that_was_altered_is_refused(
         verify_card(path, suite, 1)
 
 
-def test_the_best_run_of_a_cell_cannot_stand_for_all_its_repeats(tmp_path: Path) -> None:
+def test_card_that_repeats_one_run_of_a_cell_is_refused(tmp_path: Path) -> None:
     suite = suite_named("fathom-1")
     card = json.loads(Path(suite.document.path).with_suffix(".json").read_text(encoding="utf-8"))
     runs = card["strategies"][0]["runs"][0]
@@ -160,7 +162,7 @@ def test_the_best_run_of_a_cell_cannot_stand_for_all_its_repeats(tmp_path: Path)
         read_card(tmp_path / "card.json", suite)
 
 
-def test_the_card_of_the_shipped_strategies_is_one_of_the_suite() -> None:
+def test_shipped_card_belongs_to_the_suite_and_has_all_strategies() -> None:
     suite = suite_named("fathom-1")
     card = read_card(Path(suite.document.path).with_suffix(".json"), suite)
     runs = [run for strategy in read_strategies(card) for run in strategy.runs]
@@ -188,14 +190,14 @@ def suite_in(folder: Path, seeds: str = SEEDS) -> tuple[Suite, Path]:
     return suite_named(str(folder / "short.toml")), folder / "seeds.txt"
 
 
-def test_the_cases_of_a_suite_and_the_seeds_by_which_it_is_judged_never_change() -> None:
+def test_cells_and_held_out_seeds_of_the_suite_have_fixed_digests() -> None:
     """Another digest means other cases, of another suite, or another list, by which that is judged."""
     assert suite_named("fathom-1").digest == FATHOM_1
     assert judging_of(suite_named("fathom-1")).seeds_sha256 == SEEDS_OF_FATHOM_1
 
 
 @pytest.mark.slow
-def test_drawn_grounds_are_scenarios_that_differ_in_areas_room_and_fleet(tmp_path: Path) -> None:
+def test_drawn_grounds_are_valid_and_differ_in_areas_and_fleet(tmp_path: Path) -> None:
     tables = tomllib.loads(shipped()["mapping-patches"].read_text(encoding="utf-8"))
     found, n_mappers, n_pieces = [], set(), set()
     for seed in range(12):
@@ -220,7 +222,7 @@ def test_drawn_grounds_are_scenarios_that_differ_in_areas_room_and_fleet(tmp_pat
     assert tables == tomllib.loads(shipped()["mapping-patches"].read_text(encoding="utf-8"))
 
 
-def test_each_drawn_ground_has_a_fleet_of_its_own(tmp_path: Path) -> None:
+def test_each_drawn_ground_has_other_vehicle_speeds(tmp_path: Path) -> None:
     """Speeds are drawn for the instance: with one seed for all grounds they would be the same on each."""
     suite, seeds = suite_in(tmp_path)
     judged = split_to_judge(suite, seeds, tmp_path / "grounds")
@@ -238,7 +240,7 @@ def test_each_drawn_ground_has_a_fleet_of_its_own(tmp_path: Path) -> None:
     *((f"11\n{line}\n", r"seeds\.txt:2: .*; allowed: a whole number below 2\^62")
       for line in ("twelve", "-1", "1.5", 2**62)),
 ])  # fmt: skip
-def test_seeds_that_cannot_judge_are_one_line(tmp_path: Path, seeds: str | None, named: str) -> None:
+def test_unsuitable_held_out_seeds_are_refused_in_one_line(tmp_path: Path, seeds: str | None, named: str) -> None:
     suite, path = suite_in(tmp_path, SEEDS if seeds is None or "14" in seeds else seeds)
     path.write_text(seeds or "", encoding="utf-8")
     with pytest.raises(OutputError, match=named):
@@ -259,14 +261,16 @@ TEXT = TEXT.replace('"measured"\nset."channel.name" = "network"', '"worse"\nset.
     ("0.6", "1.6", "channel.per = 1.6"), ("0.6", "0.4", "two cases of this suite run alike"),
     ('set."channel.per" = 0.6', 'set."channel.name" = "network"\nset."channel.network" = "lost.csv"', "lost.csv"),
 ])  # fmt: skip
-def test_a_file_that_is_wrong_is_told_by_key_before_a_run(was: str, now: str, said: str, tmp_path: Path) -> None:
+def test_faulty_suite_file_is_refused_with_its_key_before_any_run(
+    was: str, now: str, said: str, tmp_path: Path
+) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(TEXT.replace(was, now), encoding="utf-8")
     with pytest.raises(ConfigurationError, match=said):
         suite_named(str(path)).studies(["remoras"])
 
 
-def test_what_cannot_be_asked_for_is_told() -> None:
+def test_invalid_repeats_and_strategies_are_refused() -> None:
     suite = suite_named("fathom-1")
     with pytest.raises(OutputError, match="--repeats 11: allowed: 1 to 10"):
         Contest.of(suite, ["remoras"], 11)

@@ -71,7 +71,7 @@ def nearest_of_the_howto() -> Any:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error")
-def test_pettingzoo_takes_it_for_a_parallel_environment(short: FleetEnv) -> None:
+def test_environment_passes_the_parallel_api_test_of_pettingzoo(short: FleetEnv) -> None:
     parallel_api_test(short, num_cycles=60)
 
 
@@ -111,7 +111,7 @@ def told_of(env: FleetEnv, told: set[str], n_read: int) -> int:
 
 
 @pytest.mark.slow
-def test_where_a_vehicle_is_changes_no_observation_of_others_until_they_are_told(tmp_path: Path) -> None:
+def test_observations_of_others_depend_on_received_packets_only(tmp_path: Path) -> None:
     n_compared, n_seen = 0, 0
     envs = env_of(tmp_path, 900.0, 0.97), env_of(tmp_path, 900.0, 0.97)
     seen = [env.reset(options={"cell": SPEEDS, "repeat": 0})[0] for env in envs]
@@ -138,7 +138,7 @@ def test_where_a_vehicle_is_changes_no_observation_of_others_until_they_are_told
 # Actions, truth, and what is missing --------------------------------------------------------------
 
 
-def test_actions_take_say_again_and_leave_a_job_and_nobody_else_has_it(short: FleetEnv) -> None:
+def test_actions_take_repeat_and_leave_a_job_of_one_vehicle(short: FleetEnv) -> None:
     seen, _ = short.reset(options={"cell": SPEEDS, "repeat": 0})
     own = JOB.index("own")
     while not seen["AUV01"]["action_mask"][TAKE]:
@@ -154,7 +154,7 @@ def test_actions_take_say_again_and_leave_a_job_and_nobody_else_has_it(short: Fl
     assert seen["AUV01"]["jobs"][0, own] == 0
 
 
-def test_an_action_outside_its_mask_is_refused_and_has_no_effect(short: FleetEnv) -> None:
+def test_action_outside_its_mask_is_refused_without_effect(short: FleetEnv) -> None:
     def run(policy: Callable[[Sight], Any]) -> tuple[int, list[Any]]:
         seen, _ = short.reset(options={"cell": SPEEDS, "repeat": 0})
         n_refused = 0
@@ -191,6 +191,8 @@ def test_rewards_add_up_to_the_time_in_which_the_goal_was_not_reached(short: Fle
 @pytest.mark.parametrize(
     ("options", "named"), [({"cell": "nowhere"}, "cell = 'nowhere'"), ({"repeat": 2}, "repeat = 2")]
 )
-def test_a_case_that_is_none_is_named(short: FleetEnv, options: Mapping[str, Any], named: str) -> None:
+def test_unknown_cell_or_repeat_is_refused_with_allowed_values(
+    short: FleetEnv, options: Mapping[str, Any], named: str
+) -> None:
     with pytest.raises(OutputError, match=f"{named}; allowed: "):
         short.reset(options=options)

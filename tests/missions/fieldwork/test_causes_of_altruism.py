@@ -20,7 +20,7 @@ CAUSES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CAUSES)
-def test_without_its_cause_altruism_does_nothing(name: str) -> None:
+def test_altruism_changes_tracks_only_if_its_cause_is_present(name: str) -> None:
     duration_s, causes = CAUSES[name]
     flown, short = Varied(name, "own.toml").flown, f"scenario.duration_s={duration_s}"
     if name != "ferry-passage":  # in which rows meet later

@@ -59,7 +59,7 @@ def test_missions_are_shorter_where_calls_are_answered() -> None:
     assert mean_wait_s(on) < 0.6 * mean_wait_s(off)
 
 
-def test_no_energy_comes_from_nowhere() -> None:
+def test_energy_of_drills_is_conserved() -> None:
     """What drills took is what their batteries had and what was brought; nobody gives what it does not have."""
     done = sampled(1)
     brought_j = math.fsum(energy_j for *_, energy_j in events(done, "brought"))
@@ -71,7 +71,7 @@ def test_no_energy_comes_from_nowhere() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("keys", [("channel.per=0.8",), (lost("AUV02", 700.0),)])
-def test_nobody_takes_a_hole_for_bored_that_is_not(keys: tuple[str, ...]) -> None:
+def test_hole_is_reported_as_bored_only_after_it_was(keys: tuple[str, ...]) -> None:
     """On a bad channel too, and where a helper is lost while it gives."""
     done = sampled(2, *keys)
     bored_s = {hole: time_s for time_s, _, hole, _ in events(done, "bored")}
@@ -85,7 +85,7 @@ AT = Pose(0.0, 0.0, 20.0, 0.0, 0.0)
 DRILL, CHARGER = DrillSettings(type="drill", name="corer"), ChargerSettings(type="charger", name="charger")
 
 
-def test_what_is_measured_is_what_was_so_a_tick_before() -> None:
+def test_halted_drill_is_known_in_the_next_tick() -> None:
     """A drill has nothing left; its vehicle knows that in its next motion tick."""
     done = sampled(1, "scenario.duration_s=1500.0")
     read = [(row[4], row[3]) for row in done.recorder.items if row[5:7] == ("drillState", HALTED)]
@@ -93,7 +93,7 @@ def test_what_is_measured_is_what_was_so_a_tick_before() -> None:
         assert (vehicle, halted_s + 1.0) in read
 
 
-def test_a_reading_is_told_in_steps_and_at_its_ends() -> None:
+def test_charge_is_recorded_at_steps_of_a_tenth_and_at_both_ends() -> None:
     """Of 90 kJ in 1000 steps down to nothing: at the start, where it passes a tenth, and at the end."""
     drill = Store(90e3, BORING, "hole 1")
     world, sensor = Energies({(AUV.name, "corer"): drill}, bored={"hole 1": 0.0}), DRILL.make(AUV)
@@ -120,7 +120,7 @@ def ended_s(of: Run) -> float:
 
 
 @pytest.mark.slow
-def test_nobody_helps_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_helper_waits_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     """The run ends once the others are home; a helper that did not see that nobody waits lay there for 1000 s more."""
     done = sampled(1, lost("AUV03", 700.0))
     assert not done.completed
@@ -129,7 +129,7 @@ def test_nobody_helps_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.Monkey
     assert ended_s(flown("resupply-field", lost("AUV03", 700.0))) > ended_s(done) + 500.0
 
 
-def test_whose_job_nobody_is_told_of_is_helped_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_drill_is_helped_although_its_holder_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     """No holder is known of who claims a job for itself alone: that it lies at the hole is heard."""
     keys = 'strategy.name="status-broadcast"'
     assert sampled(1, keys).completed
@@ -137,7 +137,7 @@ def test_whose_job_nobody_is_told_of_is_helped_too(monkeypatch: pytest.MonkeyPat
     assert not flown("resupply-field", keys).completed
 
 
-def test_where_nobody_tells_anybody_the_run_ends_and_says_what_had_no_energy() -> None:
+def test_run_without_communication_ends_and_names_holes_without_energy() -> None:
     """Under ``fixed-partition`` no call is heard: both drills give up after ``wait_s``, and all come home.
 
     The run ends ``meeting_deadline_s`` (900 s) after the rendezvous, since nobody works any more.
@@ -151,7 +151,7 @@ def test_where_nobody_tells_anybody_the_run_ends_and_says_what_had_no_energy() -
     assert all(f"{hole} since" in done.reason for hole in halted)
 
 
-def test_a_helper_leaves_time_to_each_that_ends_more_of_the_wait() -> None:
+def test_helper_waits_for_others_that_would_reduce_the_wait_more() -> None:
     """AUV01 would end 0.9 of it, AUV02 0.8: unless on its way, AUV02 sets out two frames later, half as strongly."""
     share = {"AUV01": 0.9, "AUV02": 0.8}
     work = SimpleNamespace(

@@ -13,7 +13,7 @@ from remoras.picture import Picture
 flown = Varied("escort-lines", "lines.toml").flown
 
 
-def test_following_is_performed_and_calls_move_to_it_alone() -> None:
+def test_calls_move_vehicles_only_to_following() -> None:
     """Somebody leaves a line of its own for it, and goes back to the line later."""
     runs = [flown(seed) for seed in (1, 2)]
     moved = {row[4] for one in runs for row in one.recorder.decisions if row[9] > 0.0}
@@ -28,7 +28,7 @@ def test_following_is_performed_and_calls_move_to_it_alone() -> None:
         )
 
 
-def test_nobody_takes_a_line_for_surveyed_that_is_not() -> None:
+def test_line_is_reported_as_surveyed_only_after_it_was() -> None:
     for seed in (1, 2):
         done = flown(seed)
         surveyed_s = {row[2]: row[0] for row in done.recorder.rows("escorting") if row[3] == "surveyed"}
@@ -39,7 +39,7 @@ def test_nobody_takes_a_line_for_surveyed_that_is_not() -> None:
 
 @pytest.mark.parametrize("aside_m", [0.0, 2.0, 2.9])
 @pytest.mark.parametrize("ahead_m", [0.0, 2.0, 2.9, 4.4, 6.0])
-def test_who_begins_a_line_has_passed_its_first_mark(ahead_m: float, aside_m: float) -> None:
+def test_survey_of_a_line_begins_at_its_first_mark(ahead_m: float, aside_m: float) -> None:
     """Before, a vehicle that another one kept off began 4.5 m along the line, and the run ended without its goal."""
     line = SurveyLine(name="line 1", from_m=(0.0, 0.0), to_m=(100.0, 0.0))
     at = Motion(ahead_m, aside_m)
@@ -49,7 +49,7 @@ def test_who_begins_a_line_has_passed_its_first_mark(ahead_m: float, aside_m: fl
     assert reference.target_m != line.to_m or distance(at.position_m, line.place_m) <= PASSED_M
 
 
-def test_who_is_lost_while_it_leads_or_follows_leaves_the_line_to_others() -> None:
+def test_line_of_a_lost_leader_or_follower_is_completed_by_others() -> None:
     """AUV04 has the first escorted line of seed 1, and AUV02 follows it from 138 s on."""
     for vehicle in ("AUV02", "AUV04"):
         done = flown(1, f'fault=[{{kind="lost",vehicle="{vehicle}",at_s=250}}]')

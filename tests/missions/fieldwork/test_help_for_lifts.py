@@ -36,7 +36,7 @@ def test_objects_wait_less_where_calls_are_answered() -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 185449697741568])
-def test_nobody_takes_a_lift_for_done_that_is_not(seed: int) -> None:
+def test_lift_is_reported_as_done_only_after_it_was(seed: int) -> None:
     """In the last of them a vehicle swings round its end as it comes, and is too far off for a moment."""
     done = flown(seed, LONG)
     lifted = events(done, "lifted")
@@ -46,7 +46,7 @@ def test_nobody_takes_a_lift_for_done_that_is_not(seed: int) -> None:
     assert done.completed
 
 
-def test_objects_lie_where_the_seed_says_and_near_sites() -> None:
+def test_positions_of_objects_depend_on_the_seed_and_are_near_sites() -> None:
     """Whoever surveys the site sees it, whatever the strategy does."""
     sites_m = [site.position_m for site in flown(1, SHORT).scenario.site]
     worlds = [flown(1, SHORT).mission.world(seed) for seed in range(20)]

@@ -39,7 +39,9 @@ def test_a_way_never_leads_through_the_reef(from_m: tuple[float, float], to_m: t
 
 
 @given(places_m, st.floats(0.0, FASTEST_MPS), st.floats(0.0, math.tau))
-def test_what_walls_allow_ends_outside_of_the_reef(at_m: tuple[float, float], speed_mps: float, course: float) -> None:
+def test_velocities_that_walls_allow_end_outside_the_reef(
+    at_m: tuple[float, float], speed_mps: float, course: float
+) -> None:
     """Of all velocities those that end in the reef within the time that walls look ahead are not allowed."""
     velocity = speed_mps * math.cos(course), speed_mps * math.sin(course)
     if all(wall.excess_mps(velocity) <= 0.0 for wall in PASSAGE.walls(at_m)):
@@ -57,7 +59,7 @@ def test_ways_through_have_the_length_of_their_legs() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("keys", [(), ("guidance.keeps_calls=true",)])
-def test_nobody_is_ever_in_the_reef(keys: tuple[str, ...]) -> None:
+def test_no_vehicle_enters_the_reef(keys: tuple[str, ...]) -> None:
     """80 m of reef, a passage of 6 m of which half a metre to each side is left to the middle of a vehicle."""
     done = ferried(1, "scenario.duration_s=700.0", *keys)
     through = [row for row in done.recorder.trajectories if -42.0 < row[2] < 42.0]
@@ -69,7 +71,7 @@ KEPT, LONG = "guidance.keeps_calls=true", "scenario.duration_s=2000.0"
 
 
 @pytest.mark.slow
-def test_rows_that_meet_go_back_only_where_calls_are_passed_on() -> None:
+def test_opposed_rows_yield_only_if_calls_are_relayed() -> None:
     ended_s = [ferried(seed, LONG).end_s for seed in (2, 5)]
     kept_s = [ferried(seed, LONG, KEPT).end_s for seed in (2, 5)]
     assert sum(kept_s) >= 1.2 * sum(ended_s)
@@ -77,6 +79,6 @@ def test_rows_that_meet_go_back_only_where_calls_are_passed_on() -> None:
 
 
 @pytest.mark.slow
-def test_vehicles_keep_clear_while_rows_go_back() -> None:
+def test_vehicles_keep_their_separation_while_rows_yield() -> None:
     for seed in (2, 5):
         assert not [row for row in ferried(seed, LONG).recorder.rows("faults") if row[2] == "conflict"]

@@ -38,7 +38,7 @@ def ends_as_impossible(run: Run) -> bool:
                      marks=pytest.mark.slow),
     ],
 )  # fmt: skip
-def test_the_fleet_says_what_takes_more_vehicles_than_are_left(keys: tuple[str, ...], why: str) -> None:
+def test_lifts_that_need_more_vehicles_than_are_left_are_impossible(keys: tuple[str, ...], why: str) -> None:
     """Before, a holder waited at a lift to the end and sites stayed open: goal 0.25 and 0.56, reachable 1."""
     run = flown(1, *keys)
     assert ends_as_impossible(run)
@@ -46,7 +46,7 @@ def test_the_fleet_says_what_takes_more_vehicles_than_are_left(keys: tuple[str, 
 
 
 @pytest.mark.slow
-def test_whoever_has_waited_too_long_lets_go_and_helps() -> None:
+def test_holder_that_waits_too_long_leaves_its_lift_to_help() -> None:
     """Nobody calls under ``central``: each held a lift and waited for the others, to the end."""
     keys = "strategy.name=central", "lifts.lift_s=400.0", "scenario.duration_s=6000"
     waiting = flown(2, *keys, "mission.wait_s=6000")
@@ -54,7 +54,7 @@ def test_whoever_has_waited_too_long_lets_go_and_helps() -> None:
     assert flown(2, *keys).completed
 
 
-def test_as_many_must_be_left_in_contact_as_a_job_takes_at_once() -> None:
+def test_job_is_impossible_with_fewer_vehicles_in_contact_than_it_takes() -> None:
     lift = Lift("lift 1", 60.0, n_vehicles=2, length_m=10.0)
     one, deaf, away = (
         SimpleNamespace(able_data=AUV, is_in_contact=contact, will_return=back, can_play=lambda *of: True)
@@ -64,7 +64,7 @@ def test_as_many_must_be_left_in_contact_as_a_job_takes_at_once() -> None:
         assert within_reach({"lift 1": lift}, (), SimpleNamespace(vehicles=fleet), ()) == found
 
 
-def test_whoever_helps_waits_no_longer_than_it_says() -> None:
+def test_helper_waits_no_longer_than_its_stated_limit() -> None:
     """Three are needed, one holds the lift and one helps: that one had no limit, and was named with none."""
     help = Help("lift 1", "Crew", ("AUV01",), AUV.name, 2, "helps", ("lift 1",))
     behaviour = Helping(Lift("lift 1", 60.0, n_vehicles=3, length_m=10.0), help, AUV, 100.0)
@@ -78,7 +78,7 @@ def test_whoever_helps_waits_no_longer_than_it_says() -> None:
     assert behaviour.perceive(at, picture, True).stimulus == 0.0
 
 
-def test_a_run_says_what_nobody_has_found() -> None:
+def test_reason_names_lifts_of_unknown_position() -> None:
     """A short sonar on all, and dead from the start on: the objects of no lift are seen."""
     run = flown(1, fault("AUV00", "AUV01", "AUV02", "AUV03", kind="sensor", at_s=1.0), "scenario.duration_s=60")
     assert "positions unknown to the vehicles: lift 1, lift 2, lift 3, lift 4" in run.reason

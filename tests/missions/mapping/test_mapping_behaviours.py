@@ -67,14 +67,14 @@ def test_transit_to_the_first_point_then_as_fast_as_the_sensor_maps() -> None:
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.001, 1.0))
-def test_the_stimulus_falls_with_what_is_left(less: float, more: float, half: float) -> None:
+def test_stimulus_falls_with_the_remaining_work(less: float, more: float, half: float) -> None:
     less, more = sorted((less, more))
     assert 0.0 <= due(less, half) <= due(more, half) <= 1.0
     assert due(half, half) == pytest.approx((WORTH_FINISHING + 1.0) / 2.0)
     assert due(0.0, half) == 0.0
 
 
-def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
+def test_stimulus_is_that_of_the_least_finished_area() -> None:
     facts = cells_known(range(80))
     work = WorkLeft([JOB], 0.2)
     assert work.stimulus(facts) == due(0.2, 0.2) == pytest.approx(0.71)
@@ -86,7 +86,7 @@ def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
     assert work.stimulus(cells_known(range(80))) == due(0.2, 0.2)  # cells of an excluded vehicle are open again
 
 
-def test_rows_that_others_map_meanwhile_are_skipped_and_a_row_ends_where_news_of_it_begin() -> None:
+def test_rows_mapped_by_others_are_skipped_also_in_part() -> None:
     """At 300 s the vehicle is in its first or second row; then the rows from the fourth to the ninth come in, and the
     far half of each of the others."""
     one = Surveyor(mapper(), cells_known())
@@ -106,7 +106,7 @@ def test_rows_that_others_map_meanwhile_are_skipped_and_a_row_ends_where_news_of
 
 @settings(max_examples=25, deadline=None)
 @given(st.sets(st.integers(0, 99), max_size=99), st.sampled_from([25.0, 30.0, 50.0, 60.0]))
-def test_whatever_is_left_is_mapped(known: set[int], swath_m: float) -> None:
+def test_all_remaining_cells_are_mapped(known: set[int], swath_m: float) -> None:
     one = Surveyor(mapper(swath_m=swath_m), cells_known(sorted(known)))
     survey(one)
     assert one.last == DONE
@@ -116,7 +116,7 @@ def test_whatever_is_left_is_mapped(known: set[int], swath_m: float) -> None:
 # Two at one area ----------------------------------------------------------------------------------
 
 
-def test_two_at_one_area_meet_in_the_middle() -> None:
+def test_two_vehicles_at_one_area_map_a_half_each() -> None:
     """The second begins at the far end; each takes about half, and together they map next to nothing twice."""
     facts = cells_known()
     alone_s = survey(Surveyor(mapper(), cells_known()))
@@ -134,7 +134,7 @@ def test_two_at_one_area_meet_in_the_middle() -> None:
     ("AUV00", {}, ()), ("AUV01", {}, ("AUV00",)), ("AUV00", {"AUV01": (99.0, 50.0)}, ("AUV01",)),
     ("AUV01", {"AUV00": (0.0, -50.0), "AUV01": (100.0, 50.0)}, ()),
 ])  # fmt: skip
-def test_who_is_at_an_area_is_there_before_others_else_who_is_listed(
+def test_order_at_an_area_is_by_presence_then_by_list(
     name: str, positions_m: dict[str, Point], before: tuple[str, ...]
 ) -> None:
     """The first section of the corridor is 50 to 250 m east; both hold its role."""
@@ -159,7 +159,7 @@ def test_a_dead_sensor_is_noticed_within_two_rows() -> None:
     assert failed_s <= 1.05 * (475.0 / 1.25 + 159.1 / 2.0)
 
 
-def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None:
+def test_cells_still_unknown_after_a_second_try_are_given_up() -> None:
     """The sensor misses cells 5 and 47 whatever happens: all others are mapped, and the vehicle says that it failed."""
     one = Surveyor(mapper(), cells_known())
     blind = {5.0, 47.0}
@@ -178,7 +178,7 @@ def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None
         assert sum(now and not before for before, now in pairwise(near)) == 2
 
 
-def test_who_is_not_sure_of_its_place_at_a_missed_cell_asks_for_it_before_it_tries_again() -> None:
+def test_uncertain_vehicle_requests_a_fix_before_it_retries_a_cell() -> None:
     """Right over the cell a row of one point begins and ends at once, again and again: nothing would ever be sure."""
     centre_m, unsure_m = JOB.on.centre_m(37), 40.0
     zigzagging, picture = exploring(cells_known([index for index in ALL if index != 37]))

@@ -31,14 +31,14 @@ def with_areas(*areas: Any, cell_m: float = 10.0) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", ["north bank", "Boat", "Team", "jetty"])
-def test_an_area_needs_a_name_of_its_own(name: str) -> None:
+def test_area_names_must_be_unique(name: str) -> None:
     (fault,) = faults(with_areas({"name": name, "corners_m": SQUARE}))
     assert (fault.key, fault.given) == (f"area.{name}.name", f'"{name}"')
     assert fault.allowed == "used 2 times; each area needs a name of its own"
 
 
 @pytest.mark.parametrize(("depth_m", "is_allowed"), [(30.0, True), (31.0, False)])
-def test_an_area_is_no_deeper_than_some_vehicle_with_a_sensor_stands(depth_m: float, is_allowed: bool) -> None:
+def test_area_must_be_within_the_depth_limit_of_a_vehicle_with_a_sensor(depth_m: float, is_allowed: bool) -> None:
     raw = pond()
     raw["area"][0]["depth_m"] = depth_m
     found = {fault.key: fault.allowed for fault in faults(raw)}
@@ -70,7 +70,7 @@ def test_an_area_is_a_convex_polygon_in_the_world_with_some_cells(corners: list[
         ([[101.0, 99.0], [200.0, 0.0], [200.0, 200.0]], False),  # apart, though their boxes are not
     ],
 )  # fmt: skip
-def test_areas_may_touch_and_not_be_on_the_same_ground(corners: list[list[float]], is_refused: bool) -> None:
+def test_areas_may_touch_but_not_overlap(corners: list[list[float]], is_refused: bool) -> None:
     raw = with_areas({"name": "again", "corners_m": corners})
     raw["world"] |= {"x_m": [-100.0, 300.0], "y_m": [-100.0, 300.0]}
     found = [(fault.key, fault.allowed) for fault in faults(raw) if fault.key != "mission.goal"]
@@ -86,7 +86,7 @@ def test_an_area_has_at_most_4096_cells(cell_m: float, n: int) -> None:
     assert all("4096; change world.cell_m" in fault.allowed for fault in found)
 
 
-def test_roles_name_areas_that_are_there_and_that_somebody_is_able_to_map() -> None:
+def test_job_of_a_role_must_be_an_area_that_a_vehicle_can_map() -> None:
     raw = pond()
     assert faults(raw) == []
     raw["group"][0]["role"][3]["job"] = "north bnak"
@@ -103,7 +103,7 @@ def test_roles_name_areas_that_are_there_and_that_somebody_is_able_to_map() -> N
     assert (fault.key, "did you mean 'Hand'" in fault.allowed) == ("mission.importance.Hnad.RendezVous", True)
 
 
-def test_a_goal_beyond_the_areas_that_somebody_is_given_is_out_of_reach() -> None:
+def test_goal_above_the_share_of_assigned_areas_is_refused() -> None:
     """Two areas of 100 cells; no role has the second one, so half of all can be had."""
     south = {"name": "south bank", "corners_m": [[0.0, 100.0], [100.0, 100.0], [100.0, 200.0], [0.0, 200.0]]}
     raw = with_areas(south)
@@ -116,7 +116,7 @@ def test_a_goal_beyond_the_areas_that_somebody_is_given_is_out_of_reach() -> Non
 
 
 @pytest.mark.parametrize(("limits", "n"), [((2,), 0), ((1,), 1), ((1, None), 0), ((1, 1), 0)])
-def test_who_may_explore_may_map_too(limits: tuple[int | None, ...], n: int) -> None:
+def test_vehicles_that_may_explore_must_be_able_to_play_a_mapper(limits: tuple[int | None, ...], n: int) -> None:
     """Else a vehicle would explore with its sensor off for ever: here two vehicles explore."""
     raw = pond()
     raw["vehicle"][0] |= {"sensor": raw["vehicle"][1]["sensor"], "playable_roles": ["Skipper", "Scout"]}
@@ -129,6 +129,6 @@ def test_who_may_explore_may_map_too(limits: tuple[int | None, ...], n: int) -> 
     assert all("allowed: 2 or more, or none; 2 vehicles may explore" in fault.allowed for fault in found)
 
 
-def test_an_area_is_not_called_as_a_mission() -> None:
+def test_area_must_not_have_the_name_of_a_mission() -> None:
     (fault,) = faults(with_areas({"name": "AreaMapping", "corners_m": SQUARE}))
     assert (fault.key, fault.allowed) == ("area.AreaMapping.name", "is the name of a mission")

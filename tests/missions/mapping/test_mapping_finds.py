@@ -42,7 +42,7 @@ def milestones(done: Run, name: str) -> list[tuple[float, str]]:
 # Off ---------------------------------------------------------------------------------------------
 
 
-def test_a_vehicle_that_errs_about_its_place_finds_what_is_below_it_and_reports_it_off() -> None:
+def test_find_below_a_vehicle_is_reported_with_its_position_error() -> None:
     """It is over the only feature and takes itself to be 50 m beside, where another cell is mapped; once each."""
     (cell, feature), *_ = seabed_with_finds(SEABED, FINDS, 5).features.items()
     world = replace(SEABED, features={cell: feature})
@@ -61,7 +61,7 @@ def test_a_vehicle_that_errs_about_its_place_finds_what_is_below_it_and_reports_
 # Drawing -----------------------------------------------------------------------------------------
 
 
-def test_each_feature_lies_in_a_cell_of_its_own_and_more_leave_the_first_as_they_are() -> None:
+def test_features_are_in_distinct_cells_and_more_keep_the_first_ones() -> None:
     few, many = (seabed_with_finds(SEABED, FINDS.model_copy(update={"number": n}), 5).features for n in (3, 16))
     assert set(many) == set(SEABED.cells)
     assert list(few.items()) == list(many.items())[:3]
@@ -74,7 +74,7 @@ def test_each_feature_lies_in_a_cell_of_its_own_and_more_leave_the_first_as_they
 # Job ---------------------------------------------------------------------------------------------
 
 
-def test_the_job_is_known_once_somebody_has_said_where_and_takes_the_way_and_the_mean_stay() -> None:
+def test_inspection_takes_way_and_mean_stay_once_its_place_is_known() -> None:
     job, data = InspectionJob("find 1", 330.0), mapper()
     assert job.left(Facts()) is None
     found = job.left(Facts({("foundAt", "find 1"): (300.0, 400.0)}))
@@ -95,7 +95,7 @@ WRECK = SeabedFeature("find 1", (62.5, 12.5), 30.0, 8.0, 0.6)
 WRECKED = replace(SEABED, features={(2, 0): WRECK})
 
 
-def test_stays_near_and_slow_add_up_and_nothing_else_counts() -> None:
+def test_only_time_near_and_slow_counts_as_stay() -> None:
     stays = Stays()
     here, beside = (62.5, 12.5), (62.5, 20.6)
     ticks = [(here, 0.6)] * 20 + [(beside, 0.0)] * 5 + [(here, 0.61)] * 5 + [(here, 0.0)] * 20
@@ -104,7 +104,7 @@ def test_stays_near_and_slow_add_up_and_nothing_else_counts() -> None:
     assert over == [41]
 
 
-def test_the_sensor_finds_what_lies_in_a_cell_that_it_maps_and_says_when_it_has_seen_enough() -> None:
+def test_sensor_reports_a_find_and_the_end_of_its_inspection() -> None:
     sensor = SwathSensor(25.0, 1.3, "AUV07")
     first = sensor.sense(Pose(62.5, 12.5, 20.0, 0.0, 0.0), WRECKED, 0.0)
     assert [one.facts for one in first] == [(("area", "mappedCell", 2),), (("find 1", "foundAt", (62.5, 12.5)),)]
@@ -136,7 +136,7 @@ def inspect(sensor_works: bool, water_mps: float = 0.0) -> tuple[Inspecting, lis
     return behaviour, track, perception
 
 
-def test_the_vehicle_hurries_there_slows_down_before_and_stays_until_it_has_seen_enough() -> None:
+def test_vehicle_slows_down_near_a_find_and_stays_until_inspected() -> None:
     _, track, perception = inspect(sensor_works=True)
     assert perception.done
     assert max(speed for _, speed in track) == pytest.approx(mapper().transit_speed_mps)
@@ -146,7 +146,7 @@ def test_the_vehicle_hurries_there_slows_down_before_and_stays_until_it_has_seen
     assert all(after or not before for before, after in pairwise(near)), "it never leaves"
 
 
-def test_a_sensor_that_shows_nothing_is_given_up_after_the_longest_stay() -> None:
+def test_inspection_fails_after_the_longest_stay_with_a_dead_sensor() -> None:
     _, track, perception = inspect(sensor_works=False)
     assert perception.failed
     on_site_s = sum(way_m <= FINDS.close_radius_m for way_m, _ in track)
@@ -164,7 +164,7 @@ def test_a_find_is_seen_where_the_water_runs_half_as_fast_as_the_vehicle_has_to_
     ("strategy", "per"),
     [*((one, 0.0) for one in QUICK), *(pytest.param(one, 0.4, marks=pytest.mark.slow) for one in SOME)],
 )
-def test_what_is_found_is_inspected_before_the_group_meets(strategy: str, per: float) -> None:
+def test_all_finds_are_inspected_before_the_group_meets(strategy: str, per: float) -> None:
     done = run(with_finds(3, f"strategy.name={strategy}", f"channel.per={per}"))
     assert done.completed, done.reason
     found, inspected = milestones(done, "found"), milestones(done, "inspected")

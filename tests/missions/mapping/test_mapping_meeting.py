@@ -37,12 +37,12 @@ def place_m(turn_rate_radps: float, separation_m: float) -> tuple[float, float]:
     return reference.target_m
 
 
-def test_a_place_is_as_far_from_the_leader_as_the_mission_says_where_that_leaves_it_room() -> None:
+def test_place_has_the_spacing_of_the_mission_if_the_leader_has_room() -> None:
     """At 2 m/s and 0.5 rad/s the leader turns on a circle of 4 m: it keeps 1.1 * 5 + 4 = 9.5 m from others."""
     assert place_m(0.5, 5.0) == (0.0, 15.0)
 
 
-def test_a_place_is_farther_from_a_leader_that_turns_on_a_wide_circle_or_keeps_others_farther_off() -> None:
+def test_place_is_farther_for_wide_turns_or_a_larger_separation() -> None:
     """1.25 (1.1 * 5 + 2 / 0.1) and 1.25 (1.1 * 12 + 2 / 0.5)."""
     assert place_m(0.1, 5.0) == pytest.approx((0.0, 31.875))
     assert place_m(0.5, 12.0) == pytest.approx((0.0, 21.5))
@@ -61,7 +61,7 @@ def answers(facts: Facts, goal: float, finds: tuple[str, ...] = ()) -> float:
 @pytest.mark.parametrize(
     ("n_cells", "goal", "expected"), [(29, 0.9, 1.0), (28, 0.9, 0.0), (31, 1.0, 0.0), (0, 0.0, 1.0)]
 )
-def test_calls_are_answered_from_the_goal_on(n_cells: int, goal: float, expected: float) -> None:
+def test_calls_are_answered_once_the_goal_is_reached(n_cells: int, goal: float, expected: float) -> None:
     """Of 32 cells a goal of 0.9 spares three (28.8 are asked for)."""
     facts = Facts()
     facts.cells["west"] = {float(n) for n in range(min(16, n_cells))}
@@ -69,14 +69,14 @@ def test_calls_are_answered_from_the_goal_on(n_cells: int, goal: float, expected
     assert answers(facts, goal) == expected
 
 
-def test_an_area_that_somebody_has_done_counts_whole() -> None:
+def test_area_reported_as_done_counts_as_complete() -> None:
     facts = Facts()
     facts.known["areaDone", "west"] = "AUV01"
     assert answers(facts, 0.5) == 1.0
     assert answers(facts, 0.6) == 0.0
 
 
-def test_a_find_that_waits_is_work() -> None:
+def test_find_that_is_not_inspected_counts_as_open_work() -> None:
     facts = Facts()
     facts.known["foundAt", "find 1"] = (0.0, 0.0)
     assert answers(facts, 0.0, ("find 1",)) == 0.0
@@ -119,7 +119,7 @@ def are_there(age_s: float, position_m: tuple[float, float], contacts_m: tuple[A
     ],
     ids=["heard", "heard elsewhere", "heard long ago", "seen", "somebody seen elsewhere"],
 )
-def test_a_member_is_there_if_it_was_heard_or_seen_there_lately(
+def test_member_is_present_if_received_or_seen_there_recently(
     age_s: float, position_m: tuple[float, float], contacts_m: tuple[Any, ...], expected: bool
 ) -> None:
     assert are_there(age_s, position_m, contacts_m) is expected

@@ -38,7 +38,7 @@ def axes() -> Axes:
     return Sheet().subplots()
 
 
-def test_the_steps_end_at_the_share_of_the_summary(axes: Axes) -> None:
+def test_coverage_steps_end_at_the_share_of_the_summary(axes: Axes) -> None:
     draw_coverage(axes, results(), STYLE)
     steps = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
     assert steps["fleet"] == pytest.approx([0, 25, 50, 75, 75])  # three of four cells
@@ -47,7 +47,7 @@ def test_the_steps_end_at_the_share_of_the_summary(axes: Axes) -> None:
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time in s", "mapped in %")
 
 
-def test_mapped_cells_are_squares_in_the_tint_of_who_came_first(axes: Axes) -> None:
+def test_mapped_cells_have_the_tint_of_the_first_vehicle(axes: Axes) -> None:
     assert draw_mapped_cells(axes, results(), STYLE).startswith("Cells are shaded in the colour")
     (cells,) = [one for one in axes.collections if isinstance(one, PolyCollection)]
     boxes = [path.get_extents().extents.tolist() for path in cells.get_paths()]
@@ -57,7 +57,7 @@ def test_mapped_cells_are_squares_in_the_tint_of_who_came_first(axes: Axes) -> N
     assert axes.get_legend_handles_labels()[1] == ["mapped cells"]
 
 
-def test_objects_stand_where_they_lie_and_a_cross_where_each_was_seen(axes: Axes) -> None:
+def test_objects_and_sightings_are_drawn_at_their_positions(axes: Axes) -> None:
     sightings = [{"x_m": x_m, "y_m": y_m} for x_m, y_m in ((11.0, 20.0), (9.0, 21.0), (41.0, 52.0))]
     objects = {"object": [{"position_m": [10.0, 20.0], "classification": "wreck"}]}
     seen = SimpleNamespace(scenario_tables=objects, rows={"sightings": sightings}.__getitem__)

@@ -39,7 +39,7 @@ def place_of(facts: list[tuple[Any, ...]]) -> Estimate:
 
 
 @pytest.mark.parametrize("drifting_m", [0.0, 0.5, 1.5, 4.0])
-def test_a_region_of_95_percent_has_the_object_in_95_percent(drifting_m: float) -> None:
+def test_region_of_95_percent_covers_95_percent_of_objects(drifting_m: float) -> None:
     """Two dives with five looks each, one error of navigation in each; 1000 trials, +- four times 0.7 %."""
     draw, n_in, n = np.random.default_rng(3), 0, 1000
     for seed in range(n):
@@ -52,7 +52,7 @@ def test_a_region_of_95_percent_has_the_object_in_95_percent(drifting_m: float) 
     assert 0.95 - 0.028 <= n_in / n <= 0.95 + 0.028
 
 
-def test_no_number_of_looks_outdoes_the_error_of_a_dive() -> None:
+def test_repeated_looks_do_not_reduce_the_shared_error_of_a_dive() -> None:
     """Fused they come to sigma^2 / n + that of the place, 4 / n + 9; another dive has an error of its own."""
     nine = looked(1, [(0.0, 0.0)] * 9, [3.0] * 9)
     assert nine[0][3] == pytest.approx(13.0**0.5)
@@ -65,7 +65,7 @@ def test_no_number_of_looks_outdoes_the_error_of_a_dive() -> None:
     assert [fact[3] for fact in at_rest] == [2.0] * 9
 
 
-def test_the_summary_says_how_many_objects_are_where_they_are_said_to_be() -> None:
+def test_summary_has_the_share_of_objects_within_their_regions() -> None:
     run = remoras.run("mapping-objects", per=0.4, seed=2, set={"navigation.drift": 0.02})
     known = run.known("ASV00", run.summary["mission_time_s"])
     lies_m = [one.position_m for one in run.scenario.object]
@@ -88,7 +88,7 @@ def test_the_summary_says_how_many_objects_are_where_they_are_said_to_be() -> No
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("drift", [0.0, 0.01, 0.02, 0.05])
-def test_the_region_has_the_object_at_each_drift(drift: float) -> None:
+def test_region_covers_the_object_at_each_drift(drift: float) -> None:
     """Of the places of 40 runs; without the error of navigation it was 10 to 44 % of them where there is drift."""
     given = {"navigation.drift": drift}
     runs = [remoras.run("mapping-objects", per=0.4, seed=seed, set=given) for seed in range(1, 41)]

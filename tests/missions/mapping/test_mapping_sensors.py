@@ -44,7 +44,7 @@ def test_cells_of_the_papers_areas() -> None:
         assert sorted(index for area, index in seabed.cells.values() if area == name) == list(range(100))
 
 
-def test_what_lies_under_the_vehicle() -> None:
+def test_cells_under_the_vehicle_are_those_within_half_a_swath() -> None:
     # at a common corner of four cells, whose centres are 12.5 sqrt(2) = 17.7 m away
     assert sorted(FIELD.under(50.0, 50.0, 17.6)) == []
     assert sorted(FIELD.under(50.0, 50.0, 17.7)) == [(1, 1), (1, 2), (2, 1), (2, 2)]
@@ -59,7 +59,7 @@ def cells(sensor: SwathSensor, x_m: float, y_m: float, speed_mps: float) -> list
     return [of_index[int(value)] for one in found for _, _, value in one.facts]
 
 
-def test_a_cell_is_new_to_a_sensor_once() -> None:
+def test_sensor_reports_a_cell_once() -> None:
     one, other = (SwathSensor(25.0, 1.3, "AUV00") for _ in range(2))
     assert cells(one, 12.5, 12.5, 1.3) == [(0, 0)]
     assert cells(one, 12.5, 14.0, 1.3) == []
@@ -69,7 +69,7 @@ def test_a_cell_is_new_to_a_sensor_once() -> None:
     assert found == [Observation((("field", "mappedCell", 6),))]  # cell (2, 1) is in the second row of four: 1 * 4 + 2
 
 
-def test_a_vehicle_that_is_faster_than_its_data_maps_faster() -> None:
+def test_mapping_speed_scales_with_the_true_speed() -> None:
     """Ten per cent faster than 1.25 m/s is 1.375 m/s; without a sensor it surveys at its own 1.5 m/s."""
     assert mapping_speed_mps(AUV) == 1.25
     assert mapping_speed_mps(AUV.faster(1.1)) == pytest.approx(1.375)
@@ -109,7 +109,7 @@ def seen_at(known: KnownAt, name: str, within_m: float = 20.0) -> str | None:
     return subject if way_m <= within_m else None
 
 
-def test_what_two_vehicles_classified_is_fused_alike_on_all() -> None:
+def test_classifications_of_two_vehicles_fuse_equally_on_all() -> None:
     run = finished()
     end_s = run.summary["mission_time_s"]
     fused = {}
@@ -125,7 +125,7 @@ def test_what_two_vehicles_classified_is_fused_alike_on_all() -> None:
 
 
 @pytest.mark.slow
-def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back(tmp_path: Path) -> None:
+def test_ban_removes_the_effect_of_a_bias_until_it_is_revoked(tmp_path: Path) -> None:
     """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is.
 
     The checker of results finds another number of doubted vehicles.
@@ -167,7 +167,7 @@ def looks(settings: ClassifierSettings, seed: int, n: int, node: int = 1) -> lis
     return [one for k in range(n) for one in sensor.sense(pose, world, settings.every_s * k)]
 
 
-def test_a_look_is_as_often_right_as_it_says() -> None:
+def test_looks_are_right_at_their_stated_rate() -> None:
     """Of 200 looks 140 are right, within four times sqrt(200 * 0.7 * 0.3) = 6.5; wrong ones are even."""
     found = Counter(one.row[1] for one in looks(ClassifierSettings(p_right=0.7), 5, 200))
     assert abs(found["wreck"] - 140) < 26
@@ -176,7 +176,7 @@ def test_a_look_is_as_often_right_as_it_says() -> None:
     assert max(others) - min(others) < 4 * math.sqrt(2 * 30)  # 30 of each on average
 
 
-def test_draws_are_keyed() -> None:
+def test_looks_depend_on_seed_and_node_and_not_on_the_interval() -> None:
     settings = ClassifierSettings()
     assert looks(settings, 5, 9) == looks(settings, 5, 9)
     assert looks(settings, 5, 9) != looks(settings, 6, 9)

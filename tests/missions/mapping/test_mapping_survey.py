@@ -28,7 +28,7 @@ def test_the_grid_of_table_ii() -> None:
     assert {math.dist(a, b) for a, b in pairwise(waypoints)} == {225.0, 25.0}
 
 
-def test_a_width_that_is_no_multiple_of_the_swath_is_shared_out() -> None:
+def test_rows_are_evenly_spaced_over_any_width() -> None:
     """60 m in swaths of 25 m: three rows, 20 m apart, the outer ones 10 m from the border."""
     assert [begin[1] for begin, _ in rows([(0, 0), (100, 0), (100, 60), (0, 60)], 25.0, 12.5)] == [10.0, 30.0, 50.0]
 
@@ -76,7 +76,7 @@ def test_a_zigzag_runs_every_row_once_and_stays_inside(corners: list[Point], swa
 
 
 @given(convex_polygons(), st.floats(-900.0, 900.0), st.floats(-900.0, 900.0))
-def test_inside_is_on_one_side_of_every_side(corners: list[Point], x: float, y: float) -> None:
+def test_point_inside_is_left_of_every_side(corners: list[Point], x: float, y: float) -> None:
     turns = [
         (bx - ax) * (y - ay) - (by - ay) * (x - ax)
         for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True)
@@ -113,9 +113,7 @@ def to_line_m(begin: Point, end: Point, point: Point) -> float:
 
 
 @given(GROUNDS, SWATHS_M, st.data())
-def test_the_rows_cover_all_that_is_left_and_can_be_reached(
-    ground: Ground, swath_m: float, draw: st.DataObject
-) -> None:
+def test_rows_cover_all_remaining_reachable_cells(ground: Ground, swath_m: float, draw: st.DataObject) -> None:
     survey, left = ground.survey(swath_m), some(ground, draw)
     lines = run_m(survey, left)
     wanted = [index for index in range(len(ground.cells)) if left & survey.reach & 1 << index]
@@ -126,7 +124,7 @@ def test_the_rows_cover_all_that_is_left_and_can_be_reached(
 
 
 @given(GROUNDS, SWATHS_M)
-def test_an_untouched_area_is_run_to_and_fro_from_each_end(ground: Ground, swath_m: float) -> None:
+def test_rows_of_an_untouched_area_alternate_from_each_end(ground: Ground, swath_m: float) -> None:
     survey = ground.survey(swath_m)
     lines = [row.ends_m for row in survey.rows]
     if survey.reach and all(row.cells for row in survey.rows):
@@ -137,7 +135,7 @@ def test_an_untouched_area_is_run_to_and_fro_from_each_end(ground: Ground, swath
 
 
 @given(GROUNDS, SWATHS_M, st.data(), st.tuples(st.floats(-300, 300), st.floats(-300, 300)))
-def test_where_less_is_left_a_vehicle_is_done_no_later(
+def test_fewer_remaining_cells_never_take_longer(
     ground: Ground, swath_m: float, draw: st.DataObject, at_m: Point
 ) -> None:
     """From the same place at the same speed: whoever runs the longer way has passed all that is left of the shorter."""
@@ -153,7 +151,7 @@ def test_where_less_is_left_a_vehicle_is_done_no_later(
 SQUARE = SurveyJob("square", ((100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)))
 
 
-def test_who_has_no_sensor_or_does_not_stand_the_depth_is_not_able() -> None:
+def test_vehicle_without_sensor_or_depth_is_unable() -> None:
     """The vehicle stands 100 m."""
     deep, too_deep = replace(SQUARE, depth_m=100.0), replace(SQUARE, depth_m=100.5)
     here = Outlook(0.0, (0.0, 0.0))
@@ -165,9 +163,7 @@ def test_who_has_no_sensor_or_does_not_stand_the_depth_is_not_able() -> None:
 
 
 @given(st.tuples(st.floats(-500, 1000), st.floats(-500, 1000)), st.floats(0.0, 1e4))
-def test_a_survey_takes_its_own_time_and_the_way_to_it_wherever_it_begins(
-    place_m: tuple[float, float], s: float
-) -> None:
+def test_survey_takes_its_own_time_and_the_way_to_its_nearest_end(place_m: tuple[float, float], s: float) -> None:
     """2475 m at 1.25 m/s, and the way to the nearest of the square's four ends at 2 m/s; ten rows end opposite."""
     then = SQUARE.after(Outlook(s, place_m), AUV)
     assert then is not None
@@ -178,7 +174,7 @@ def test_a_survey_takes_its_own_time_and_the_way_to_it_wherever_it_begins(
 
 
 @given(st.floats(0.9, 1.1))
-def test_a_vehicle_that_is_faster_by_a_share_is_done_sooner_by_that_share(factor: float) -> None:
+def test_duration_of_a_survey_is_inverse_to_the_speed(factor: float) -> None:
     usual, faster = (SQUARE.after(Outlook(0.0, (0.0, 0.0)), data) for data in (AUV, AUV.faster(factor)))
     assert usual is not None
     assert faster is not None

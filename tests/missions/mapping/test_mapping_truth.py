@@ -45,7 +45,7 @@ def names(watching: MappingTruth) -> list[str]:
     return [milestone.name for milestone in watching.milestones]
 
 
-def test_consultation_ends_when_what_was_given_out_counts_where_it_was_meant_to() -> None:
+def test_consultation_ends_when_issued_roles_and_objectives_are_known() -> None:
     watching, fleet = truth(), Fleet()
     fleet.a.planned = False
     assert not watching.observe(fleet, 1.0)
@@ -65,7 +65,7 @@ def test_consultation_ends_when_what_was_given_out_counts_where_it_was_meant_to(
     assert names(watching) == ["consultation_done"]
 
 
-def test_who_turns_away_has_stopped_unless_it_turns_back() -> None:
+def test_mapping_stopped_is_recorded_for_the_last_turn_away() -> None:
     watching, fleet = truth(), Fleet()
     for time_s, performed in enumerate([("ZigzagExploring",), ("Homing",), ("ZigzagExploring",), ("Homing",)], 1):
         fleet.b.performed = performed
@@ -74,7 +74,7 @@ def test_who_turns_away_has_stopped_unless_it_turns_back() -> None:
     assert watching.milestones[1:] == [Milestone(4.0, "mapping_stopped", "B")]
 
 
-def test_the_group_is_together_within_the_radius_and_with_nothing_left_to_give_out() -> None:
+def test_group_is_together_within_the_radius_with_no_open_assignment() -> None:
     """15 m is the radius: at 16 m a member is not there."""
     watching, fleet = truth(), Fleet()
     fleet.a.position_m, fleet.b.position_m = JETTY_M, (116.0, 100.0)
@@ -87,7 +87,7 @@ def test_the_group_is_together_within_the_radius_and_with_nothing_left_to_give_o
     assert watching.close(fleet, 3.0) == ""
 
 
-def test_at_the_end_it_is_said_who_is_missing_and_who_has_no_energy() -> None:
+def test_reason_names_missing_groups_and_vehicles_out_of_action() -> None:
     watching, fleet = truth(), Fleet()
     assert truth().close(fleet, 60.0) == "consultation had not ended after 60 s"
     watching.observe(fleet, 1.0)
@@ -96,7 +96,7 @@ def test_at_the_end_it_is_said_who_is_missing_and_who_has_no_energy() -> None:
     assert watching.close(fleet, 60.0) == "not together after 60 s: Team; out of action: B"
 
 
-def test_nobody_waits_for_the_dead_unless_somebody_is_free_to_take_the_place() -> None:
+def test_dead_vehicle_is_awaited_only_if_a_spare_can_replace_it() -> None:
     watching, fleet = truth(), Fleet()
     fleet.a.position_m = JETTY_M
     fleet.b.is_in_contact = False
@@ -110,7 +110,7 @@ def test_nobody_waits_for_the_dead_unless_somebody_is_free_to_take_the_place() -
     assert watching.observe(fleet, 2.0)
 
 
-def test_whom_a_head_that_waited_to_the_deadline_met_without_is_said() -> None:
+def test_vehicles_missing_at_the_meeting_deadline_are_recorded() -> None:
     """The deadline is 900 s after the head came, if it takes the group for gathered then."""
     watching, fleet = truth(), Fleet()
     fleet.a.position_m = JETTY_M
@@ -172,7 +172,7 @@ FIND = SeabedFeature("find 1", (212.5, 12.5), 30.0, 10.0, 0.5)
 @pytest.mark.parametrize(("seabed", "xs_m"), [
     (BANK, (212.5, 237.5)), (replace(BANK, features={(8, 0): FIND}), (212.5, 237.5, 262.5, 287.5)),
 ])  # fmt: skip
-def test_what_no_survivor_can_do_counts_and_is_out_of_reach(seabed: Seabed, xs_m: tuple[float, ...]) -> None:
+def test_work_no_survivor_can_do_counts_and_is_unreachable(seabed: Seabed, xs_m: tuple[float, ...]) -> None:
     """B alone is able: when it is lost, half of the goal is reached. A find counts for as much as the four cells."""
     watching, fleet = truth(seabed=seabed, able=("B",)), Fleet()
     sweep(watching, fleet, *xs_m)
@@ -183,7 +183,7 @@ def test_what_no_survivor_can_do_counts_and_is_out_of_reach(seabed: Seabed, xs_m
     assert watching.close(fleet, 9.0).startswith("no vehicle left that is able to map: 50 % open; ")
 
 
-def test_it_is_over_once_nobody_left_can_do_more_and_who_lives_has_come_home() -> None:
+def test_run_ends_once_no_able_vehicle_is_left_and_survivors_are_home() -> None:
     """B alone is able. A goes on to the rally point after B is lost; a vehicle that will return is waited for."""
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
     sweep(watching, fleet, 212.5, 237.5)

@@ -16,7 +16,7 @@ SHORT = "scenario.duration_s=30.0"
 
 
 @pytest.mark.slow
-def test_nobody_classifies_what_it_was_not_told() -> None:
+def test_classification_follows_from_strips_received_before() -> None:
     """Whoever says what a contact is holds the strips by then: the ratio is worked out anew from what came to it."""
     of = hunted(1)
     decisive = log(0.99 / 0.01)
@@ -50,7 +50,7 @@ def test_nobody_classifies_what_it_was_not_told() -> None:
 
 
 @pytest.mark.slow
-def test_an_analyst_that_hears_nothing_classifies_nothing() -> None:
+def test_deaf_analyst_classifies_nothing() -> None:
     """Views are made all the same."""
     of = hunted(1, 'fault=[{kind="deaf",vehicle="ASV00",at_s=1.0}]', "scenario.duration_s=900.0")
     assert not [row for row in of.recorder.rows("classifications") if row[1] == "ASV00"]
@@ -59,14 +59,14 @@ def test_an_analyst_that_hears_nothing_classifies_nothing() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ['kind="lost",vehicle="AUV02",at_s=400', 'kind="lost",vehicle="ASV00",at_s=500'])
-def test_a_loss_delays_and_does_not_stop_it(fault: str) -> None:
+def test_mission_completes_after_the_loss_of_one_vehicle(fault: str) -> None:
     """A lost vehicle's views are made again; who succeeds a lost analyst is told again what it lacks."""
     of = hunted(1, f"fault=[{{{fault}}}]")
     assert of.completed
     assert len(of.recorder.rows("classifications")) == 12
 
 
-def test_what_a_view_shows_depends_on_seed_contact_and_view_alone() -> None:
+def test_view_depends_on_seed_contact_and_number_only() -> None:
     """Not on who looks, nor when, nor on losses; other seeds have other mines."""
     mission = hunted(1, SHORT).mission
     assert mission.world(3) == hunted(1, SHORT, "channel.per=0.5").mission.world(3)

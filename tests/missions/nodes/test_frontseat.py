@@ -82,7 +82,7 @@ class Pair:
         step_until(until_s, self.ship, self.boat)
 
 
-def test_the_vehicle_is_where_its_body_is_and_others_hear_of_it(tmp_path: Path) -> None:
+def test_vehicle_takes_its_position_from_its_body_and_reports_it(tmp_path: Path) -> None:
     pair = Pair(tmp_path, Hull(3.0, -40.0))
     pair.go(120.0)
     layer = pair.own[1].solo.vehicle.functional
@@ -99,7 +99,7 @@ def test_the_vehicle_is_where_its_body_is_and_others_hear_of_it(tmp_path: Path) 
     assert pair.hull.is_closed
 
 
-def test_a_body_that_says_nothing_is_told_to_stop(tmp_path: Path) -> None:
+def test_silent_body_gets_speed_0(tmp_path: Path) -> None:
     hull = Hull(3.0, -40.0)
     pair = Pair(tmp_path, hull)
     pair.go(100.0)
@@ -115,7 +115,7 @@ def test_a_body_that_says_nothing_is_told_to_stop(tmp_path: Path) -> None:
     assert hull.goals[-1][1] > 0.0
 
 
-def test_nonsense_of_a_body_is_passed_over_and_its_battery_counts(tmp_path: Path) -> None:
+def test_invalid_position_is_ignored_and_battery_level_is_used(tmp_path: Path) -> None:
     hull = Hull(3.0, -40.0)
     pair = Pair(tmp_path, hull)
     pair.go(50.0)
@@ -131,7 +131,7 @@ def test_nonsense_of_a_body_is_passed_over_and_its_battery_counts(tmp_path: Path
     assert hull.goals[-1][1] == 0.0
 
 
-def test_the_log_of_a_body_repeats_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_log_with_fixes_is_reproduced_and_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pair = Pair(tmp_path, Hull(3.0, -40.0))
     pair.go(90.0)
     log = read_log(pair.path)
@@ -153,7 +153,7 @@ def test_the_log_of_a_body_repeats_and_goes_on(tmp_path: Path, monkeypatch: pyte
 
 
 @pytest.mark.parametrize("setting", ["navigation.drift=0.01", "current.east_mps=0.1"])
-def test_what_moves_a_simulated_body_is_refused(setting: str) -> None:
+def test_current_and_navigation_errors_are_refused_with_a_frontseat(setting: str) -> None:
     alone(plan_of(BOAT, False, setting))
     with pytest.raises(ConfigurationError, match=r"--frontseat.*without current and navigation errors"):
         alone(plan_of(BOAT, True, setting))
@@ -172,7 +172,7 @@ class Told:
         return self.next
 
 
-def test_readings_count_as_far_as_they_are_surer() -> None:
+def test_clock_readings_count_only_if_more_certain() -> None:
     clock = Told()
     pace = Disciplined(clock, 1000.0, Paced(0.0, 2.0))
     assert pace.uncertainty_s == math.inf
@@ -189,7 +189,7 @@ def test_readings_count_as_far_as_they_are_surer() -> None:
     assert pace.uncertainty_s == pytest.approx(2.0 * (0.001 + CRYSTAL * 1000.0), rel=0.05)
 
 
-def test_who_is_not_sure_of_the_time_withholds_its_packets() -> None:
+def test_node_with_uncertain_time_withholds_its_packets() -> None:
     class Unsure(Paced):
         uncertain_s = 0.0
 
@@ -230,7 +230,7 @@ SEAT = "from missions.nodes import Frontseat\ndef seat(): return Frontseat"
     (f"{SEAT}(modem=print)", ("--start-utc", "2026-05-01T09:00:00", "--peers", "ASV00=127.0.0.1:1"),
      "its modem replaces other links; leave out --serial, --unet, --bind and --peers"),
 ])  # fmt: skip
-def test_a_frontseat_that_cannot_be_is_a_line(
+def test_faulty_frontseat_is_refused_in_one_line(
     text: str, options: tuple[str, ...], expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -334,7 +334,7 @@ def odometry(graph: Graph, x_m: float, y_m: float, heading_rad: float = 0.0, dep
     return message
 
 
-def test_a_body_in_the_graph_says_where_it_is_and_is_guided_until_its_vehicle_leaves(graph: Graph) -> None:
+def test_ros_body_gives_fixes_and_gets_goals_until_the_node_leaves(graph: Graph) -> None:
     share = RosShare("AUV00", True)
     assert graph.namespace == "auv00"
     assert share.fix() is None
@@ -351,7 +351,7 @@ def test_a_body_in_the_graph_says_where_it_is_and_is_guided_until_its_vehicle_le
     assert share.fix() is None
 
 
-def test_a_simulated_vehicle_is_told(graph: Graph) -> None:
+def test_simulated_vehicle_publishes_odometry(graph: Graph) -> None:
     command = ["node", "mapping-rendezvous", "AUV00", "--ros", "tell"]
     command += ["--until", "30", "--settle", "0", "--speed", "60"]
     done = CliRunner().invoke(app, [*command, "--json"])
@@ -365,7 +365,7 @@ def test_a_simulated_vehicle_is_told(graph: Graph) -> None:
     assert graph.callbacks == {}
 
 
-def test_without_ros_it_says_in_a_line_what_to_do() -> None:
+def test_missing_ros_is_refused_in_one_line_with_the_remedy() -> None:
     if "rclpy" in sys.modules or sys.modules.get("rclpy.signals"):
         pytest.skip("there is a ROS 2 here")
     with pytest.raises(ConfigurationError, match="--ros: rclpy"):

@@ -39,7 +39,7 @@ def logged(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("vehicle", ["ASV00", "AUV00"])
-def test_a_log_repeats_its_vehicle_bit_by_bit(logged: Path, vehicle: str) -> None:
+def test_log_reproduces_its_vehicle_exactly(logged: Path, vehicle: str) -> None:
     log = read_log(logged / f"{vehicle}.jsonl")
     played = play(log)
     assert played.difference == ""
@@ -67,7 +67,7 @@ def altered(line: dict[str, Any]) -> dict[str, Any]:
         ("end", lambda line: {**line, "state_hash": "0"}, "state at 500 s: "),
     ],
 )
-def test_a_log_that_differs_is_named_where_it_does(
+def test_first_difference_of_a_log_is_named(
     logged: Path, tmp_path: Path, kind: str, change: Any, difference: str
 ) -> None:
     other = changed(
@@ -76,9 +76,7 @@ def test_a_log_that_differs_is_named_where_it_does(
     assert play(read_log(other)).difference.startswith(difference)
 
 
-def test_the_log_of_a_node_that_was_killed_repeats_it_as_far_as_it_goes_and_is_gone_on_with(
-    logged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_truncated_log_is_reproduced_and_resumed(logged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lines = (logged / "ASV00.jsonl").read_text().splitlines(keepends=True)
     cut = tmp_path / "x.jsonl"
     cut.write_text("".join(lines[: len(lines) * 3 // 4]))
@@ -102,16 +100,14 @@ def test_the_log_of_a_node_that_was_killed_repeats_it_as_far_as_it_goes_and_is_g
         (SEED, lambda n, line: None if line.get("kind") == "end" else altered(line), "not repeated .*: packet 1"),
     ],
 )
-def test_a_log_that_cannot_be_gone_on_with_is_named(
-    logged: Path, tmp_path: Path, seed: int, spoil: Any, says: str
-) -> None:
+def test_log_that_cannot_be_resumed_is_refused(logged: Path, tmp_path: Path, seed: int, spoil: Any, says: str) -> None:
     path = changed(logged / "AUV00.jsonl", tmp_path / "x.jsonl", spoil or (lambda n, line: line))
     with pytest.raises(ConfigurationError, match=says):
         gone_on(path, replace(plan_of(), seed=seed))
 
 
 @pytest.mark.parametrize("text", ["", "x\n", "{}\n", '{"log": "remoras node", "plan": {}}\n'])
-def test_what_is_no_log_is_refused(tmp_path: Path, text: str) -> None:
+def test_file_without_log_lines_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "x.jsonl").write_text(text)
     with pytest.raises(ConfigurationError, match="no line of a log"):
         read_log(tmp_path / "x.jsonl")
@@ -127,7 +123,7 @@ def test_a_bad_line_is_named(logged: Path, tmp_path: Path) -> None:
         read_log(bad)
 
 
-def test_one_that_comes_late_neither_speaks_nor_knows_before_and_catches_up(tmp_path: Path) -> None:
+def test_late_node_is_silent_before_its_start_and_catches_up(tmp_path: Path) -> None:
     late = replace(plan_of("AUV01"), begins_s=120.0)
     _, outcomes = together([plan_of("AUV00"), late], tmp_path, LOSSY)
     assert outcomes[0].state_hash == outcomes[1].state_hash
@@ -136,7 +132,7 @@ def test_one_that_comes_late_neither_speaks_nor_knows_before_and_catches_up(tmp_
     assert play(log).difference == ""
 
 
-def test_one_that_is_started_again_tells_in_its_next_epoch() -> None:
+def test_restarted_node_sends_items_of_its_next_epoch() -> None:
     """Without the epoch, it would number what it tells from 0, and the others would take it for what they know."""
     again = replace(plan_of("AUV00"), begins_s=60.0, epoch=5)
     nodes, outcomes = together([plan_of("ASV00"), again], None, LOSSY)

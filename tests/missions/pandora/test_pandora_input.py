@@ -30,7 +30,9 @@ def refusal(folder: Path, tables: dict[str, Any]) -> str:
         ("valve", 0, {"name": "any"}, "valve.any.name = .*stands for a valve that is drawn"),
     ],
 )  # fmt: skip
-def test_a_part_that_cannot_be(tmp_path: Path, table: str, entry: int, change: dict[str, Any], says: str) -> None:
+def test_faulty_part_is_refused_with_its_line(
+    tmp_path: Path, table: str, entry: int, change: dict[str, Any], says: str
+) -> None:
     tables = raw()
     tables[table][entry] |= change
     found = refusal(tmp_path, tables)
@@ -47,7 +49,7 @@ def test_a_part_that_cannot_be(tmp_path: Path, table: str, entry: int, change: d
         ([{"kind": "stuck"}] * 4, "upset = 4 tables: each affects another valve, and there are 3"),
     ],
 )  # fmt: skip
-def test_an_upset_that_cannot_be(tmp_path: Path, upsets: list[dict[str, Any]], says: str) -> None:
+def test_faulty_upset_is_refused(tmp_path: Path, upsets: list[dict[str, Any]], says: str) -> None:
     assert says in refusal(tmp_path, {**raw(), "upset": upsets})
 
 
@@ -58,7 +60,7 @@ SURGE = {"between_s": [0.0, 10.0], "lasts_s": 5.0, "east_mps": 0.7}
     ("current", {"surge": [{**SURGE, "between_s": [20.0, 10.0]}]}, "the earliest start may not be later than the lat"),
     ("current", {"surge": [SURGE]}, "could not stay where it is"),
 ])  # fmt: skip
-def test_settings_that_contradict_each_other(tmp_path: Path, table: str, change: dict[str, Any], says: str) -> None:
+def test_contradictory_settings_are_refused(tmp_path: Path, table: str, change: dict[str, Any], says: str) -> None:
     tables = raw()
     tables[table] |= change
     assert says in refusal(tmp_path, tables)
@@ -71,19 +73,19 @@ def between_alarms(stated: float, n_readings: int) -> float:
     return n_readings / sum(test.add(float(z)) is not None for z in draws)
 
 
-def test_where_nothing_is_wrong_it_alarms_at_the_stated_rate() -> None:
+def test_false_alarms_occur_at_the_stated_rate() -> None:
     """400,000 readings bring about 1,000 alarms: their number has a standard deviation of about 3 %."""
     assert between_alarms(400.0, 400_000) == pytest.approx(400.0, rel=0.12)
 
 
-def test_the_threshold_is_that_of_the_tables() -> None:
+def test_threshold_equals_published_tables() -> None:
     """Exactly, both sides together alarm once in 168 readings at h = 4 and in 465 at h = 5 (Montgomery, Table 9.3)."""
     assert readings_between_alarms(4.0) == pytest.approx(168.0, rel=0.02)
     assert readings_between_alarms(5.0) == pytest.approx(465.0, rel=0.02)
 
 
 @pytest.mark.parametrize("shift", [2.0, 3.0, -4.0])
-def test_what_is_off_is_found_and_estimated(shift: float) -> None:
+def test_shift_is_detected_and_estimated(shift: float) -> None:
     draws = np.random.Generator(np.random.Philox(8))
     taken, estimates = [], []
     for _ in range(200):
@@ -109,7 +111,7 @@ def monitor() -> ActionMonitor:
     ({("flow", "AUV01"): (0.3, 0.4), ("thrustShare", "AUV01"): 0.5}, 2.0 * (0.5 + SPARE_MPS)),
     ({("flow", "AUV01"): (3.0, 4.0)}, 2.0),
 ])  # fmt: skip
-def test_a_place_is_held_with_what_thrusters_and_current_leave(known: dict[Any, Any], asked_mps: float) -> None:
+def test_hold_speed_allows_for_weak_thrusters_and_current(known: dict[Any, Any], asked_mps: float) -> None:
     assert monitor().hold_speed_mps(known, 0.0, 0.4, 1.0) == pytest.approx(asked_mps)
 
 

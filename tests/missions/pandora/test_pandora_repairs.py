@@ -37,7 +37,7 @@ def failed(done: Run) -> set[str]:
 
 
 @pytest.mark.parametrize("adaptation", ["none", "tactical", "all"])
-def test_where_nothing_befalls_every_level_does_all(tmp_path: Path, adaptation: str) -> None:
+def test_run_without_faults_completes_at_every_level_of_adaptation(tmp_path: Path, adaptation: str) -> None:
     done = flown(tmp_path, adaptation)
     assert done.completed, done.reason
     assert (found(done), n_false_claims(done), n_repairs(done)) == ([], 0, 0)
@@ -48,7 +48,7 @@ def test_where_nothing_befalls_every_level_does_all(tmp_path: Path, adaptation: 
     ("upset", "finding", "by_tactics"),
     [(MOVED, "missing", False), (NEAR, "displaced", True), (STUCK, "resists", False), (TURNED, "turned", True)],
 )
-def test_a_valve_is_not_where_or_as_it_should_be(
+def test_misplaced_or_changed_valve_is_detected_and_repaired(
     tmp_path: Path, upset: Mapping[str, Any], finding: str, by_tactics: bool
 ) -> None:
     """Without assessment it is falsely taken for done; assessment finds it, and repair brings it to its end."""
@@ -62,7 +62,7 @@ def test_a_valve_is_not_where_or_as_it_should_be(
     assert n_repairs(repaired) == (0 if by_tactics else 1)
 
 
-def test_what_is_done_is_kept_by_a_repair(tmp_path: Path) -> None:
+def test_repair_keeps_completed_tasks(tmp_path: Path) -> None:
     """The valve was found before it resisted: nobody looks for it again, and nothing outside the branch is planned."""
     done = flown(tmp_path, **STUCK)
     plans = [row for row in done.recorder.plans if row[5] == job_of("valve A1")]
@@ -73,7 +73,7 @@ def test_what_is_done_is_kept_by_a_repair(tmp_path: Path) -> None:
     assert ("Looking", "dropped") not in tasks
 
 
-def test_a_camera_that_drifts_is_corrected_by_panels(tmp_path: Path) -> None:
+def test_drifting_camera_is_corrected_by_panels(tmp_path: Path) -> None:
     """Seen 1.8 m off, valves are out of reach until the offset is learnt."""
     done = flown(tmp_path, "tactical", **DRIFTS)
     assert done.completed, done.reason
@@ -82,14 +82,12 @@ def test_a_camera_that_drifts_is_corrected_by_panels(tmp_path: Path) -> None:
     assert point(learnt[-1]) == pytest.approx((1.5, 1.0), abs=0.4)
 
 
-def test_without_learning_the_offset_a_drifting_camera_leads_astray(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_drifting_camera_fails_without_learning_its_offset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ActionMonitor, "corrected", lambda self, facts, seen_m: seen_m)
     assert not flown(tmp_path, "tactical", **DRIFTS).completed
 
 
-def test_a_weak_thruster_is_learnt_and_asked_for_more(tmp_path: Path) -> None:
+def test_weak_thruster_is_learnt_and_compensated(tmp_path: Path) -> None:
     """At 0.3 of its speed 0.35 m/s are 0.1 m/s, and the current runs at 0.16 m/s: that takes asking for more."""
     weak = {"fault": [{**fault("slow", factor=0.3), "vehicle": one} for one in ("AUV00", "AUV01")]}
     blind, tactical = (flown(tmp_path, level, **weak) for level in ("none", "tactical"))
@@ -100,7 +98,7 @@ def test_a_weak_thruster_is_learnt_and_asked_for_more(tmp_path: Path) -> None:
     assert learnt == {"AUV00": pytest.approx(0.3, abs=0.05), "AUV01": pytest.approx(0.3, abs=0.05)}
 
 
-def test_a_current_that_rises_is_held_against(tmp_path: Path) -> None:
+def test_rising_current_is_detected_and_compensated(tmp_path: Path) -> None:
     rises = {"surge": [{"between_s": [30.0, 30.0], "lasts_s": 6000.0, "east_mps": 0.3, "north_mps": -0.2}]}
     blind, tactical = (flown(tmp_path, level, **rises) for level in ("none", "tactical"))
     assert n_false_claims(blind) > 0
@@ -109,7 +107,7 @@ def test_a_current_that_rises_is_held_against(tmp_path: Path) -> None:
     assert point(said(tactical, "flow")[-1][-1]) == pytest.approx((0.3, -0.2), abs=0.05)
 
 
-def test_a_vehicle_that_loses_energy_is_not_lost(tmp_path: Path) -> None:
+def test_vehicle_that_drains_returns_before_it_is_empty(tmp_path: Path) -> None:
     drains = {"fault": [fault("drains", drain_w=250.0)]}
     scenario = {"vehicle": [{**one, "energy_j": 120_000.0} for one in raw()["vehicle"]], **drains}
     blind, tactical = (flown(tmp_path, level, **scenario) for level in ("none", "tactical"))
@@ -130,12 +128,12 @@ def vehicles(**tools: tuple[int, ...]) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize(("tool", "number"), [("wrench", 0), ("camera", 2)])
-def test_a_tool_on_any_one_vehicle_does_for_all(tmp_path: Path, tool: str, number: int) -> None:
+def test_tool_on_any_one_vehicle_suffices(tmp_path: Path, tool: str, number: int) -> None:
     done = flown(tmp_path, vehicle=vehicles(**{tool: (number,)}), seed=11 + number, **BOTH_STUCK)
     assert done.completed, done.reason
 
 
-def test_arm_and_wrench_on_different_vehicles_do_it_one_after_the_other(tmp_path: Path) -> None:
+def test_arm_and_wrench_on_different_vehicles_are_used_in_turn(tmp_path: Path) -> None:
     """Who has the arm finds out that a valve is stuck; who has the wrench turns it, and could not have begun it."""
     done = flown(tmp_path, vehicle=vehicles(arm=(1,), wrench=(2,)), **BOTH_STUCK)
     assert done.completed, done.reason
@@ -144,7 +142,7 @@ def test_arm_and_wrench_on_different_vehicles_do_it_one_after_the_other(tmp_path
     assert ("AUV01", f"{job_of('valve A1')}: valve A1 resists, it takes a wrench") in faults(done, "cannot")
 
 
-def test_what_nobody_can_do_is_said_with_its_reason_and_everybody_comes_home(tmp_path: Path) -> None:
+def test_impossible_parts_are_named_with_reason_and_all_return(tmp_path: Path) -> None:
     done = flown(tmp_path, vehicle=vehicles(wrench=()), **BOTH_STUCK)
     assert not done.completed
     assert done.recorder.trajectories[-1][0] <= 1800.0
@@ -159,7 +157,7 @@ def test_what_nobody_can_do_is_said_with_its_reason_and_everybody_comes_home(tmp
 
 
 @pytest.mark.parametrize(("tool", "vehicle", "at_s"), [("arm", "AUV01", 0.0), ("wrench", "AUV00", 300.0)])
-def test_a_tool_that_dies_is_noticed_by_what_is_not_felt(tmp_path: Path, tool: str, vehicle: str, at_s: float) -> None:
+def test_dead_tool_is_detected_by_missing_response(tmp_path: Path, tool: str, vehicle: str, at_s: float) -> None:
     """At 300 s the arm has felt that the valve resists, and the wrench has turned a quarter: both counted."""
     died = {**fault("sensor", sensor=tool), "vehicle": vehicle, "at_s": at_s}
     done = flown(tmp_path, vehicle=vehicles(wrench=(0, 1)), fault=[died], **BOTH_STUCK)
@@ -168,9 +166,7 @@ def test_a_tool_that_dies_is_noticed_by_what_is_not_felt(tmp_path: Path, tool: s
 
 
 @pytest.mark.parametrize(("tool", "part"), [("arm", "valve A1"), ("camera", "panel A")])
-def test_a_tool_that_the_plan_demands_and_nobody_has_is_refused_in_one_line(
-    tmp_path: Path, tool: str, part: str
-) -> None:
+def test_missing_tool_that_the_plan_needs_is_refused_in_one_line(tmp_path: Path, tool: str, part: str) -> None:
     """A wrench is not planned for, so want of one is no fault of the scenario."""
     tables = {**raw(), "vehicle": vehicles(**{tool: ()})}
     with pytest.raises(ConfigurationError) as refused:
@@ -180,7 +176,7 @@ def test_a_tool_that_the_plan_demands_and_nobody_has_is_refused_in_one_line(
     assert little(tmp_path, vehicle=vehicles(wrench=()))
 
 
-def test_with_all_messages_lost_vehicles_work_and_come_home(tmp_path: Path) -> None:
+def test_vehicles_work_and_return_with_all_packets_lost(tmp_path: Path) -> None:
     done = flown(tmp_path, channel={"per": 0.999999})
     assert summary(done)["delivery_ratio"] == 0.0
     assert len(done.recorder.rows("serviced")) == 5
@@ -193,7 +189,7 @@ def test_with_all_messages_lost_vehicles_work_and_come_home(tmp_path: Path) -> N
 STYLE = PlainStyle(AUV00="red", AUV01="red")
 
 
-def test_figures_show_what_was_taken_for_done_and_what_was_found(tmp_path: Path) -> None:
+def test_figures_show_claimed_and_true_services_and_findings(tmp_path: Path) -> None:
     done = flown(tmp_path, "tactical", **STUCK)
     drawn = {one.name: Sheet().subplots() for one in FIGURES if not isinstance(one, Mark)}
     results = MemoryResults(done)
@@ -205,7 +201,7 @@ def test_figures_show_what_was_taken_for_done_and_what_was_found(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_without_a_focus_area_nobody_looks_there(tmp_path: Path) -> None:
+def test_part_outside_the_focus_area_is_not_found(tmp_path: Path) -> None:
     """It directs the camera: with one that is too little, no vehicle finds the part, and all say so and come home."""
     small = flown(tmp_path, mission={"adaptation": "all", "focus_radius_m": 4.0}, **MOVED)
     assert failed(small) == {"valve A1"}
@@ -244,14 +240,14 @@ def test_without_inference_the_plan_is_not_repaired(tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.slow
-def test_without_knowing_what_a_valve_takes_nobody_hands_it_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_valve_is_not_handed_over_without_its_reported_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The cause taken out: a part takes what was planned, whatever was found out."""
     monkeypatch.setattr(PlannedPart, "left", lambda self, facts: self)
     done = flown(tmp_path, vehicle=vehicles(arm=(1,), wrench=(2,)), **BOTH_STUCK)
     assert not done.completed
 
 
-def test_an_assignment_is_not_told_twice_at_one_time() -> None:
+def test_assignment_is_recorded_once_per_time() -> None:
     """At 1927.7 s the head's plan and its negotiation gave AUV01 the job of valve B2, each in an item of its own."""
     finished = run(load("pandora-inspection", [("--set", "strategy.name=remoras-planned")]), 1)
     told = Counter(row[1:7] for row in finished.recorder.items if row[5] in ("playsRole", "leftRole"))

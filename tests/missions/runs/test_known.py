@@ -124,7 +124,7 @@ def test_values_and_beliefs_are_by_name(folder: Path) -> None:
     assert heard_s[0] <= 120.0
 
 
-def test_who_and_when_are_checked(folder: Path) -> None:
+def test_unknown_vehicle_and_time_are_refused(folder: Path) -> None:
     results = Results.read(folder)
     with pytest.raises(OutputError, match=r"no vehicle 'AUV1'; there are .*; did you mean 'AUV0"):
         results.known("AUV1", 10.0)
@@ -139,14 +139,14 @@ def test_who_and_when_are_checked(folder: Path) -> None:
     assert repr(results.known("AUV01", np.int64(10))) == "<Known to AUV01 at 10 s>"
 
 
-def test_of_a_folder_that_lacks_a_table_it_says_which(folder: Path, tmp_path: Path) -> None:
+def test_missing_table_is_named(folder: Path, tmp_path: Path) -> None:
     partly = Path(shutil.copytree(folder, tmp_path / "partly"))
     (partly / "items.parquet").unlink()
     with pytest.raises(OutputError, match=r"no table 'items'; there are"):
         Results.read(partly).known("AUV01", 10.0)
 
 
-def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_expired_waiting_items_are_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 100 s AUV01 finds an object, keeps that to itself, and tells where it is: the others wait for 30 s. Then it
     says what it found: they hold that, and no longer what they forgot."""
     settings = ("worldmodel.waiting_s=30", "communication.needs.location=20", "channel.name='perfect'")
@@ -181,14 +181,14 @@ def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: p
 
 
 @pytest.mark.slow
-def test_so_it_is_with_groups_that_are_formed_and_dissolved_at_sea() -> None:
+def test_rebuilt_knowledge_includes_groups_formed_and_dissolved_at_sea() -> None:
     settings = ("channel.per=0.4", "finds.number=2", "finds.longest_stay_s=60")
     finished = compare(load("mapping-inspection", [("--set", one) for one in settings]), 3)
     assert {row[5] for row in finished.recorder.organisation} >= {"formed", "dissolved"}
 
 
 @pytest.mark.slow
-def test_what_was_pruned_before_a_ban_does_not_come_back() -> None:
+def test_values_pruned_before_a_ban_stay_removed() -> None:
     """A ban hides what is newer than its time, so that values count again that nobody has kept; and what it hides is
     not pruned. A vehicle that is away prunes nothing for as long."""
     prune = [
@@ -206,13 +206,13 @@ def test_what_was_pruned_before_a_ban_does_not_come_back() -> None:
     assert sum(block is None for _, block in model.items()) > 5
 
 
-def test_nobody_knows_what_came_in_a_packet_that_nobody_could_read(tmp_path: Path) -> None:
+def test_items_of_damaged_packets_are_not_known(tmp_path: Path) -> None:
     spoilt = "damage.share=0.2", "communication.crc_bits=16", "scenario.duration_s=600"
     finished = compare(scenario(*LOSS, *spoilt), 4, tmp_path / "run")
     assert len(finished.recorder.rows("refused")) > 20
 
 
-def test_a_status_that_damage_has_made_up_and_others_relayed_is_no_error() -> None:
+def test_relayed_status_with_undetected_damage_is_no_error() -> None:
     settings = ("channel.name=network", "damage.share=0.15", "damage.unchecked=true", "scenario.duration_s=600")
     finished = run(scenario(*settings), 3)
     recorded = {row[0] for row in finished.recorder.items}
@@ -231,7 +231,7 @@ def test_a_status_that_damage_has_made_up_and_others_relayed_is_no_error() -> No
         ("oracle", "restarts"),  # under a bound memory that is lost is told anew at once
     ],
 )
-def test_so_it_is_under_every_kind_of_strategy(strategy: str, case: str) -> None:
+def test_rebuilt_knowledge_is_correct_for_every_kind_of_strategy(strategy: str, case: str) -> None:
     compare(scenario(*LOSS, *CASES[case], strategy=strategy), 11)
 
 
@@ -247,7 +247,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return Results.read(folder)
 
 
-def test_time_and_vehicle_say_whose_knowledge_and_when(results: Results) -> None:
+def test_query_is_limited_to_vehicle_and_time(results: Results) -> None:
     asked = "SELECT (COUNT(?f) AS ?n) { ?f sit:ofAttribute rm:mappedCell }"
     counts = [results.query(asked, "AUV01", at_s)[1][0][0] for at_s in (0.0, 200.0, 400.0)]
     assert counts[0] == 0 < counts[1] < counts[2]
@@ -259,7 +259,7 @@ def test_time_and_vehicle_say_whose_knowledge_and_when(results: Results) -> None
     assert results.query(late, "AUV01", 400.0)[1] != []
 
 
-def test_what_cannot_be_written_or_asked_is_one_line(results: Results, tmp_path: Path) -> None:
+def test_invalid_export_or_query_is_refused_in_one_line(results: Results, tmp_path: Path) -> None:
     (tmp_path / "there.ttl").write_text("mine", encoding="utf-8")
     for about, says in (
         ({"vehicle": "AUV1"}, "no vehicle 'AUV1'; there are .*; did you mean 'AUV01'"),

@@ -58,13 +58,13 @@ LOST = [(300.0, "AUV01", "lost", "")]
          True, 40.0),
     ],
 )  # fmt: skip
-def test_recovery_lasts_until_others_hold_the_work(
+def test_recovery_time_ends_when_others_hold_the_work(
     faults: list[tuple[Any, ...]], roles: list[tuple[Any, ...]], completed: bool, expected: object
 ) -> None:
     assert recovery_time_s(finished(completed, faults=faults, roles=roles)) == expected
 
 
-def test_a_wrong_belief_names_somebody_who_does_not_hold_the_job() -> None:
+def test_wrong_belief_is_a_named_holder_without_the_job() -> None:
     """A and B hold jobs. A names B rightly; B names C for A's job, wrongly; C names nobody, which is not wrong."""
     group = Group(
         "g", (RoleSpecification("one", job="j1"), RoleSpecification("two", job="j2"), RoleSpecification("no"))
@@ -125,7 +125,7 @@ def test_every_vehicle_with_too_little_energy_is_named_with_figures(scenario: st
     assert all(f"is {energy_j:g}, for " in one and " J: " in one for one in found)
 
 
-def test_a_job_or_all_jobs_that_take_too_long_are_named_with_figures() -> None:
+def test_jobs_that_take_too_long_are_warned_of_with_figures() -> None:
     """Each area of the rendezvous takes 1600 to 1800 s alone; the 13 patches together take three vehicles 2171 s."""
     alone, together = (warned(one, "scenario.duration_s=900.0") for one in ("mapping-rendezvous", "mapping-patches"))
     assert [one.split(":")[0] for one in alone] == ["job middle", "job left", "job right"]
@@ -133,7 +133,7 @@ def test_a_job_or_all_jobs_that_take_too_long_are_named_with_figures() -> None:
     assert [one.split(" take ")[0] for one in together] == ["scenario.duration_s: is 900; all 13 jobs"]
 
 
-def test_what_is_estimated_is_near_to_what_is_used() -> None:
+def test_estimated_energy_is_within_a_fifth_of_the_used() -> None:
     """Where all goes as planned, who has a part of the work uses what it is said to need, within a fifth."""
     told = warned("mapping-rendezvous", *with_energy("mapping-rendezvous", 1.0))
     finished = flown("mapping-rendezvous", "strategy.name=fixed-partition")
@@ -155,7 +155,7 @@ def test_what_is_estimated_is_near_to_what_is_used() -> None:
         ("whoi-psk-1", [], 0.0, 0.0),
     ],
 )
-def test_a_modem_takes_energy_before_its_bits_and_while_it_listens(
+def test_modem_uses_energy_for_packet_heads_and_listening(
     tmp_path: Path, modem: str, settings: list[str], listening_w: float, head_s: float
 ) -> None:
     """Heads and receive powers are those of ``modems.toml``; 2 vehicles listen for 60 s."""

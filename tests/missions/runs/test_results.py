@@ -63,7 +63,7 @@ def test_a_folder_holds_summary_manifest_and_every_table(folder: Path):
 
 
 @pytest.mark.parametrize("table", NAMES)
-def test_columns_and_units_are_those_promised(folder: Path, table: str):
+def test_tables_have_documented_columns_and_units(folder: Path, table: str):
     results = Results.read(folder)
     assert set(results.table(table).column_names) == columns_of(table).keys()
     units = results.units(table)
@@ -91,7 +91,7 @@ def test_the_manifest_repeats_the_run(folder: Path, finished: Run, tmp_path: Pat
 # The summary --------------------------------------------------------------------------------------
 
 
-def test_the_summary_has_the_fields_promised_in_order(folder: Path, finished: Run):
+def test_summary_has_documented_fields_in_order(folder: Path, finished: Run):
     written = Results.read(folder).summary
     assert list(written) == [*SUMMARY, "run_id"]
     assert list(summary(finished)) == SUMMARY
@@ -101,7 +101,7 @@ def test_the_summary_has_the_fields_promised_in_order(folder: Path, finished: Ru
     assert written["false_beliefs"] == 0
 
 
-def test_with_nobody_heard_there_is_no_ratio_and_no_latency_instead_of_nan(tmp_path: Path):
+def test_ratio_and_latency_without_packets_are_null_instead_of_nan(tmp_path: Path):
     report = summary(run_scenario(pond(tmp_path, SMALL, "scenario.duration_s=0.5"), 1))
     assert (report["n_packets"], report["delivery_ratio"], report["mean_latency_s"]) == (0, None, None)
     assert json.loads(json.dumps(report, allow_nan=False)) == report
@@ -115,7 +115,7 @@ def copy_of(folder: Path, target: Path) -> Path:
 
 
 @pytest.mark.parametrize("table", ["trajectories", "unsaid"])
-def test_a_folder_that_lacks_a_table_is_read(folder: Path, tmp_path: Path, table: str) -> None:
+def test_folder_without_an_optional_table_is_read(folder: Path, tmp_path: Path, table: str) -> None:
     """An older version, or another mission, did not write it."""
     partly = copy_of(folder, tmp_path / "partly")
     (partly / f"{table}.parquet").unlink()
@@ -131,7 +131,7 @@ def test_a_folder_that_lacks_a_table_is_read(folder: Path, tmp_path: Path, table
     assert results.table(other) == Results.read(folder).table(other)
 
 
-def test_a_table_of_an_unknown_schema_is_refused_with_its_columns(folder: Path, tmp_path: Path) -> None:
+def test_table_of_an_unknown_schema_is_refused_with_its_columns(folder: Path, tmp_path: Path) -> None:
     """Of a column too many nothing is said: a later version may have added it."""
     other = copy_of(folder, tmp_path / "other")
     packets = pq.read_table(folder / "packets.parquet")
@@ -163,7 +163,7 @@ def alike(memory: MemoryResults, written: Results) -> None:
     assert json.loads(json.dumps(memory.summary)) == written.summary
 
 
-def test_results_in_memory_answer_as_those_of_the_same_run_written(folder: Path, finished: Run) -> None:
+def test_results_in_memory_equal_written_ones(folder: Path, finished: Run) -> None:
     alike(MemoryResults(finished), Results.read(folder))
 
 
@@ -180,7 +180,7 @@ OWN = Table(
 
 @settings(max_examples=25)
 @given(st.data())
-def test_any_rows_of_any_table_are_in_memory_what_they_are_on_disk(finished: Run, data: st.DataObject) -> None:
+def test_drawn_rows_are_equal_in_memory_and_on_disk(finished: Run, data: st.DataObject) -> None:
     recorder = Recorder([OWN])
     recorder.trajectories.append(finished.recorder.trajectories[-1])  # the energy of the summary is from its last rows
     for table in (OWN, *(table for table in TABLES if table.name in ("roles", "activities", "faults"))):
@@ -193,7 +193,7 @@ def test_any_rows_of_any_table_are_in_memory_what_they_are_on_disk(finished: Run
 
 
 @pytest.mark.parametrize("n_rows", [1_001, 20_000])
-def test_a_long_table_is_written_to_its_last_row(finished: Run, tmp_path: Path, n_rows: int) -> None:
+def test_long_table_is_written_completely(finished: Run, tmp_path: Path, n_rows: int) -> None:
     """Tables of whole missions have ten thousands of rows; those of the pond and of drawn tables are short."""
     recorder = Recorder([OWN])
     recorder.trajectories.append(finished.recorder.trajectories[-1])  # the energy of the summary is from its last rows
@@ -206,7 +206,7 @@ def test_a_long_table_is_written_to_its_last_row(finished: Run, tmp_path: Path, 
 # Nothing is lost ----------------------------------------------------------------------------------
 
 
-def test_a_folder_without_results_says_what_is_missing(folder: Path, tmp_path: Path):
+def test_folder_without_results_is_refused_with_missing_files(folder: Path, tmp_path: Path):
     with pytest.raises(OutputError, match=r"no results of a run, missing: summary\.json, manifest\.json"):
         Results.read(tmp_path)
     for name in ("summary.json", "manifest.json"):
@@ -218,7 +218,7 @@ def test_a_folder_without_results_says_what_is_missing(folder: Path, tmp_path: P
 # Alike every time ---------------------------------------------------------------------------------
 
 
-def test_a_table_whose_names_are_no_text_is_damaged(folder: Path, tmp_path: Path) -> None:
+def test_table_with_invalid_column_names_is_damaged(folder: Path, tmp_path: Path) -> None:
     broken = copy_of(folder, tmp_path / "broken")
     path = broken / "roles.parquet"
     path.write_bytes(path.read_bytes().replace(b"vehicle", b"vehi\xadle"))
@@ -226,7 +226,7 @@ def test_a_table_whose_names_are_no_text_is_damaged(folder: Path, tmp_path: Path
         Results.read(broken).table("roles")
 
 
-def test_what_is_missing_or_not_finite_stays_so() -> None:
+def test_nulls_and_infinities_are_kept_when_values_are_rounded() -> None:
     """A number that is large stays exact; a step of a unit holds beside a null, and in lists; joules are whole."""
     columns = (Column("depth_m", "float", "m"), Column("beams_m", "floats", "m"), Column("used_j", "float", "J"))
     echoes = Table("echoes", (TIME, *columns, Column("heading_rad", "float", "rad")))
@@ -244,7 +244,7 @@ def test_what_is_missing_or_not_finite_stays_so() -> None:
 
 
 @pytest.mark.parametrize("row", [(1.0,), (1.0, "A", 2), ("now", "A")])
-def test_a_row_that_does_not_fit_is_refused_with_its_table(row: tuple[object, ...]) -> None:
+def test_row_that_does_not_fit_is_refused_with_its_table(row: tuple[object, ...]) -> None:
     looks = Table("looks", (TIME, VEHICLE))
     with pytest.raises(OutputError, match=r"table looks: a row does not fit its columns time_s \(float\), vehicle"):
         arrow_table(looks, [(1.0, "A"), row])

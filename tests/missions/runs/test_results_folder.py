@@ -51,7 +51,7 @@ def ids_of(folder: Path) -> set[str]:
     return found | {pq.read_schema(path).metadata[b"run_id"].decode() for path in folder.glob("*.parquet")}
 
 
-def test_all_files_of_a_run_share_an_id_that_its_content_gives(runs: tuple[Run, Run], tmp_path: Path) -> None:
+def test_files_of_a_run_share_an_id_derived_from_content(runs: tuple[Run, Run], tmp_path: Path) -> None:
     for number, run in enumerate((runs[0], runs[0], runs[1])):
         write_results(run, tmp_path / str(number))
     first, same, other = (ids_of(tmp_path / str(number)) for number in range(3))
@@ -76,9 +76,7 @@ def test_a_mixture_of_two_runs_is_refused_by_name(runs: tuple[Run, Run], tmp_pat
 # The folder is exchanged whole --------------------------------------------------------------------
 
 
-def test_what_was_made_of_the_older_run_goes_with_it_and_what_was_not_stays(
-    runs: tuple[Run, Run], tmp_path: Path
-) -> None:
+def test_replacing_a_run_removes_its_derived_files_and_keeps_others(runs: tuple[Run, Run], tmp_path: Path) -> None:
     write_results(runs[0], tmp_path / "out")
     drawn(tmp_path / "out")
     (tmp_path / "out" / "facts.parquet").write_bytes((tmp_path / "out" / "packets.parquet").read_bytes())
@@ -115,7 +113,7 @@ def is_whole(out: Path) -> bool:
 
 @pytest.mark.parametrize("fault", ["killed", "error"])
 @pytest.mark.parametrize("place", ["elsewhere", "without swaps", "inside"])
-def test_killed_at_any_moment_the_folder_holds_the_older_run_or_the_new_one(
+def test_interrupted_write_leaves_the_old_or_the_new_run_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str, fault: str
 ) -> None:
     """A folder that one works in is filled in place, and refused until it is whole: a shell would be left in none."""
@@ -168,14 +166,14 @@ def test_an_older_draft_is_cleared_and_a_second_writer_is_refused(tmp_path: Path
     assert own_of(tmp_path / "out") == {"newer"}
 
 
-def test_the_rights_of_the_folder_stay(tmp_path: Path) -> None:
+def test_permissions_of_the_folder_are_kept(tmp_path: Path) -> None:
     put(tmp_path / "out", "older")
     (tmp_path / "out").chmod(0o750)
     put(tmp_path / "out", "newer")
     assert (tmp_path / "out").stat().st_mode & 0o777 == 0o750
 
 
-def test_a_folder_behind_a_link_is_exchanged_where_it_is(tmp_path: Path) -> None:
+def test_linked_folder_is_replaced_in_place(tmp_path: Path) -> None:
     (tmp_path / "disk").mkdir()
     put(tmp_path / "disk" / "out", "older")
     (tmp_path / "link").symlink_to(tmp_path / "disk" / "out")

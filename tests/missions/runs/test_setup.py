@@ -38,7 +38,7 @@ def rows_of(fleet: Fleet) -> dict[str, list[Any]]:
 # Resolved once ------------------------------------------------------------------------------------
 
 
-def test_runs_of_one_setup_are_alike_and_leave_no_trace_in_it(pond: Setup, scenario: Scenario) -> None:
+def test_runs_of_one_setup_are_equal_and_do_not_change_it(pond: Setup, scenario: Scenario) -> None:
     """Two runs one after the other, two at the same time, and one of a setup of its own."""
     first, second = rows_of(assemble(pond, 3)), rows_of(assemble(pond, 3))
     fleets = assemble(pond, 3), assemble(pond, 3)
@@ -59,7 +59,7 @@ def test_runs_of_one_setup_are_alike_and_leave_no_trace_in_it(pond: Setup, scena
 # What follows from a scenario ---------------------------------------------------------------------
 
 
-def test_a_vehicle_is_as_fast_as_it_really_is_and_believed_to_be_as_its_data_say(pond: Setup) -> None:
+def test_vehicle_has_its_true_speed_but_known_data_are_nominal(pond: Setup) -> None:
     fleet = assemble(pond, 2)
     for vehicle in fleet.vehicles:
         known = pond.database[vehicle.name]
@@ -68,7 +68,7 @@ def test_a_vehicle_is_as_fast_as_it_really_is_and_believed_to_be_as_its_data_say
     fleet.close()
 
 
-def test_a_group_that_nobody_comes_to_lead_is_a_fault(tmp_path: Path) -> None:
+def test_group_without_possible_head_is_one_fault(tmp_path: Path) -> None:
     """The Skipper must also be Scout, a role that is not played before the mission; that is one fault, told once."""
     text = SMALL.replace("head = true", 'head = true\n  played_by = "Team.Scout"')
     scenario = pond_of(tmp_path, text.replace('["Skipper"]', '["Skipper", "Scout"]'))
@@ -79,7 +79,7 @@ def test_a_group_that_nobody_comes_to_lead_is_a_fault(tmp_path: Path) -> None:
     assert len(caught.value.faults) == 1
 
 
-def test_a_job_that_vehicles_without_the_social_layer_alone_are_able_to_do_needs_a_head_to_give_it_out(
+def test_job_only_for_vehicles_without_social_layer_needs_a_head(
     tmp_path: Path,
 ) -> None:
     """The Diver alone can do the jobs."""
@@ -98,7 +98,7 @@ def started() -> RunSoFar:
     return RunSoFar(setup.scenario, 3, assemble(setup, 3))
 
 
-def test_a_packet_is_told_when_all_who_hear_it_have_heard_it() -> None:
+def test_packet_row_appears_after_its_last_arrival() -> None:
     run = started()
     n_held_back = 0
     while run.fleet.running:

@@ -55,7 +55,7 @@ def changed(raw: dict[str, Any], kind: str, draw: random.Random) -> str:
 
 @pytest.mark.parametrize("kind", ["type", "misspelt", "twice", "reference"])
 @pytest.mark.parametrize("number", range(10))
-def test_a_drawn_mistake_is_told_a_line_for_each_fault(tmp_path: Path, kind: str, number: int) -> None:
+def test_random_mistake_gives_one_line_per_fault(tmp_path: Path, kind: str, number: int) -> None:
     draw = random.Random(f"{kind} {number}")
     file = tmp_path / "own.toml"
     file.write_text(changed(copy.deepcopy(draw.choice(OWN)), kind, draw), encoding="utf-8")
@@ -74,9 +74,7 @@ def test_a_drawn_mistake_is_told_a_line_for_each_fault(tmp_path: Path, kind: str
 
 
 @pytest.mark.parametrize("number", range(40))
-def test_junk_in_the_place_of_any_value_or_table_is_a_fault_of_the_file_and_no_crash(
-    tmp_path: Path, number: int
-) -> None:
+def test_junk_in_place_of_any_value_is_a_fault_and_no_crash(tmp_path: Path, number: int) -> None:
     draw = random.Random(f"junk {number}")
     raw = copy.deepcopy(draw.choice(OWN))
     at: Any = raw

@@ -43,7 +43,7 @@ def declared(kind: str, **keys: object) -> DeclaredFault:
     ('kind = "slow"\nvehicle = "any"\nat_s = [300, 900.5]\nuntil_s = 1000\nfactor = 0.25',
      declared("slow", vehicle="any", at_s=(300.0, 900.5), until_s=1000.0, factor=0.25)),
 ])  # fmt: skip
-def test_a_table_is_the_fault_that_it_says(table: str, expected: DeclaredFault) -> None:
+def test_table_is_read_as_its_declared_fault(table: str, expected: DeclaredFault) -> None:
     text = with_faults(table).replace('playable_roles = ["Hand",', 'playable_roles = ["Skipper", "Hand",')
     (found,) = scenario_from(Document.of_text(text, "pond.toml")).fault
     assert found == expected
@@ -52,7 +52,7 @@ def test_a_table_is_the_fault_that_it_says(table: str, expected: DeclaredFault) 
 # Set from outside ---------------------------------------------------------------------------------
 
 
-def test_faults_are_set_as_a_whole_or_one_by_one() -> None:
+def test_faults_can_be_set_as_a_list_or_by_key() -> None:
     tables = 'fault=[{kind="lost",vehicle="AUV01",at_s=300},{kind="mute",vehicle="any",rate_per_h=1}]'
     scenario = load("mapping-rendezvous", [("--set", tables), ("--set", "fault.1.at_s=[100,200]")])
     assert [table.vehicle for table in scenario.fault] == ["AUV01", "any"]
@@ -80,7 +80,7 @@ def test_faults_are_set_as_a_whole_or_one_by_one() -> None:
     ('kind = "joins"\nvehicle = "Diver"\nrate_per_h = 3', "rate_per_h", "give at_s"),
     (LOST + "untill_s = 400", "untill_s", "did you mean 'until_s'"),
 ])  # fmt: skip
-def test_a_wrong_key_is_one_message_with_its_line(table: str, key: str, says: str) -> None:
+def test_wrong_key_is_one_message_with_its_line(table: str, key: str, says: str) -> None:
     text = with_faults(table)
     header = line_of(text, "[[fault]]")
     given = [number for number, line in enumerate(table.splitlines(), header + 1) if line.startswith(f"{key} =")]
@@ -94,18 +94,18 @@ def test_a_wrong_key_is_one_message_with_its_line(table: str, key: str, says: st
     (LOST + "until_s = 400", LOST.replace("300.0", "[399, 500]"), "lost twice"),
     (JOINS, JOINS.replace("300.0", "500.0"), "joins twice, here and by fault.1"),
 ])  # fmt: skip
-def test_a_vehicle_is_not_lost_again_before_it_is_back_and_joins_once(first: str, second: str, says: str) -> None:
+def test_vehicle_lost_twice_without_return_or_joining_twice_is_refused(first: str, second: str, says: str) -> None:
     (said,) = refused(first, second)
     assert 'fault.2.vehicle = "Diver"' in said
     assert says in said
 
 
-def test_a_vehicle_that_is_back_may_be_lost_again() -> None:
+def test_returned_vehicle_may_be_lost_again() -> None:
     assert len(read(LOST + "until_s = 400", LOST.replace("300.0", "[400, 500]")).fault) == 2
     assert len(read(LOST, LOST.replace("lost", "mute"), LOST.replace("lost", "deaf")).fault) == 3
 
 
-def test_no_more_vehicles_are_drawn_than_there_are() -> None:
+def test_more_random_faults_than_vehicles_are_refused() -> None:
     """In the pond only the diver has a sensor or a job."""
     lost = LOST.replace("Diver", "any")
     assert len(read(lost, lost.replace("lost", "mute")).fault) == 2
@@ -114,7 +114,7 @@ def test_no_more_vehicles_are_drawn_than_there_are() -> None:
     assert said.endswith("are Diver")
 
 
-def test_how_long_and_how_many_blocks_wait_is_said_to_every_vehicle() -> None:
+def test_waiting_limits_of_blocks_reach_every_vehicle() -> None:
     loaded = load("mapping-rendezvous", [("--set", "worldmodel={waiting_s=30.0, waiting_blocks=5}")])
     for vehicle in assemble(resolved(loaded), 1).vehicles:
         arrivals = vehicle.beliefs.model.arrivals

@@ -47,7 +47,7 @@ def refused(folder: Path, text: str, *commands: str) -> list[str]:
     return said
 
 
-def test_what_is_sound_passes_by_the_same_doors(tmp_path: Path) -> None:
+def test_faultless_mission_and_sensor_are_accepted(tmp_path: Path) -> None:
     """So that the refusals below are for the reason that they state."""
     for number, text in enumerate((with_mission("Sound"), with_sensor("SounderSettings"))):
         folder = tmp_path / str(number)
@@ -100,7 +100,7 @@ AT_SEA = [
 
 
 @pytest.mark.parametrize(("name", "says"), [*MISSIONS, *CONTRADICTING, *AT_SEA])
-def test_what_does_not_keep_to_its_seam_is_one_message(tmp_path: Path, name: str, says: str) -> None:
+def test_violation_of_the_plugin_interface_is_one_message(tmp_path: Path, name: str, says: str) -> None:
     """Where the scenario is read it is a fault of the file; before a run and after it nothing is written."""
     text = with_sensor(name) if name in {"Unmakable", *faulty_missions.SENSORS} else with_mission(name)
     for said in refused(tmp_path, text, *(["run"] if (name, says) in AT_SEA else ["validate", "run"])):
@@ -110,11 +110,11 @@ def test_what_does_not_keep_to_its_seam_is_one_message(tmp_path: Path, name: str
             assert f'pond.toml:{line_of(text, "mission =")}: scenario.mission = "{HERE}:{name}": ' in said
 
 
-def test_a_mission_of_jobs_says_what_roles_with_a_job_pursue() -> None:
+def test_mission_of_jobs_must_declare_its_objective() -> None:
     with pytest.raises(PluginError, match="Objectless lacks objective, the name of what roles with a job pursue"):
         faulty_missions.Objectless.from_scenario(None)  # type: ignore[arg-type]
 
 
-def test_a_column_of_an_unknown_kind_is_refused_where_it_is_written() -> None:
+def test_column_of_unknown_kind_is_refused_at_its_declaration() -> None:
     with pytest.raises(PluginError, match="table 'depths', column 'depth_m': kind is 'double'; allowed: float, int"):
         Table("depths", (Column("depth_m", "double", "m"),))

@@ -38,7 +38,7 @@ def refused(text: str, path: str = "mine.toml") -> str:
     return str(error.value)
 
 
-def test_a_table_of_the_scenario_is_the_modem_of_all_parts_that_ask() -> None:
+def test_modem_table_sets_timing_and_energy() -> None:
     """48 B at 300 bit/s behind 0.2 s are 1.48 s; a slot has a guard of 1000 m at 1500 m/s on top."""
     setup = resolved(scenario_from(Document.of_text(SCENARIO + OWN + "receive_w = 0.5", "mine.toml")))
     assert setup.modem.packet_s(8 * 48) == pytest.approx(1.48)
@@ -64,7 +64,7 @@ def test_a_shipped_profile_can_be_written_as_a_table(name: str, key: str) -> Non
         ModemTable.model_validate_json(json.dumps(profile), strict=True)
 
 
-def test_a_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
+def test_modem_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
     (tmp_path / "quay.toml").write_text(OWN, encoding="utf-8")
     by_file = SCENARIO.replace('modem = "quay"', 'modem = "quay.toml"')
     beside = scenario_from(Document.of_text(by_file, str(tmp_path / "mine.toml")))
@@ -85,14 +85,14 @@ def test_a_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
         ('"quay"', '"no.toml"', r"communication\.modem = \"no\.toml\": there is no file no\.toml; allowed: a TOML"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_told_in_one_line(old: str, new: str, says: str) -> None:
+def test_invalid_modem_table_is_refused_in_one_line(old: str, new: str, says: str) -> None:
     said = refused((SCENARIO + OWN).replace(old, new, 1))
     matching = [line for line in said.splitlines() if "missing" not in line or "missing" in says]
     assert len(matching) == 1
     assert re.search(says, matching[0]), said
 
 
-def test_the_name_of_a_shipped_profile_is_taken() -> None:
+def test_name_of_a_shipped_profile_is_refused() -> None:
     text = (SCENARIO + OWN).replace("quay", "atm-900")
     assert "modem.atm-900: is the name of a shipped profile; give it another" in refused(text)
 
@@ -101,14 +101,14 @@ def test_the_name_of_a_shipped_profile_is_taken() -> None:
     (OWN.replace("rate_bps = 300.0\n", ""), "quay.toml:2: modem.quay.rate_bps: missing"),
     (OWN + "[modem.other]\n", "must hold one table [modem.NAME] and nothing else"),
 ])  # fmt: skip
-def test_what_is_wrong_in_a_file_is_told_with_the_line_of_that_file(tmp_path: Path, content: str, says: str) -> None:
+def test_fault_in_a_modem_file_has_the_line_of_that_file(tmp_path: Path, content: str, says: str) -> None:
     (tmp_path / "quay.toml").write_text(content, encoding="utf-8")
     said = refused(SCENARIO.replace('"quay"', '"quay.toml"'), str(tmp_path / "mine.toml"))
     assert len(said.splitlines()) == 1
     assert says in said
 
 
-def test_one_name_for_a_table_and_for_that_of_a_file_is_refused(tmp_path: Path) -> None:
+def test_equal_names_of_a_modem_table_and_a_modem_file_are_refused(tmp_path: Path) -> None:
     (tmp_path / "quay.toml").write_text(OWN, encoding="utf-8")
     said = refused(SCENARIO.replace('"quay"', '"quay.toml"') + OWN, str(tmp_path / "mine.toml"))
     assert "quay.toml has one of this name, too; rename one of them" in said
@@ -134,7 +134,7 @@ def scenario_in(folder: Path, ontology: str) -> Path:
     return path
 
 
-def test_its_words_are_known_and_stay_with_the_run(tmp_path: Path) -> None:
+def test_terms_of_an_own_ontology_are_stored_with_the_run(tmp_path: Path) -> None:
     (tmp_path / "mine.ttl").write_text(WORDS, encoding="utf-8")
     settings = [("--set", "scenario.duration_s=30"), ("--set", "communication.needs.inspected=5")]
     path = scenario_in(tmp_path, '["mine.ttl"]')
@@ -152,7 +152,7 @@ def test_its_words_are_known_and_stay_with_the_run(tmp_path: Path) -> None:
     assert "worldmodel" not in plain  # runs without such files keep their ids
 
 
-def test_names_are_relative_to_the_scenario_and_of_an_option_to_the_working_folder(
+def test_paths_are_relative_to_the_scenario_or_for_options_to_the_cwd(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "files").mkdir()
@@ -168,7 +168,9 @@ def test_names_are_relative_to_the_scenario_and_of_an_option_to_the_working_fold
     ('["mine.ttl"]', "m:A a owl:Class", r'= "mine.ttl": is not Turtle: .*; allowed: what Turtle 1.1 allows'),
     ('["mine.ttl"]', WORDS.replace("m:SurveyAUV a", "rm:AUV a"), r'= "mine.ttl": rm:AUV: it redefines a term'),
 ])  # fmt: skip
-def test_a_fault_is_one_line_with_file_and_key(tmp_path: Path, ontology: str, content: str, says: str) -> None:
+def test_fault_of_an_ontology_is_one_line_with_file_and_key(
+    tmp_path: Path, ontology: str, content: str, says: str
+) -> None:
     if content:
         (tmp_path / "mine.ttl").write_text(content, encoding="utf-8")
     path = scenario_in(tmp_path, ontology)
@@ -182,14 +184,14 @@ LISTED = SMALL.replace("[vehicle.sensor]", "[[vehicle.sensor]]")
 SECOND = '\n  [[vehicle.sensor]]\n  name = "deep"\n  type = "faulty_missions:SounderSettings"\n  interval_s = 5.0\n'
 
 
-def test_a_single_table_and_a_list_of_one_are_the_same_sensor(tmp_path: Path) -> None:
+def test_single_table_and_list_of_one_give_the_same_sensor(tmp_path: Path) -> None:
     one, listed = pond(tmp_path, SMALL), pond(tmp_path, LISTED)
     assert one == listed
     (sensor,) = resolved(one).database["Diver"].sensors
     assert sensor == SwathSettings(name="mapping", swath_m=10.0, speed_limit_mps=2.0)
 
 
-def test_several_sensors_of_one_vehicle_are_had_by_their_names(tmp_path: Path) -> None:
+def test_sensors_of_one_vehicle_are_found_by_name(tmp_path: Path) -> None:
     data = resolved(pond(tmp_path, LISTED + SECOND)).database["Diver"]
     assert [(type(sensor), sensor.name) for sensor in data.sensors] == [
         (SwathSettings, "mapping"),
@@ -207,7 +209,7 @@ def test_several_sensors_of_one_vehicle_are_had_by_their_names(tmp_path: Path) -
     ("swath_m = 10.0", 'type = "os:getcwd"\n  swath_m = 10.0', "type", '"os:getcwd"', "a subclass of remoras.Sensor"),
     ("swath_m = 10.0", 'type = "faulty_missions:Bare"\n  swath_m = 1', "type", '"faulty_missions:Bare"', "make"),
 ])  # fmt: skip
-def test_a_fault_in_a_sensors_table_is_told_with_its_line(
+def test_fault_in_a_sensor_table_has_its_line(
     tmp_path: Path, text: str, old: str, new: str, key: str, given: str, says: str
 ) -> None:
     assert old in text
@@ -221,7 +223,7 @@ def test_a_fault_in_a_sensors_table_is_told_with_its_line(
     assert found.line == line_of(wrong, where)
 
 
-def test_a_fault_in_the_second_table_points_into_it(tmp_path: Path) -> None:
+def test_fault_in_the_second_sensor_table_has_its_line(tmp_path: Path) -> None:
     wrong = LISTED + SECOND.replace("interval_s = 5.0", "interval = 5.0")
     (found,) = faults_of(tmp_path, wrong)
     assert found.key == "vehicle.Diver.sensor.deep.interval"

@@ -128,7 +128,7 @@ def able(scenario: Scenario, role: str) -> list[str]:
         ('sensor = "camera"', False),
     ],
 )
-def test_a_requirement_holds_up_to_its_limit(requires: str, meets: bool) -> None:
+def test_requirement_is_met_up_to_its_limit(requires: str, meets: bool) -> None:
     text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
     text = text.replace('name = "Cartographer"\n', f'name = "Cartographer"\n  requires = {{ {requires} }}\n')
     document = Document.of_text(text, "mine.toml")
@@ -169,7 +169,7 @@ IN_ORGANISATION = [  # replaced, by, where it points, what is said
 
 
 @pytest.mark.parametrize(("old", "new", "place", "said"), IN_ORGANISATION)
-def test_a_fault_of_an_organisation_names_its_file_its_line_and_what_is_allowed(
+def test_fault_of_an_organisation_has_file_line_and_allowed_values(
     tmp_path: Path, old: str, new: str, place: str, said: str
 ) -> None:
     found = faults(written(tmp_path, (old, new)))
@@ -180,7 +180,7 @@ def test_a_fault_of_an_organisation_names_its_file_its_line_and_what_is_allowed(
     assert len(of_it) == 1, "said once, however many groups have it"
 
 
-def test_cycles_of_parents_are_told_whole(tmp_path: Path) -> None:
+def test_cycles_of_parents_are_named_completely(tmp_path: Path) -> None:
     file = written(
         tmp_path,
         ('name = "Surveyor"', 'name = "Surveyor"\nextends = ["Leader"]'),
@@ -203,7 +203,9 @@ BESIDE = '[[group]]\nname = "Other"\nrally_point = "west rally"\nrole = []\n\n[[
     (False, 'name = "Leader"', 'name = "Leader"\nabstract = "yes"',
      'role.Leader.abstract = "yes": input should be a valid boolean'),
 ])  # fmt: skip
-def test_what_is_no_organisation_is_one_line(tmp_path: Path, of_scenario: bool, old: str, new: str, said: str) -> None:
+def test_invalid_organisation_is_refused_in_one_line(
+    tmp_path: Path, of_scenario: bool, old: str, new: str, said: str
+) -> None:
     file = written(tmp_path, of_scenario=((old, new),)) if of_scenario else written(tmp_path, (old, new))
     (text,) = faults(file)
     assert re.search(said, text), text
@@ -248,11 +250,11 @@ def without_sonar(folder: Path, vehicle: str = "AUV01") -> str:
     ("MappingSonar", True), ("SideScanSonar", True), ("MultibeamSonar", True), ("ImagingSonar", False),
     ("Camera", False),
 ])  # fmt: skip
-def test_what_the_ontology_says_is_a_mapping_sonar_keeps_the_role(equipment: str, is_able: bool) -> None:
+def test_equipment_below_mapping_sonar_in_the_ontology_meets_the_role(equipment: str, is_able: bool) -> None:
     assert ("AUV01" in inspectors(SCENARIO, f"vehicle.AUV01.sensor.equipment={equipment}")) is is_able
 
 
-def test_a_plug_in_says_of_which_class_it_is() -> None:
+def test_sensor_plugin_needs_its_equipment_class_for_the_role() -> None:
     assert "AUV01" not in inspectors(SCENARIO, f"vehicle.AUV01.sensor.type={__name__}:Hydrophone")
     both = (f"vehicle.AUV01.sensor.type={__name__}:Hydrophone", "vehicle.AUV01.sensor.equipment=SideScanSonar")
     assert "AUV01" in inspectors(SCENARIO, *both)

@@ -14,7 +14,7 @@ HUNT, RECOVERY = Varied("minehunting-contacts", "contacts.toml"), Varied("recove
 RESUPPLY = Varied("resupply-field", "field.toml")
 
 
-def test_a_fleet_that_is_not_able_to_do_it(tmp_path: Path) -> None:
+def test_fleet_unable_to_do_the_jobs_is_refused(tmp_path: Path) -> None:
     lone, blind = ESCORT.raw(), HUNT.raw()
     del lone["vehicle"][1:]
     for vehicle in blind["vehicle"]:

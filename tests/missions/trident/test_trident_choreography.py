@@ -64,7 +64,7 @@ class Fleet:
         return self.recorder.rows(CHOREOGRAPHY.name)
 
 
-def test_states_move_with_what_is_said() -> None:
+def test_sent_messages_change_the_state() -> None:
     fleet = Fleet()
     fleet.say("IAUV00", "verdict", "target", 5.0)  # not allowed: named, and changes nothing
     assert [row[-1] for row in fleet.rows] == ["not allowed in state asked; allowed: chosen by ASV00"]
@@ -80,7 +80,7 @@ def test_states_move_with_what_is_said() -> None:
     assert fleet.monitor.state == "over"
 
 
-def test_what_is_sent_again_or_passed_on_is_nothing_new() -> None:
+def test_repeated_or_relayed_messages_change_no_state() -> None:
     fleet = Fleet()
     uid = fleet.record("ASV00", "chosen", "Candidate-1", 10.0)
     fleet.send("IAUV00", uid, 12.0)  # passed on before its origin has said it: not said by it
@@ -89,7 +89,7 @@ def test_what_is_sent_again_or_passed_on_is_nothing_new() -> None:
     assert [row[0] for row in fleet.rows] == [20.0]
 
 
-def test_who_is_late_is_named_once() -> None:
+def test_overdue_message_is_recorded_once() -> None:
     fleet = Fleet()
     for at_s in (50.0, 100.0, 101.0, 500.0):
         fleet.monitor.look(at_s)
@@ -99,7 +99,7 @@ def test_who_is_late_is_named_once() -> None:
     assert fleet.monitor.state == "chosen"
 
 
-def test_a_run_without_faults_keeps_to_the_pattern() -> None:
+def test_run_without_faults_follows_the_choreography() -> None:
     finished = run()
     states = [row[6] for row in finished.recorder.rows(CHOREOGRAPHY.name)]
     assert states == ["half surveyed", "surveyed", "chosen", "identified", "recovered"]
@@ -109,7 +109,7 @@ def test_a_run_without_faults_keeps_to_the_pattern() -> None:
 BY_ROLE = {**PATTERN, "message": [{**PATTERN["message"][0], "by": "Recoverer"}, *PATTERN["message"][1:]]}
 
 
-def test_a_message_is_of_who_plays_the_role_when_it_finds_it_out() -> None:
+def test_sender_must_play_the_role_when_the_fact_is_recorded() -> None:
     """Who leaves the role before it is heard may say so still; who took it later may not have said it before."""
     fleet = Fleet(BY_ROLE)
     fleet.recorder.roles += [(5.0, "IAUV00", "Trident", "Recoverer", "assigned")]
@@ -158,7 +158,7 @@ HOLD = "allowed: IAUV00 clamp, IAUV00 hover"
     ("block/east/x_m", [220.0, 500.0], "block.east.x_m, y_m", "[500.0, 280.0]", OUTSIDE),
     ("block/west/y_m", [-50.0, 300.0], "block.west", "", "more than 1024 tiles; allowed: a greater mission.tile_m"),
 ])  # fmt: skip
-def test_a_key_that_cannot_be_is_told(path: str, value: Any, key: str, given: str, allowed: str) -> None:
+def test_invalid_key_is_refused_with_allowed_values(path: str, value: Any, key: str, given: str, allowed: str) -> None:
     raw = tables()
     raw["mission"]["tile_m"] = 5.0
     put(raw, path, value)
@@ -171,7 +171,7 @@ def test_a_key_that_cannot_be_is_told(path: str, value: Any, key: str, given: st
     (("arm", "gripper"), "activity.handle.requires", '"Manipulation"'),
     (("camera", "forward sonar"), "activity.find.requires", '"TargetReacquisition"'),
 ])  # fmt: skip
-def test_a_service_that_nobody_offers_is_named(names: tuple[str, ...], key: str, given: str) -> None:
+def test_service_without_provider_is_refused(names: tuple[str, ...], key: str, given: str) -> None:
     """Reacquisition is concluded, but not of a camera at the surface: imaging there reacquires nothing."""
     raw = tables()
     for name in names:
@@ -184,7 +184,7 @@ def test_a_service_that_nobody_offers_is_named(names: tuple[str, ...], key: str,
     assert fault.allowed.startswith("a service that no vehicle offers; allowed: ")
 
 
-def test_a_dead_end_and_a_state_out_of_reach_are_named() -> None:
+def test_choreography_names_dead_ends_and_unreachable_states() -> None:
     raw = tables()
     raw["choreography"]["message"] = [one for one in raw["choreography"]["message"] if one["state"] != "rejected"]
     beyond = "cannot be reached: no message leads to it from surveying, the first state"
@@ -202,7 +202,7 @@ def test_a_dead_end_and_a_state_out_of_reach_are_named() -> None:
     assert [fault.key for fault in faults(raw)] == ["choreography.state.rejected", *(key for key, _, _ in beyond_it)]
 
 
-def test_a_beacon_stands_or_is_carried(tmp_path: Path) -> None:
+def test_beacon_must_be_fixed_or_carried_by_a_vehicle(tmp_path: Path) -> None:
     raw = tables()
     raw["beacon"][0]["position_m"] = [0.0, 0.0]
     del raw["beacon"][1]["position_m"]
@@ -227,7 +227,7 @@ def results() -> MemoryResults:
     return MemoryResults(run(failing=("IAUV00 arm",)))
 
 
-def test_services_show_when_each_worked_and_who_used_it(results: MemoryResults) -> None:
+def test_service_figure_shows_availability_and_users(results: MemoryResults) -> None:
     said = statuses(results)
     assert len(said) == 13
     assert [status for _, status in said["IAUV00 arm"]] == ["available", "failed"]

@@ -40,7 +40,7 @@ def test_without_faults_all_three_responses_do_the_same() -> None:
     assert run().completed
 
 
-def test_one_map_is_made_of_what_both_have_charted() -> None:
+def test_vehicles_chart_disjoint_parts_of_one_map() -> None:
     finished = run()
     by = {
         name: {row[2:] for row in finished.recorder.rows("charted") if row[1] == name} for name in ("ASV00", "IAUV00")
@@ -51,7 +51,7 @@ def test_one_map_is_made_of_what_both_have_charted() -> None:
     assert metric(finished, "charted_fraction") == 1.0
 
 
-def test_a_repair_notices_by_what_does_not_come_of_it_and_matching_by_what_the_service_says() -> None:
+def test_repair_reacts_to_missing_effects_and_matching_to_status() -> None:
     """Twelve attempts of 60 s are waited for, and one minute, before the repair turns to the gripper."""
     repaired, matched = run(response="repair", failing=("IAUV00 arm",)), run(failing=("IAUV00 arm",))
     assert [one.split(", ")[2] for one in steps(repaired, "Handling")] == ["IAUV00 arm", "IAUV00 gripper"]
@@ -59,7 +59,7 @@ def test_a_repair_notices_by_what_does_not_come_of_it_and_matching_by_what_the_s
     assert recovered_s(repaired) - recovered_s(matched) > 600.0
 
 
-def test_a_service_of_the_other_vehicle_takes_the_place_of_one_that_failed() -> None:
+def test_failed_service_is_replaced_by_that_of_the_other_vehicle() -> None:
     """Both surveys of the AUV fail: it asks the surface vehicle, which charts what is left and says when it is done."""
     failing = ("IAUV00 stereo", "IAUV00 sidescan")
     assert recovered_s(run(response="repair", failing=failing)) == math.inf
@@ -69,7 +69,7 @@ def test_a_service_of_the_other_vehicle_takes_the_place_of_one_that_failed() -> 
     assert recovered_s(finished) < math.inf
 
 
-def test_a_module_without_self_test_fails_in_silence_and_is_noticed_all_the_same() -> None:
+def test_failure_without_self_test_is_detected() -> None:
     """Tiles stay blank that the vehicle is over: after a minute of it the step has failed, and the next way is gone."""
     silent = run("vehicle.IAUV00.sensor.1.self_test=false", failing=("IAUV00 stereo",), until_s=1200.0)
     assert {row[3] for row in said(silent, "serviceStatus")} == {"available"}
@@ -81,7 +81,7 @@ def test_a_module_without_self_test_fails_in_silence_and_is_noticed_all_the_same
     ]
 
 
-def test_a_decoy_that_is_found_out_is_rejected_and_another_is_chosen() -> None:
+def test_identified_decoy_is_rejected_and_another_candidate_chosen() -> None:
     """Whatever looks like the target from above, the camera tells from near."""
     finished = run(seed=DECEIVED)
     (_, _, rejected, verdict), *_ = said(finished, "verdict")
@@ -98,7 +98,7 @@ ONE_LOOK = ("mission.p_mistaken=0.3", "mission.p_missed=0.3")
 """A look of the sonar is right in 85 of 100, so one is enough."""
 
 
-def test_looks_go_on_until_they_are_sure_where_one_would_mislead() -> None:
+def test_repeated_looks_avoid_the_wrong_verdict_of_a_single_look() -> None:
     """A verdict that one look makes is wrong here; with as many as the stated rates ask for the target is recovered."""
     misled, sure = (run(*settings, failing=CAMERA, seed=MISLED) for settings in (ONE_LOOK, ()))
     assert metric(misled, "n_mistaken") == 1
@@ -110,7 +110,7 @@ def test_looks_go_on_until_they_are_sure_where_one_would_mislead() -> None:
 # Navigation
 
 
-def test_an_escort_waits_on_the_side_of_home_for_who_is_out_and_heard() -> None:
+def test_escort_waits_on_the_home_side_of_the_vehicle_in_contact() -> None:
     escorting, picture = Escorting(("IAUV00", "IAUV01"), (0.0, 0.0), 25.0, 80.0, AUV), Picture(frame_s=2.0)
     here, away = Motion(0.0, 0.0, 0.0, 0.0), Motion(120.0, 160.0, 0.0, 0.0)
     assert escorting.perceive(here, picture, False) == IDLE  # nobody has been heard
@@ -127,7 +127,7 @@ def test_an_escort_waits_on_the_side_of_home_for_who_is_out_and_heard() -> None:
     assert escorting.perceive(here, picture, True) == IDLE
 
 
-def test_who_is_lost_is_not_waited_for_at_sea() -> None:
+def test_lost_vehicle_is_not_awaited_at_sea() -> None:
     """The surface vehicle kept near to where it last heard the AUV until the time limit of 7200 s."""
     finished = run("fault=[{kind='lost',vehicle='IAUV00',at_s=1450}]", until_s=7200.0)
     assert not finished.completed
@@ -137,7 +137,7 @@ def test_who_is_lost_is_not_waited_for_at_sea() -> None:
     assert math.dist(of_asv[2:4], (190.0, 60.0)) <= 25.0
 
 
-def test_a_dead_positioning_system_is_made_up_for_at_the_transponder() -> None:
+def test_failed_positioning_system_is_replaced_by_the_transponder() -> None:
     finished = run(failing=("ASV00 usbl",))
     (fixed, *_) = said(finished, "fixedOn")
     assert fixed[1:] == ("IAUV00", "IAUV00", "true")
@@ -165,13 +165,13 @@ def two(*failing: str, at_s: float, seed: int = SOUND, until_s: float = 3600.0) 
 
 
 @pytest.mark.parametrize(("dead", "failing"), [("IAUV00", "arm gripper"), ("IAUV01", "clamp hover")])
-def test_who_lacks_all_ways_of_one_step_is_not_given_the_recovery(dead: str, failing: str) -> None:
+def test_recovery_is_not_assigned_without_a_service_for_each_step(dead: str, failing: str) -> None:
     done = two(*(f"{dead} {module}" for module in failing.split()), at_s=100.0)
     assert done.completed, done.reason
     assert recovered_by(done) != dead
 
 
-def test_a_module_that_fails_for_a_while_makes_it_possible_again() -> None:
+def test_impossible_recovery_is_revoked_after_a_temporary_failure() -> None:
     settings = [
         f'{{kind="sensor",vehicle="IAUV00",sensor="{one}",at_s=100.0,until_s=700.0}}' for one in ("arm", "gripper")
     ]
@@ -185,7 +185,7 @@ def test_a_module_that_fails_for_a_while_makes_it_possible_again() -> None:
 # What another vehicle has found and held
 
 
-def test_who_takes_over_finds_it_again_and_holds_on_itself() -> None:
+def test_successor_reacquires_the_target_and_holds_it() -> None:
     """The first has found it again and holds on when arm and gripper die; where it lies is so by its own error."""
     done = run(*ALONE, failing=("IAUV00 arm", "IAUV00 gripper"), at_s=1600.0, seed=SHIFTED)
     assert [stone.vehicle for stone in done.milestones if stone.name == "held"] == ["IAUV00", "IAUV01"]
@@ -201,7 +201,7 @@ BOTH = ("IAUV00", "IAUV01")
 # What is left to be looked at
 
 
-def test_without_another_survey_nothing_is_left_and_that_is_said() -> None:
+def test_run_without_further_survey_ends_with_no_candidate_left() -> None:
     """The cause taken out: all candidates are looked at as often as they may be, then all come home."""
     done = run("fleet.size=3", "mission.surveys_again=0", seed=UNSEEN, until_s=7200.0)
     assert not done.completed
@@ -218,7 +218,7 @@ VAGUE = ("vehicle.ASV00.sensor.multibeam.sigma_m=32", "vehicle.IAUV00.sensor.ste
 """What surveys find lies far from where they say, and nobody searches far around."""
 
 
-def test_what_is_not_there_is_absent_and_says_nothing_of_who_searched_unless_its_finders_may_be_dead() -> None:
+def test_absent_target_implies_no_failure_unless_finders_lack_self_test() -> None:
     done = run(*VAGUE, seed=3)
     assert "absent" in [value for _, _, _, value in said(done, "verdict")]
     assert said(done, "unableTo") == []
@@ -234,9 +234,7 @@ def test_what_is_not_there_is_absent_and_says_nothing_of_who_searched_unless_its
     (("IAUV00 arm", "IAUV00 gripper"), "recovery: IAUV00 arm has failed; IAUV00 gripper has failed", 1800.0),
     (("ASV00 console", "IAUV00 recogniser"), "nobody to choose it", 1500.0),
 ])  # fmt: skip
-def test_what_nobody_is_left_to_do_is_said_to_be_impossible(
-    failing: tuple[str, ...], why: str, latest_s: float
-) -> None:
+def test_recovery_with_no_able_vehicle_left_is_impossible(failing: tuple[str, ...], why: str, latest_s: float) -> None:
     """All come home. A diver whose survey on request failed left the role by which it is called home."""
     done = run(failing=failing, at_s=200.0, until_s=7200.0)
     assert not done.completed
@@ -249,7 +247,7 @@ def test_what_nobody_is_left_to_do_is_said_to_be_impossible(
 
 
 @pytest.mark.slow
-def test_without_asking_what_has_failed_it_is_given_to_who_has_no_way(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recovery_is_misassigned_if_failures_are_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     """Who is able is what was so at the start; a vehicle finds out by its plan, says so, and leaves it to the other."""
     monkeypatch.setattr(RecoveryJob, "rests_on", ())
     monkeypatch.setattr(RecoveryJob, "left", lambda self, facts: self)
@@ -260,7 +258,7 @@ def test_without_asking_what_has_failed_it_is_given_to_who_has_no_way(monkeypatc
 
 
 @pytest.mark.slow
-def test_without_leaving_what_it_has_no_way_for_the_recovery_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recovery_fails_if_an_unable_vehicle_keeps_its_role(monkeypatch: pytest.MonkeyPatch) -> None:
     """The cause taken out: it keeps the role, and nobody else gets it."""
     monkeypatch.setattr(SocialLayer, "leave", lambda self: [])
     done = two("IAUV00 arm", "IAUV00 gripper", at_s=1402.0)

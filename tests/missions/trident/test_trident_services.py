@@ -74,13 +74,13 @@ class Known:
         return self.matching.for_block(me, name, self.facts, there)
 
 
-def test_a_service_of_a_class_below_the_one_asked_for_fits() -> None:
+def test_service_of_a_subclass_matches() -> None:
     """Stereo survey is optical survey is seabed survey; an own service stands before a cheaper one elsewhere."""
     assert Known().block("east", "IAUV00") == ("IAUV00 stereo", "IAUV00 sidescan", "ASV00 multibeam")
     assert Known().block("east", "ASV00") == ("ASV00 multibeam", "IAUV00 stereo", "IAUV00 sidescan")
 
 
-def test_a_service_fits_a_defined_class_by_what_is_said_of_it() -> None:
+def test_service_matches_a_defined_class_by_its_facts() -> None:
     """Reacquisition is imaging by a vehicle under water: nobody advertises it, and who provides it decides."""
     known = Known()
     assert known.ways(FIND) == ("IAUV00 camera", "IAUV00 forward sonar")
@@ -88,7 +88,7 @@ def test_a_service_fits_a_defined_class_by_what_is_said_of_it() -> None:
     assert known.ways(FIND) == ("IAUV00 forward sonar",)
 
 
-def test_without_inference_only_what_is_called_alike_fits() -> None:
+def test_matching_without_inference_is_by_equal_names() -> None:
     known = Known(inference=False)
     assert [known.ways(one) for one in (FIND, FIX, HOLD, HANDLE, CHOOSE)] == [()] * 5
     assert known.block("east", "IAUV00") == ()
@@ -102,7 +102,7 @@ def test_without_inference_only_what_is_called_alike_fits() -> None:
     assert known.ways(HANDLE) == ()
 
 
-def test_a_service_that_says_it_failed_is_not_available_and_the_choice_and_the_fix_go_over_to_the_other() -> None:
+def test_failed_service_is_skipped_and_the_next_one_used() -> None:
     known = Known()
     known.say("IAUV00 arm", "serviceStatus", "failed")
     assert known.ways(HANDLE) == ("IAUV00 gripper",)
@@ -119,7 +119,9 @@ def test_a_service_that_says_it_failed_is_not_available_and_the_choice_and_the_f
 @pytest.mark.parametrize(
     ("response", "found"), [("fixed", ("IAUV00 arm",)), ("repair", ("IAUV00 arm", "IAUV00 gripper"))]
 )
-def test_a_plan_has_the_services_that_it_lists_whatever_they_say(response: str, found: tuple[str, ...]) -> None:
+def test_plan_without_matching_uses_listed_services_whatever_their_status(
+    response: str, found: tuple[str, ...]
+) -> None:
     known = Known(response=response)
     known.say("IAUV00 arm", "serviceStatus", "failed")
     assert known.ways(HANDLE) == found
@@ -154,20 +156,20 @@ def effector(does: str = "handle", tolerance_m: float = 1.0, attempt_s: float = 
     )
 
 
-def test_a_survey_claims_tiles_where_the_vehicle_takes_itself_to_be_and_charts_where_it_is() -> None:
+def test_survey_claims_believed_tiles_and_charts_true_ones() -> None:
     found = surveyor().sense(pose(10.0, 10.0, 1.0, (40.0, 0.0)), site(), 0.0)
     assert [one.facts for one in found if one.facts] == [(("west", "chartedTile", 2),)]  # believed at (50, 10)
     assert [one.row for one in found if one.row] == [(0, 0)]
 
 
-def test_who_is_too_fast_charts_nothing_and_a_tile_is_charted_once() -> None:
+def test_tile_is_charted_once_and_only_below_the_speed_limit() -> None:
     module = surveyor()
     assert module.sense(pose(10.0, 10.0, 1.1), site(), 0.0) == []
     assert len(module.sense(pose(10.0, 10.0, 1.0), site(), 1.0)) == 2  # the claim and the truth
     assert module.sense(pose(10.0, 10.0, 1.0), site(), 2.0) == []
 
 
-def test_a_survey_shows_the_target_more_like_itself_than_a_decoy_and_with_the_error_that_it_states() -> None:
+def test_survey_rates_the_target_above_decoys_with_the_stated_error() -> None:
     shown: dict[str, list[float]] = {"target": [], "decoy 1": []}
     off_m = []
     for seed in range(300):
@@ -186,7 +188,7 @@ def test_a_survey_shows_the_target_more_like_itself_than_a_decoy_and_with_the_er
     assert {sigma_m for _, sigma_m in off_m} == {1.0}
 
 
-def test_each_look_of_a_finder_is_right_as_often_as_it_says_whatever_the_one_before_was() -> None:
+def test_looks_of_a_finder_are_independent_at_the_stated_rate() -> None:
     both = {(first, second): 0 for first in (True, False) for second in (True, False)}
     for seed in range(400):
         module = made(FinderSettings(name="camera", capability="OpticalImaging", range_m=8.0, sigma_m=0.5, p_right=0.8))
@@ -212,7 +214,7 @@ def test_the_speed_limit_of_a_finder_scales_with_the_true_speed() -> None:
 
 
 @pytest.mark.parametrize("off_m", [0.0, 0.5, 1.0, 2.0])
-def test_an_attempt_succeeds_the_less_the_farther_off_it_is(off_m: float) -> None:
+def test_success_of_an_attempt_falls_with_distance(off_m: float) -> None:
     n = 0
     for seed in range(400):
         module = effector()
@@ -227,7 +229,7 @@ def test_an_attempt_succeeds_the_less_the_farther_off_it_is(off_m: float) -> Non
     assert n / 400 == pytest.approx(share, abs=3.0 * math.sqrt(share * (1.0 - share) / 400) + 1e-9)
 
 
-def test_an_attempt_takes_a_vehicle_that_stays_at_rest_with_the_module_on() -> None:
+def test_attempt_needs_a_vehicle_at_rest_with_the_module_on() -> None:
     module = effector()
     for s in range(8):
         assert module.sense(pose(50.0, 50.0), site(), float(s)) == []
@@ -238,7 +240,7 @@ def test_an_attempt_takes_a_vehicle_that_stays_at_rest_with_the_module_on() -> N
     assert not effector().sense(pose(57.0, 50.0), site(), 100.0)  # out of reach
 
 
-def test_a_fix_takes_the_transponder_for_a_while() -> None:
+def test_fix_occupies_the_transponder_for_its_duration() -> None:
     module = made(FixerSettings(name="ranging", capability="TransponderRanging", stay_s=5.0))
     assert not any(module.sense(pose(40.0, 0.0), site(), float(s)) for s in range(10))  # 40 m away, range 30 m
     ticks = [module.sense(pose(10.0, 0.0), site(), float(s)) for s in range(20, 40)]
@@ -250,14 +252,14 @@ WEST = SeabedBlock("west", 0.0, 100.0, 100.0, 200.0, 20.0)
 EAST = SeabedBlock("east", 150.0, 100.0, 250.0, 200.0, 20.0)
 
 
-def test_a_block_has_the_tiles_whose_centre_lies_in_it() -> None:
+def test_block_has_the_tiles_whose_centre_is_inside() -> None:
     assert len(WEST.tiles) == 5 * 5
     assert all(WEST.west_m < (c + 0.5) * 20.0 < WEST.east_m and 100.0 < (r + 0.5) * 20.0 < 200.0 for c, r in WEST.tiles)
     assert SeabedBlock("off", 5.0, 5.0, 45.0, 25.0, 20.0).tiles == ((0, 0), (1, 0))  # centres at 10 and 30, and at 10
     assert WEST.centre_of(0) == (10.0, 110.0)
 
 
-def test_tiles_below_are_those_whose_centre_is_in_reach() -> None:
+def test_tiles_in_reach_are_those_with_the_centre_within_range() -> None:
     site = Site((WEST, EAST))
     assert site.below((10.0, 110.0), 19.9) == [(0, 5)]  # the next centres are 20 m away, rows begin at 100 m
     assert sorted(site.below((10.0, 110.0), 20.0)) == [(0, 5), (0, 6), (1, 5)]

@@ -42,7 +42,7 @@ def record_of(decided_s: float, period_s: float, **communication: Any) -> Record
         (439.0, 4.0, {}, False),
     ],
 )
-def test_who_stops_mapping_has_decided_so_or_does_within_its_period(
+def test_stop_of_mapping_needs_a_decision_within_its_period(
     decided_s: float, period_s: float, communication: dict[str, Any], follows: bool
 ) -> None:
     """A period of no whole ticks ends at the next one; a clock that is set back makes it longer."""
@@ -57,7 +57,7 @@ FADING = {"time_s": 10.0, "vehicle": "A", "group": "Team", "role": "Hand", "obje
 
 
 @pytest.mark.parametrize(("age_s", "follows"), [(400.0, True), (100.0, False)])
-def test_a_call_that_has_faded_away_is_0_as_it_is_written_and_has_a_source_still(age_s: float, follows: bool) -> None:
+def test_faded_call_is_written_as_0_and_keeps_its_source(age_s: float, follows: bool) -> None:
     """Slots of 0.5 s and a guard as long make frames of 2 s: kept for 8.5, a call of 2 is below 5e-6 after 219 s."""
     scenario = {
         "scenario": {"tick_s": 1.0, "duration_s": 600.0}, "strategy": {"name": "remoras"},

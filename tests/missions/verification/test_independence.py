@@ -55,7 +55,7 @@ def test_runs_pass_without_a_camera_with_an_end_between_decisions_and_with_a_mes
     assert list(verify(tmp_path / "run").lines) == []
 
 
-def test_it_imports_nothing_of_ours_not_even_by_others() -> None:
+def test_checker_imports_no_other_package_of_the_simulator() -> None:
     found = subprocess.run([sys.executable, "-c", ALONE], capture_output=True, text=True, check=True)
     assert found.stdout.split() == []
 
@@ -72,7 +72,7 @@ def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
     assert report.checked["figures"] > 10
 
 
-def test_of_a_repeated_run_the_last_line_of_the_ledger_counts(tmp_path: Path) -> None:
+def test_last_ledger_line_of_a_repeated_run_counts(tmp_path: Path) -> None:
     rows = [{"key": "a", "summary": {"seed": 1, "mission_time_s": time_s}, "tables": ""} for time_s in (50.0, 90.0)]
     (tmp_path / "ledger.jsonl").write_text("".join(f"{json.dumps(row)}\n" for row in rows))
     pq.write_table(pa.table({"key": ["a"], "seed": [1], "mission_time_s": [90.0]}), tmp_path / "runs.parquet")
@@ -80,7 +80,7 @@ def test_of_a_repeated_run_the_last_line_of_the_ledger_counts(tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_the_command_says_what_does_not_follow(tmp_path: Path) -> None:
+def test_command_lists_contradictions(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     write_results(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]), 1), folder)
     summary = json.loads((folder / "summary.json").read_text())

@@ -33,7 +33,7 @@ CHECKS = {
 
 
 @pytest.mark.slow
-def test_most_alterations_of_every_table_are_named(tmp_path: Path) -> None:
+def test_most_random_alterations_of_every_table_are_reported(tmp_path: Path) -> None:
     """The share is 95 % with other seeds; 80 % of all, and 50 % of each table, leave room for the draw."""
     n_named, n_drawn, naming = Counter[str](), Counter[str](), set[str]()
     for name, settings in RUNS.items():

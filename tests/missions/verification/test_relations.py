@@ -45,7 +45,7 @@ def _table(**columns: list[Any]) -> TableColumns:
 
 
 @pytest.mark.parametrize(("second_s", "n_wrong"), [(50.0, 0), (51.0, 2)])
-def test_parts_of_a_block_that_was_dropped_come_again_with_the_last_of_them(second_s: float, n_wrong: int) -> None:
+def test_parts_of_a_dropped_block_return_with_its_last_part(second_s: float, n_wrong: int) -> None:
     """Parts 0-4 and 0-4.1 are heard at 10 and 20 s; at 50 s the second one again, which brings both."""
     scenario = {
         "vehicle": [{"name": "A", "slot": 0}, {"name": "B", "slot": 1}], "strategy": {"name": "remoras"},
@@ -73,7 +73,7 @@ def test_parts_of_a_block_that_was_dropped_come_again_with_the_last_of_them(seco
 
 
 @pytest.mark.parametrize(("left_s", "has_none"), [(90.0, True), (107.0, True), (115.0, False)])
-def test_a_release_after_another_one_in_its_frame_has_no_effect(left_s: float, has_none: bool) -> None:
+def test_second_release_in_one_frame_has_no_effect(left_s: float, has_none: bool) -> None:
     """AUV03 resigns at 100 s; a release by its leader takes effect before, in the same frame of 7 s, or later."""
     plays = {("AUV03", "Crew", "Lifter", "AUV03"): [(5.0, True), (left_s, False)]}
     resigns = ("AUV03", "AUV03", "release", "Crew", "Lifter", "AUV03", "", "")
@@ -99,7 +99,7 @@ MANIFESTS: dict[str, Callable[[dict[str, Any]], str]] = {
 
 
 @pytest.mark.parametrize("case", MANIFESTS)
-def test_a_manifest_that_says_nothing_is_one_error(case: str, made: Path, tmp_path: Path) -> None:
+def test_manifest_without_content_is_one_error(case: str, made: Path, tmp_path: Path) -> None:
     folder = tmp_path / "altered"
     shutil.copytree(made, folder)
     path = folder / "manifest.json"
@@ -109,7 +109,7 @@ def test_a_manifest_that_says_nothing_is_one_error(case: str, made: Path, tmp_pa
     assert len(str(raised.value).splitlines()) == 1
 
 
-def test_the_tables_of_every_shipped_mission_are_due() -> None:
+def test_checker_knows_tables_of_every_shipped_mission() -> None:
     references = {load(name).scenario.mission for name in shipped()}
     assert MISSIONS.keys() == {name.removeprefix("missions.").removesuffix("Mission") for name in references}
 

@@ -120,7 +120,7 @@ CASES: dict[str, tuple[str, Callable[[Path], None]]] = {
 
 
 @pytest.mark.slow
-def test_every_figure_of_the_summary_that_is_altered_is_named(other: Path, tmp_path: Path) -> None:
+def test_altered_figure_of_the_summary_is_reported(other: Path, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(other, tmp_path / "altered"))
     summary, spared = json.loads((other / "summary.json").read_text()), {"milestones", *verify(other).not_checked}
     for name, value in summary.items():
@@ -138,11 +138,11 @@ def named(check: str, alter: Callable[[Path], None], made: Path, folder: Path) -
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_what_is_altered_is_named(case: str, made: Path, tmp_path: Path) -> None:
+def test_altered_results_are_reported_by_their_check(case: str, made: Path, tmp_path: Path) -> None:
     assert named(*CASES[case], made, tmp_path / "altered")
 
 
-def test_a_file_of_another_run_is_named(made: Path, other: Path, tmp_path: Path) -> None:
+def test_file_of_another_run_is_reported(made: Path, other: Path, tmp_path: Path) -> None:
     folder = tmp_path / "mixed"
     shutil.copytree(made, folder)
     shutil.copy(other / "roles.parquet", folder / "roles.parquet")

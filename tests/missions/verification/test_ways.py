@@ -29,7 +29,7 @@ def off_m(track: Track, way_m: float) -> float:
     return abs(float(follows_m) - way_m)
 
 
-def test_errors_of_a_round_that_is_gone_again_and_again_add_up() -> None:
+def test_errors_of_a_repeated_round_trip_add_up() -> None:
     """A round of 8.5 m is taken for 18 mm too long: 300 of them for 5.3 m, where independent errors come to 1.2 m."""
     angle_rad = 2.0 * math.pi / ROUND * (np.arange(300 * ROUND + 1) % ROUND)
     track, way_m = track_of(8.5 * np.cos(angle_rad), 8.5 * np.sin(angle_rad))
