@@ -102,7 +102,7 @@ class DetectorsTable(Section):
 
 
 class ArrowsScenario(JobScenario):
-    """Input of a run."""
+    """Scenario with the tables of this mission."""
 
     mission: ArrowsSettings = ArrowsSettings.usual()
     search: SearchTable

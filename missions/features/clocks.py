@@ -142,7 +142,7 @@ class RecorderByClock(Recorder):
         self.bits = recorder.bits
 
     def declare(self, table: Table) -> None:
-        """Accept rows of another table."""
+        """Accept rows of another table, with times by the clock of the vehicle."""
         self._recorder.declare(table)
         self.tables.setdefault(table.name, table)
         rows, now = self._recorder.rows(table.name), NOW.get(table.name, TIME.name)

@@ -434,7 +434,7 @@ class Helping(Lifting):
         self._me, self._help = data.name, help
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending like ``Lifting`` while another helper is needed; reports its start and the end."""
+        """Pending like ``Lifting``, if another helper is needed; records start of the help and completed lift."""
         middle_m = picture.facts.get((LYING_AT, self._lift.name))
         to_go_m = math.inf if middle_m is None else distance_m(motion, middle_m)
         is_of_use = self._help.is_of_use(middle_m, to_go_m, picture, performed)

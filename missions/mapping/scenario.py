@@ -124,7 +124,7 @@ class FindsTable(Section):
 
 
 class MappingScenario(Scenario):
-    """Input of a run."""
+    """Scenario with the tables of this mission."""
 
     UNSAID = Scenario.UNSAID | {"object"}
 

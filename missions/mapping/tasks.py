@@ -175,7 +175,7 @@ def social_domain(
 
 
 def supervision_methods(groups: Mapping[str, Group]) -> list[Method]:
-    """Supervision: delegate Supervision to supervising groups and AreaMapping to others; meet."""
+    """Mission Supervision: give each supervised group its mission, Supervision or AreaMapping; meet."""
     supervised = supervised_by(group for group in groups.values() if group.formed_by is None)
 
     def delegate(facts: FactsLike, group: str) -> list[Task]:

@@ -76,7 +76,7 @@ class MinehuntingSettings(JobSettings):
 
 
 class MinehuntingScenario(JobScenario):
-    """Input of a run."""
+    """Scenario with the tables of this mission."""
 
     mission: MinehuntingSettings = MinehuntingSettings.usual()
     contact: tuple[ContactTable, ...] = Field(min_length=1)

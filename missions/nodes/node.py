@@ -123,7 +123,7 @@ class VehicleNode:
             self._advance(just_after(due_s))
 
     def outcome(self) -> NodeOutcome:
-        """Return the current state."""
+        """Return packet counts, stored and open items, and the hash of the world model."""
         vehicle = self.solo.vehicle
         model = vehicle.beliefs.model
         return NodeOutcome(

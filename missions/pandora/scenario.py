@@ -104,7 +104,7 @@ class PandoraSettings(JobSettings):
 
 
 class PandoraScenario(JobScenario):
-    """Input of a run."""
+    """Scenario with the tables of this mission."""
 
     UNSAID = JobScenario.UNSAID | {"upset"}
 

@@ -143,7 +143,7 @@ class PandoraTruth(JobTruth):
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
-        """Jobs with truly stuck valves."""
+        """Jobs by the true state of the parts, such as stuck valves."""
         return self._as_they_are
 
     @property

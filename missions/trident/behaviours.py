@@ -60,7 +60,7 @@ class Escorting(Behaviour):
         self._speed_mps = data.transit_speed_mps
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending while a vehicle is out, and always progressing."""
+        """Pending while an escorted vehicle is out; never without progress."""
         if self._place(picture) is None:
             return IDLE
         return ADVANCING if performed else DUE

@@ -124,7 +124,7 @@ class ChoreographyTable(Section):
 
 
 class TridentScenario(JobScenario):
-    """Input of a run."""
+    """Scenario with the tables of this mission."""
 
     mission: TridentSettings = TridentSettings()
     block: tuple[BlockTable, ...] = Field(min_length=1)

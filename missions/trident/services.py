@@ -42,12 +42,12 @@ class SeabedBlock:
 
     @property
     def centre_m(self) -> Point:
-        """Centre."""
+        """Centre of the block."""
         return (self.west_m + self.east_m) / 2.0, (self.south_m + self.north_m) / 2.0
 
     @property
     def outline_m(self) -> tuple[Point, ...]:
-        """Corners."""
+        """Corners, anticlockwise from the south-west."""
         west, south, east, north = self.west_m, self.south_m, self.east_m, self.north_m
         return (west, south), (east, south), (east, north), (west, north)
 
@@ -86,7 +86,7 @@ class Site:
 
     @cached_property  # 20 % of a mission
     def numbers(self) -> Mapping[Tile, tuple[str, int]]:
-        """Block and index in it of every tile."""
+        """Block of every tile, and the tile's index in it."""
         return {tile: (block.name, n) for block in self.blocks for n, tile in enumerate(block.tiles)}
 
     def below(self, at_m: Point, reach_m: float) -> list[Tile]:

@@ -223,7 +223,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
 
 
 def _is_told(fault: dict[str, Any]) -> bool:
-    """True if a fault declares vehicle and time, which else the seed or organisation decides."""
+    """True if the scenario fixes time and vehicle of a fault; else the seed or the organisation decides."""
     at_s = fault.get("at_s")
     return isinstance(at_s, int | float) and fault["vehicle"] != "any" and not fault["vehicle"].startswith("head of ")
 

@@ -296,7 +296,7 @@ def short_label(term: str) -> str:
 
 
 def titles(conditions: Sequence[str]) -> list[str]:
-    """Return the parts of conditions that not all share.
+    """Return a title per condition: the parts that differ between conditions.
 
     >>> titles(["all", "patches, bernoulli per 0.4", "patches, bernoulli per 0.8"])
     ['all', 'bernoulli per 0.4', 'bernoulli per 0.8']
