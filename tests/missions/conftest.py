@@ -1,1 +1,1 @@
-"""Its presence lets the tests in the folders below import the small mission."""
+"""Empty; makes the small mission importable from the folders below."""

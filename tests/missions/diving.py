@@ -1,4 +1,4 @@
-"""Vehicles of one process, each by itself, that hear each other: each step is that of the one whose turn it is."""
+"""Independent vehicles in one process that receive each other; each step advances the one whose event is next."""
 
 from collections.abc import Sequence
 from pathlib import Path

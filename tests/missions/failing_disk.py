@@ -1,4 +1,4 @@
-"""A disk of which any operation fails: with an error, once or from then on, half done, or by a kill of the process."""
+"""Disk on which any operation fails: with an error, once or from then on, half done, or by a kill of the process."""
 
 import errno
 import io

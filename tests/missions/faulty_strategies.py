@@ -1,4 +1,4 @@
-"""Strategies that fail, each in its way; they form what ``remoras`` forms, unless they fail before."""
+"""Strategies that fail, each in its way; otherwise they form the organisation of ``remoras``."""
 
 import os
 import time

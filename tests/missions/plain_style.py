@@ -1,4 +1,4 @@
-"""A style as the package that draws hands it to figures of missions."""
+"""Style for figures of missions, as the drawing package passes it."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""A scenario of two vehicles and one area, as text, and the shipped one as tables to be varied."""
+"""Scenario of two vehicles and one area, as text, and the shipped one as tables to be varied."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Small studies for the tests of sweeps, and what of their results may not depend on how they were made."""
+"""Small studies for tests of sweeps, and those results that must not depend on execution."""
 
 import io
 import os

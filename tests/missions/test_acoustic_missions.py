@@ -1,4 +1,4 @@
-"""Missions on the channels ``acoustic``, ``trace`` and ``network``: what scenarios say, runs hear, results repeat."""
+"""Missions on the channels ``acoustic``, ``trace`` and ``network``: scenarios, receptions, reproduction."""
 
 import json
 from itertools import permutations

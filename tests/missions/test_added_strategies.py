@@ -1,4 +1,4 @@
-"""Strategies of a user's files: added to a study by whoever starts it, or named ``file.py:OBJECT`` in it."""
+"""Strategies of a user's files: added to a study by option, or listed in it as ``file.py:OBJECT``."""
 
 import itertools
 import shutil

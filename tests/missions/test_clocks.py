@@ -1,4 +1,4 @@
-"""Clocks of vehicles: what they show, what slots make of it, and how a fleet keeps together."""
+"""Clocks of vehicles: readings, effect on slots, discipline of a fleet."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Comparison: every configuration against the baseline, run by run; censored runs stay in."""
+"""Comparison with the baseline, paired by run; censored runs are included."""
 
 import json
 import random

@@ -1,4 +1,4 @@
-"""Fleets brought to a size by copies of a vehicle: what a copy is, what is refused, that the mission still works."""
+"""Fleets enlarged by copies of a vehicle: properties of copies, refusals."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Packets that arrive damaged: a checksum or a key finds them, and without either they are believed."""
+"""Damaged packets: detected by a checksum or a key, believed without either."""
 
 import json
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Documents: a TOML file that knows its lines, says what is wrong with it in their order, and has limits."""
+"""TOML documents: lines of keys, ordered faults, limits of size."""
 
 from pathlib import Path
 

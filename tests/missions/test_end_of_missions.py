@@ -1,4 +1,4 @@
-"""When a mission of jobs is over, and which waits and open jobs it gives as its reason."""
+"""End of missions of jobs, and the waits and open jobs in its reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drawn variants of the applications: each ends with its goal, as impossible, or with a wait that is named."""
+"""Random variants of the applications: each reaches its goal, or names what is impossible or awaited."""
 
 import math
 import random

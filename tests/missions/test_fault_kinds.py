@@ -1,4 +1,4 @@
-"""Kinds of faults from outside: what befalls, what is refused; and the numbers of the shipped ones."""
+"""Fault kinds of users: effects and refusals; numbers of the shipped kinds."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Each feature is one file: who takes it away loses the feature, and nothing else."""
+"""Each feature is one file, whose removal removes the feature and nothing else."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Nobody changes its mind back within 30 s where nothing new was heard: in runs."""
+"""No vehicle reverses a decision within 30 s without new information."""
 
 import pytest
 from flicker import undone

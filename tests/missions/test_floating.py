@@ -1,4 +1,4 @@
-"""A vehicle that is lost, off or without energy floats: the current at the surface carries it, and nobody meets it."""
+"""A lost, disabled or empty vehicle drifts with the surface current."""
 
 from functools import partial
 

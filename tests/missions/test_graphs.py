@@ -1,4 +1,4 @@
-"""Graphs of runs: equal to what the tables say, and what follows from them."""
+"""Graphs of runs: equal to the tables, and metrics derived from them."""
 
 from collections import Counter
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Metrics of a sweep: of missions or of a user, which a study may name, and which value is the better one."""
+"""Metrics of a sweep: of missions or users, named by a study, with their direction."""
 
 import itertools
 import json

@@ -1,4 +1,4 @@
-"""The table [channel]: what of it is used, what is refused, and what a mission hears."""
+"""The table ``[channel]``: used keys, refusals, effect on receptions."""
 
 import re
 from dataclasses import replace

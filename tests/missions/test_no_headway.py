@@ -1,4 +1,4 @@
-"""A vehicle that makes no headway gives up and withdraws; others do the rest, and the run ends."""
+"""A vehicle without headway withdraws; others do the rest, and the run ends."""
 
 from __future__ import annotations
 

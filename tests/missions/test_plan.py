@@ -1,4 +1,4 @@
-"""Plans: seeds in common, keys, and when a configuration has been repeated enough."""
+"""Plans of sweeps: common seeds, keys, stopping rule."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Keys set from outside that cannot be: one line, with the option, the key, what is given and what is allowed."""
+"""Refused settings of keys: one line with option, key, value and allowed values."""
 
 import re
 

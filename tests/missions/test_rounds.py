@@ -1,4 +1,4 @@
-"""The time that nobody beats: against all divisions and all orders, and against what strategies do."""
+"""Lower bound of the mission time: against exhaustive search, and against strategies."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Scenario files: all that is wrong with one is said at once, each with file, line, key and what is allowed."""
+"""Scenario files: all faults are reported at once, with file, line, key and allowed values."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The sea in missions: off by default, as keys and axes of studies, and what is refused."""
+"""Current, navigation errors and missed detections: off by default, keys and axes of studies, refusals."""
 
 import math
 from functools import partial

@@ -1,4 +1,4 @@
-"""Separation in missions: starts, conflicts in summary, table and warning, and the shipped missions."""
+"""Separation in missions: starts, conflicts in summary, table and warning, shipped missions."""
 
 import math
 from itertools import combinations

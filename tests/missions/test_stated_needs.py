@@ -1,4 +1,4 @@
-"""Needs that vehicles state, and vehicles that keep silent: from the scenario to what the others get to know."""
+"""Needs stated by vehicles, and silent vehicles: from the scenario to the knowledge of the others."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Statistics against known values and against their own promises: tests, intervals, shares and sequential verdicts."""
+"""Statistics against known values and their own guarantees: tests, intervals, shares, sequential verdicts."""
 
 import math
 import random

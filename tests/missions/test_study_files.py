@@ -1,4 +1,4 @@
-"""Studies: what they vary, factorial designs too, and what is wrong with them."""
+"""Study files: varied factors, factorial designs, refusals."""
 
 import itertools
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Sweeps: every run once, whatever its worker does."""
+"""Sweeps: every run exactly once, whatever its worker does."""
 
 import os
 import time

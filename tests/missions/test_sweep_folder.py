@@ -1,4 +1,4 @@
-"""The folder of a sweep: nothing lost, nothing doubled, whatever its file ends with and however the study grows."""
+"""Folder of a sweep: no lost or repeated run after torn files and extensions of the study."""
 
 import errno
 import os

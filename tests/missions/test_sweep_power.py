@@ -1,4 +1,4 @@
-"""Power cuts, kills and disks that fail at any write: no run is lost, doubled or mixed."""
+"""Power cuts, kills and disk errors at any write: no lost, repeated or mixed run."""
 
 import json
 import os

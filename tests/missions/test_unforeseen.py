@@ -1,4 +1,4 @@
-"""What is unforeseen, and the number of vehicles, as axes of a study."""
+"""Unforeseen events, and the number of vehicles, as axes of a study."""
 
 import itertools
 import json

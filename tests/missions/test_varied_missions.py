@@ -1,4 +1,4 @@
-"""The shipped scenario in extreme settings: it completes, or says why not."""
+"""Shipped scenario in extreme settings: it completes, or gives its reason."""
 
 from pathlib import Path
 

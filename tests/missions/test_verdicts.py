@@ -1,4 +1,4 @@
-"""A verdict cannot be bought: the goal is all of the declared work, whoever is left to do it, under every strategy."""
+"""The goal is all of the declared work, for any survivors and under every strategy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worlds of 100 km by 100 km: places have names on the wire, work that is far is not left for home, and all follows."""
+"""Worlds of 100 km by 100 km: encoded positions, distant work, completion."""
 
 from pathlib import Path
 

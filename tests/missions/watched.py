@@ -1,4 +1,4 @@
-"""Vehicles as the truth of a mission sees them, what they know, and a team of a head A and a hand B."""
+"""Vehicles as the ground truth of a mission sees them, with a team of a head A and a hand B."""
 
 from types import SimpleNamespace
 from typing import Any

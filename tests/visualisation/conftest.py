@@ -1,4 +1,4 @@
-"""Runs and sweeps that never took place, written once for all tests of figures."""
+"""Synthetic runs and sweeps, written once for all tests of figures."""
 
 import pytest
 from replayed import recorded

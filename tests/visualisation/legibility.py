@@ -1,4 +1,4 @@
-"""What is written in a figure, and where it stands: the means of the tests that figures can be read."""
+"""Texts of a figure and their boxes, for tests of legibility."""
 
 from itertools import combinations
 

@@ -1,4 +1,4 @@
-"""The model of the replay page (its scripts that know no document), asked from Python."""
+"""Data model of the replay page (its scripts without a document), evaluated from Python."""
 
 import base64
 import html

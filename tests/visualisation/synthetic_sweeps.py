@@ -1,4 +1,4 @@
-"""Sweeps that never took place: a folder as a sweep writes it, with numbers from a simple law and keyed noise."""
+"""Synthetic sweeps: a folder as a sweep writes it, with numbers from a simple law and keyed noise."""
 
 import hashlib
 import itertools

@@ -1,4 +1,4 @@
-"""Figures of the policy study and of delivery against range; files of all figures; colours of vehicles."""
+"""Figures of the policy study and of delivery over range; files of figures; colours of vehicles."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""Oxigraph as an independent reader: terms as those of rdflib, and answers over what a world model writes."""
+"""Oxigraph as an independent RDF reader: terms as those of rdflib, and query results over written world models."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Bans: one decision for one set of facts, and a view that costs the same with a ban and without."""
+"""Exclusions (bans) of vehicles: independence of arrival order, and equal cost of a view with and without one."""
 
 import math
 import random

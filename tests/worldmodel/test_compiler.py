@@ -1,4 +1,4 @@
-"""The compiler of ontologies: conclusions of random files as owlrl draws them, and every refusal in one line."""
+"""Ontology compiler: conclusions from random files equal those of owlrl; every refusal is one line."""
 
 import re
 from collections.abc import Iterator

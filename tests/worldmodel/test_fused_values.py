@@ -1,4 +1,4 @@
-"""What was fused can be asked in SPARQL: it is what ``worldmodel.fused`` says, and no more than that."""
+"""Fused estimates in SPARQL: equal to ``worldmodel.fused``, without further terms."""
 
 import pytest
 from small_fleet import CLASSIFICATION, ECHO, LOCATION, TBOX, ban, block, fleet_model

@@ -1,4 +1,4 @@
-"""Fusion against check values with their source, and laws that hold for any observations."""
+"""Fusion against published check values, and invariants for any observations."""
 
 import math
 import random

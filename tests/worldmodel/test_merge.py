@@ -1,4 +1,4 @@
-"""The merge laws of notes/worldmodel.md, section 6, over blocks that wait, clash and use GUIDs twice."""
+"""Invariants of merging, with pending and contradicting blocks and reused GUIDs."""
 
 from itertools import permutations
 from pathlib import Path

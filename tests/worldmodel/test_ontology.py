@@ -1,4 +1,4 @@
-"""The shipped ontology itself: its terms are defined and aligned, and imports lead to its files."""
+"""Shipped ontology: definitions and alignment of its terms; imports resolve to its files."""
 
 import re
 from itertools import chain

@@ -1,4 +1,4 @@
-"""Pruning keeps every answer but old values: latest, classes, digest, state hash, and the refusal of duplicates."""
+"""Pruning changes only old values: not latest ones, classes, digest, state hash or detection of duplicates."""
 
 import pytest
 from hypothesis import given, settings

@@ -1,4 +1,4 @@
-"""Conclusions: in any order of facts, taken back with what they rest on."""
+"""Inference: conclusions are independent of the order of facts and withdrawn with their premises."""
 
 import random
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Statuses replace one another, and private blocks stay where they are: neither is part of the state that is shared."""
+"""Statuses, of which the newest remain, and private blocks: neither is part of the shared state."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""Laws of the store: a join of blocks in any order, which answers as a plain list of them, kept or read back."""
+"""Invariants of the store: equal to a plain list of blocks, in any order, restored or not."""
 
 import copy
 import pickle

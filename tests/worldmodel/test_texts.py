@@ -1,4 +1,4 @@
-"""Texts as values: stored, written, read back, concluded from and fused as what they are, and refused by name."""
+"""Text values: storage, RDF output and input, inference, fusion, refusal of invalid texts."""
 
 import pytest
 from hypothesis import given

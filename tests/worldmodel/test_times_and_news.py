@@ -1,4 +1,4 @@
-"""Values as of a time, slices of history, what an origin said since, and news; with bans, and for the same cost."""
+"""Values as of a time, slices of history, news of watched properties; also with exclusions, at equal cost."""
 
 from small_fleet import (
     AUV_0,

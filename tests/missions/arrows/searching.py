@@ -1,4 +1,4 @@
-"""Runs of archaeological search, each made once, and a small sea for tests of its parts."""
+"""Runs of archaeological search, each made once, and a small area for tests of parts."""
 
 from __future__ import annotations
 

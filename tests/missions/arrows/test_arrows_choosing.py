@@ -1,4 +1,4 @@
-"""Elementary behaviours: what is chosen, what is left to others, and how far a leash lets a vehicle go."""
+"""Target selection: preferred cells, avoidance of cells chosen by others, limits of the return into contact."""
 
 import math
 

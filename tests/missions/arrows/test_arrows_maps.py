@@ -1,4 +1,4 @@
-"""Maps of beliefs: Bayes over cells, what is heard in any order, detectors as stated, and the map that is drawn."""
+"""Belief maps: Bayesian updates, independence of order, error rates of detectors, the drawn map."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""Runs of the search, and tables that cannot be."""
+"""Runs of archaeological search, with and without communication, and refused tables."""
 
 import math
 from pathlib import Path

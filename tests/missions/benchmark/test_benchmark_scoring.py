@@ -1,4 +1,4 @@
-"""Suites, scores, cards, and the split by which strategies are judged."""
+"""Benchmark: suites, scores, result cards, held-out split."""
 
 import functools
 import hashlib

@@ -1,4 +1,4 @@
-"""The fleet of a suite as a PettingZoo environment."""
+"""Fleet of a suite as a PettingZoo environment."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Altruism moves vehicles in missions of fieldwork, and does nothing where its cause is taken away."""
+"""Altruism changes the motion of vehicles in field missions only if its cause is present."""
 
 import pytest
 from varied import Varied, tracks

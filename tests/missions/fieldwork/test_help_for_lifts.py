@@ -1,4 +1,4 @@
-"""Altruism bears the mission of recovery: objects that take two vehicles. Without its cause it does nothing."""
+"""Help at lifts that take two vehicles: true completion, random positions, effect of calls."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""A reef with a passage: ways, walls, and rows that go back."""
+"""Reef with a passage: paths, walls, and rows of vehicles that yield."""
 
 import math
 

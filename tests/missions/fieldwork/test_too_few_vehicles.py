@@ -1,4 +1,4 @@
-"""Fewer able vehicles than a lift takes: the fleet says so, does the rest and comes home; nobody waits for good."""
+"""Fewer able vehicles than a lift needs: it is reported, the rest is done, no vehicle waits forever."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Vehicles that survey an area by themselves: behaviour, sensor and knowledge, without a fleet around them."""
+"""Independent vehicles that survey an area: behaviour, sensor and knowledge, without a fleet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""How a vehicle explores an area: row by row over what it does not know to be mapped, alone or not."""
+"""Exploration of an area: row by row over the cells not known to be mapped, by one or two vehicles."""
 
 import math
 from itertools import pairwise

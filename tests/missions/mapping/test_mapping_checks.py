@@ -1,4 +1,4 @@
-"""What the mapping mission finds wrong between its tables."""
+"""Faults between the tables of the mapping mission."""
 
 import copy
 import tomllib

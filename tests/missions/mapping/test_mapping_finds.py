@@ -1,4 +1,4 @@
-"""Finds: drawn by seed alone, a job once somebody has told where, done on site, judged on the ground."""
+"""Finds: placed by the seed, inspected as jobs once reported, with true completion."""
 
 import math
 from dataclasses import replace

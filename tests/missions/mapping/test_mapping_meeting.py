@@ -1,4 +1,4 @@
-"""Vehicles of one mission: places in formation, jobs that two chose, and work that keeps them from the meeting."""
+"""Meeting of the mapping mission: positions in formation, presence, and open work that delays it."""
 
 from types import SimpleNamespace
 from typing import Any

@@ -1,4 +1,4 @@
-"""Figures of mapping, from rows written by hand; the checker of results derives the metrics anew."""
+"""Figures of mapping, from hand-written rows; the checker of results recomputes the metrics."""
 
 from types import SimpleNamespace
 from typing import Any

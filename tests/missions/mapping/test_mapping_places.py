@@ -1,4 +1,4 @@
-"""What vehicles state of the places of objects is as sure as they say, whatever their navigation."""
+"""Stated uncertainties of object positions are correct for any navigation error."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""The seabed in cells, the sensor that maps it, and objects that are classified."""
+"""Seabed in cells, the mapping sensor, and classified objects."""
 
 import math
 from collections import Counter

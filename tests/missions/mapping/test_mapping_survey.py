@@ -1,4 +1,4 @@
-"""Surveys: ways over an area and over what is left of it, and the job that one is."""
+"""Surveys: paths over an area and over its remaining cells, and their duration as jobs."""
 
 import math
 from dataclasses import replace

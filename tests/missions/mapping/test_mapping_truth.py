@@ -1,4 +1,4 @@
-"""The truth of mapping, told a fleet by hand: milestones in their order, and who is missing at the end."""
+"""Ground truth of mapping on a hand-made fleet: milestones, end of the run, reason for failure."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""A vehicle's own body, clock and graph of ROS: it is where its body is, and quiet while unsure of the time."""
+"""Frontseat: real body, clock and ROS graph of a vehicle."""
 
 import math
 import sys

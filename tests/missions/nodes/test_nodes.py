@@ -1,4 +1,4 @@
-"""Vehicles by themselves come to know the same; their logs repeat them, and they go on from their logs."""
+"""Nodes of single vehicles: equal knowledge; logs reproduce and resume them."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""A little structure for tests: the shipped scenario with one panel, its three valves and two vehicles."""
+"""Small structure for tests: the shipped scenario with one panel, its three valves and two vehicles."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Tables of a structure that cannot be, sequential tests, and the speed that is asked for."""
+"""Refused tables of the structure, sequential tests, and the speed to hold position."""
 
 import re
 from pathlib import Path

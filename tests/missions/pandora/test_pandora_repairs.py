@@ -1,4 +1,4 @@
-"""Faults, upsets and tools on a little structure: what the levels make of them, and what is drawn."""
+"""Faults, upsets and tools on a small structure: effect of each level of adaptation, and figures."""
 
 from collections import Counter
 from collections.abc import Mapping

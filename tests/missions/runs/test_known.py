@@ -1,4 +1,4 @@
-"""What is rebuilt of a recorded run is what vehicles knew, and hangs together with packets and decisions."""
+"""Knowledge rebuilt from a recorded run equals that of the vehicles and agrees with packets and decisions."""
 
 import random
 import re

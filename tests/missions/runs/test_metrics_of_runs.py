@@ -1,4 +1,4 @@
-"""Metrics of runs from rows written by hand, and estimates before a run."""
+"""Metrics of runs from hand-written rows, and estimates before a run."""
 
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What a run leaves behind: a summary, a manifest and tables with units, whole or not at all, alike every time."""
+"""Results of a run: summary, manifest and tables with units, written atomically and reproducibly."""
 
 import json
 import shutil

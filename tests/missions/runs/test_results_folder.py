@@ -1,4 +1,4 @@
-"""A folder of results is exchanged whole: killed at any moment it holds the older run or the new one."""
+"""Atomic replacement of a results folder: an interruption leaves the old or the new run."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""The setup of a run: resolved once, frozen, and shared by any number of runs without a trace."""
+"""Setup of a run: resolved once, immutable, shared by any number of runs."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Missions and sensors from outside, each with one fault; the pond of ``small_mission`` names them."""
+"""User missions and sensors with one fault each; scenarios derived from ``small_mission`` name them."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Shipped scenarios with one drawn mistake: never a traceback, and a line for each fault with its place and value."""
+"""Shipped scenarios with one random mistake: no traceback, one line per fault with line and value."""
 
 import copy
 import random

@@ -1,4 +1,4 @@
-"""Tables of faults, bans and rules for world models: what they mean, and what is refused, with its place."""
+"""Tables of faults, bans and limits of world models: meaning, and refusals with their line."""
 
 import pytest
 from small_mission import SMALL, line_of

@@ -1,4 +1,4 @@
-"""A mission or sensor from outside with one fault: one clear message by every door, and nothing half written."""
+"""User missions and sensors with one fault: one message in every command, and no partial output."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Modems, sensors and ontologies of a user's own: checked, and kept with the results."""
+"""Modems, sensors and ontologies of users: checked, and stored with the results."""
 
 import json
 import re

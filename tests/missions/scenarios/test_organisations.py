@@ -1,4 +1,4 @@
-"""Groups from templates and parents, who is able to play roles by equipment, and junk anywhere."""
+"""Groups from templates and parents, abilities by equipment, invalid organisations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sites, loads, lines and contacts that cannot be are told with file, line, key, value and what is allowed."""
+"""Invalid sites, loads, lines and contacts: refused with file, line, key, value and allowed values."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The shipped scenario of this mission as tables to be varied, and runs of it with modules that fail."""
+"""Shipped scenario of this mission as tables to be varied, and runs with failing modules."""
 
 from functools import cache
 

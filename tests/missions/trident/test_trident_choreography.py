@@ -1,4 +1,4 @@
-"""The choreography, tables that cannot be, and figures."""
+"""Choreography of messages, refused tables, figures."""
 
 from pathlib import Path
 from typing import Any

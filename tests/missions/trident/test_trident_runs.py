@@ -1,4 +1,4 @@
-"""Runs: what comes of a failed service, and who takes the recovery over."""
+"""Runs with failed services, and succession in the recovery."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Matching of services, modules that perceive, and the site."""
+"""Matching of services, sensing modules, and the site."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Runs of every mission in drawn settings: strategy, policy, loss, faults, water, clocks."""
+"""Runs of every mission with random settings: strategy, policy, loss, faults, water, clocks."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""When the checker of results takes a vehicle to have decided anew."""
+"""Times at which the checker of results infers a new decision."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The verifier knows nothing of what it checks, and finds nothing wrong with runs of all kinds."""
+"""The checker shares no code with the simulator, and finds no fault in runs of all kinds."""
 
 import json
 import subprocess

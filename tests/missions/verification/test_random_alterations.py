@@ -1,4 +1,4 @@
-"""Share of random alterations that the checker names, by table; random runs of every mission that it passes."""
+"""Share of random alterations that the checker reports, by table, and random runs without findings."""
 
 import random
 import shutil

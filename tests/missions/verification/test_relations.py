@@ -1,4 +1,4 @@
-"""What the checker takes to follow, rule by rule, where two readers of one rule could differ."""
+"""Relations that the checker assumes, rule by rule, where two implementations could differ."""
 
 import json
 import shutil

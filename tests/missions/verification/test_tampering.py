@@ -1,4 +1,4 @@
-"""Folders of results in which one thing is altered: the check that should name it does."""
+"""Results folders with one alteration: the responsible check reports it."""
 
 import json
 import shutil

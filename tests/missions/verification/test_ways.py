@@ -1,4 +1,4 @@
-"""How far a way that is worked out from rounded places may be off."""
+"""Error bound of a path length computed from rounded positions."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Runs that are exported: a real one of two minutes at a place on the globe, and one that is older than exports."""
+"""Exported runs: a real one of two minutes with a datum, and one of an older version."""
 
 from pathlib import Path
 

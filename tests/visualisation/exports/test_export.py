@@ -1,4 +1,4 @@
-"""What all formats have in common: places that are taken, disks that are full, libraries and data that are missing."""
+"""Properties common to all export formats: existing files, full disks, missing libraries and data."""
 
 import subprocess
 import sys

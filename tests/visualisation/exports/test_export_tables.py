@@ -1,4 +1,4 @@
-"""NetCDF, CSV and GeoJSON, by readers that share nothing with the writers."""
+"""NetCDF, CSV and GeoJSON exports, read back by libraries independent of the writers."""
 
 import csv
 import itertools

@@ -1,4 +1,4 @@
-"""A page of a replay in headless Chromium, opened from disk."""
+"""Replay page in headless Chromium, opened from disk."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""A lossy run, and its page in a browser, for all tests of pages."""
+"""Lossy run and its replay page in a browser, for all tests of pages."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Organisation, plans and motivations in the page are those of the tables at any time, in any vehicle's view."""
+"""Organisation, plans and motivations of the replay page equal the tables, at any time and in any view."""
 
 import math
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What a page holds of runs of all kinds: old and new, empty and large, with any names."""
+"""Payload of the replay page for all kinds of runs: old, empty, large, with any names."""
 
 import html
 import json

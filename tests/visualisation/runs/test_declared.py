@@ -1,4 +1,4 @@
-"""What a mission declares: drawn on a page of ours, answerable for what it does there."""
+"""Figures and layers declared by a mission: drawn in the common style; their errors name them."""
 
 from dataclasses import replace
 from pathlib import Path

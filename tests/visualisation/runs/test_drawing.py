@@ -1,4 +1,4 @@
-"""Every kind of figure of every fictitious run: legible, the same each time, with its caption."""
+"""Every figure of every synthetic run: legible, reproducible, with a caption."""
 
 from pathlib import Path
 from typing import Any

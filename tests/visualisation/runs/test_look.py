@@ -1,4 +1,4 @@
-"""What figures of a run have in common: width, colours, what their files say of the run, and the one that moves."""
+"""Properties common to all figures of a run: width, colours, metadata of files, animation."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What vehicles heard of each other, on traffic small enough to count by hand."""
+"""Receptions and age of information, on traffic small enough to count by hand."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The organisation of a run as it is read and drawn: who held what when, what was lacking, which acts are marked."""
+"""Organisation of a run, read and drawn: role holders over time, vacancies, marked acts."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Scales belong to the scenario, not to the run: two can be laid side by side, and the best looks best."""
+"""Scales depend on the scenario, not on the run, so that runs are comparable."""
 
 from pathlib import Path
 from typing import Any

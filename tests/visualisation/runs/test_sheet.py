@@ -1,4 +1,4 @@
-"""Lanes that stand for several vehicles, plans as trees, flags: parts of the sheets of a run."""
+"""Parts of pages over mission time: lanes of several vehicles, plans as trees, flags."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The map of the tracks, and what is read of results: tenures of roles, tracks, faults."""
+"""Map of the tracks, and run data: tenures of roles, tracks, faults."""
 
 from pathlib import Path
 

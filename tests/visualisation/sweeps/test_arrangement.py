@@ -1,4 +1,4 @@
-"""Axis, series and panels follow from what a study varies."""
+"""Arrangement of sweep figures: axis, series and panels follow from the varied factors."""
 
 from pathlib import Path
 

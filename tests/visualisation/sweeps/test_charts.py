@@ -1,4 +1,4 @@
-"""Looks of series, scales of axes, places of points."""
+"""Charts of sweeps: looks of series, scales of axes, positions of points."""
 
 from dataclasses import replace
 from pathlib import Path

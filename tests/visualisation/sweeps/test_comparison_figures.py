@@ -1,4 +1,4 @@
-"""Figures of sweeps: legible, the same each time, with the numbers behind them and what they rest on."""
+"""Figures of sweeps: legible, reproducible, with data and conditions."""
 
 import csv
 import json

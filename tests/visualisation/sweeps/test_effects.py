@@ -1,4 +1,4 @@
-"""Effects of factors: what a law with known effects gives back, and how it is drawn."""
+"""Effects of factors: known effects of a simulated law are recovered and drawn."""
 
 import csv
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Altruism bears the mission of escorts: vehicles leave work of their own. Without its cause it does nothing."""
+"""Escorts: vehicles interrupt their own work to follow; each mechanism has an effect."""
 
 import pytest
 from sample_vehicles import AUV

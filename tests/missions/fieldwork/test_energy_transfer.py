@@ -1,4 +1,4 @@
-"""Energy is brought to drills that call, measured, and helped by who has it."""
+"""Energy transfer to drills: measurement, calls, helpers with spare energy."""
 
 import math
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""Who contradicts the others is named as often as a test at the level of 1 % can name it."""
+"""Detection of a vehicle that contradicts the others: its rate at a significance level of 1 %."""
 
 import random
 

@@ -1,7 +1,4 @@
-"""What is told decides when contacts are classified: each part of the exchange bears that while the channel is full.
-
-Where the channel has room for all, the same change makes no difference.
-"""
+"""Classification of contacts by the analyst from received strips, and what a view depends on."""
 
 import math
 

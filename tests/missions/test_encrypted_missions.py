@@ -1,4 +1,4 @@
-"""Missions under one key: no nonce comes twice, no packet of one opens in another, and the tables are those without."""
+"""Encrypted missions with one key: no repeated nonce, no accepted packet of another mission, unchanged tables."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""n counts what was drawn: repeats of a run in which nothing was are one run, made once and tested against nothing."""
+"""Repeats of a run without random draws are one run: made once, and compared without a test."""
 
 from pathlib import Path
 from typing import Any

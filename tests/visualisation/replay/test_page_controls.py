@@ -1,4 +1,4 @@
-"""The controls of the page act: time, pace, selection, panels, links, files, two runs."""
+"""Controls of the replay page: time, pace, selection, panels, links, files, two runs."""
 
 import math
 from itertools import pairwise

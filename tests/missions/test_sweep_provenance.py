@@ -1,4 +1,4 @@
-"""What the runs of a sweep are worth: which code made them, whether lines are theirs, and that they can be repeated."""
+"""Provenance of the runs of a sweep: code digests, seals of ledger lines, verification by repetition."""
 
 import json
 import shlex

@@ -1,4 +1,4 @@
-"""The scripts of the page answer what the tables of a run say: where, who, what was heard, what was known, why."""
+"""Data model of the replay page against the tables: positions, receptions, knowledge, causes of decisions."""
 
 import math
 from pathlib import Path

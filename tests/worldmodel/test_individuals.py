@@ -1,4 +1,4 @@
-"""Individuals of an ontology: instances with links and values that all vehicles know from the start."""
+"""Individuals of an ontology: instances with links and values known to all vehicles from the start."""
 
 from pathlib import Path
 
