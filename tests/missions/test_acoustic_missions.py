@@ -35,7 +35,7 @@ def test_sound_speed_of_the_water_sets_delays_and_guards():
     assert channel_of(warm, 1).sound_speed_mps > 1530.0
 
 
-def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
+def test_acoustic_channel_delivers_beyond_the_declared_range():
     """Vehicles within 900 m, declared range 300 m: short packets are heard all the same, on other channels not."""
     small = ("", "communication.range_m=300")
     ratio = {

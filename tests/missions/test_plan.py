@@ -17,14 +17,14 @@ def plan_of(tmp_path: Path, text: str) -> SweepPlan:
     return SweepPlan(load_study(str(written(tmp_path, text))))
 
 
-def test_all_configurations_of_a_repeat_share_their_seed(tmp_path: Path) -> None:
+def test_configurations_of_a_repeat_share_their_seed(tmp_path: Path) -> None:
     tasks = list(plan_of(tmp_path, study_text()).missing({}))
     assert len(tasks) == len({task.key for task in tasks}) == 16
     assert {(task.repeat, task.seed) for task in tasks} == {(repeat, seed_of(7, repeat)) for repeat in range(4)}
     assert len({task.seed for task in tasks}) == 4
 
 
-def test_the_replay_command_names_everything(tmp_path: Path) -> None:
+def test_replay_command_contains_all_settings(tmp_path: Path) -> None:
     task = next(plan_of(tmp_path, study_text()).missing({}))
     assert task.replay == (
         f"remoras run mapping-rendezvous --seed {task.seed} --set scenario.duration_s=20 --set strategy.name=remoras "

@@ -54,7 +54,7 @@ def test_the_sign_flip_test_agrees_with_scipy() -> None:
     assert step_down_p(differences[:, None]) == pytest.approx([expected], abs=0.025)
 
 
-def test_of_two_values_spreads_are_known() -> None:
+def test_effect_size_and_pairing_gain_of_two_values_are_exact() -> None:
     """Variances 2 and 2: d = -1 / sqrt(2); paired differences -1 and -1 have no spread, -1 and -3 have 2: 10 / 2."""
     assert effect_size([0.0, 2.0], [1.0, 3.0]) == pytest.approx(-(0.5**0.5))
     assert pairing_gain([0.0, 2.0], [1.0, 5.0]) == pytest.approx(5.0)
@@ -251,7 +251,7 @@ def test_sequential_test_keeps_its_error_rate_with_few_looks(is_true: bool, p_ri
     assert sum(looks) / N == pytest.approx((1.0 - 2.0 * err) * steps / (2.0 * p_right - 1.0), rel=0.05)
 
 
-def test_a_stricter_rate_takes_more_looks_and_certainty_needs_no_more() -> None:
+def test_stricter_error_rate_needs_more_looks() -> None:
     assert sequential_verdict(0.99, 0.02, 0.02) is True
     assert sequential_verdict(0.99, 0.005, 0.005) is None
     assert sequential_verdict(1.0, 0.001, 0.001) is True

@@ -47,7 +47,7 @@ def test_only_facts_that_become_the_latest_value_count_as_new() -> None:
     assert older.new_latest == ()
 
 
-def test_instances() -> None:
+def test_instances_are_found_by_name_class_and_uid() -> None:
     model = fleet_model(owner=1)
     assert model.instance_named("bay").uid == BAY
     assert [i.name for i in model.instances_of(class_uid("Vehicle"))] == ["auv-0", "auv-1", "asv-0"]

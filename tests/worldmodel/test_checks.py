@@ -44,7 +44,7 @@ FIT = {
 
 
 @pytest.mark.parametrize(("code", "fact"), [(c, f) for c, facts in (FORM | FIT).items() for f in facts])
-def test_faulty_facts(code: str, fact: tuple[int, int, Value]) -> None:
+def test_block_with_a_faulty_fact_is_refused_whole(code: str, fact: tuple[int, int, Value]) -> None:
     model = fleet_model()
     result = check(model, block(1, 0, 0, (ECHO, CLASSIFICATION, 0), fact))
     assert codes(result.faults) == [code]
@@ -74,7 +74,7 @@ def test_faulty_facts(code: str, fact: tuple[int, int, Value]) -> None:
         (Block(0, 0, 0.0, ()), "NO_FACTS"),
     ],
 )
-def test_faulty_blocks(bad: Block, code: str) -> None:
+def test_faulty_block_is_refused_and_not_recorded(bad: Block, code: str) -> None:
     model = fleet_model()
     (fault,) = check(model, bad).faults
     assert fault.code.name == code

@@ -30,7 +30,7 @@ def is_about(need: InformationNeed, instance: Instance) -> bool:
 
 
 @given(st.dictionaries(st.integers(0, 3), st.lists(needs, max_size=4), max_size=4))
-def test_the_index_answers_as_asking_each_need(by_peer: dict[int, list[InformationNeed]]) -> None:
+def test_index_equals_evaluation_of_each_need(by_peer: dict[int, list[InformationNeed]]) -> None:
     model = fleet_model()
     index = NeedsIndex(TBOX, by_peer)
     for instance in model.common_instances:
@@ -45,7 +45,7 @@ def test_the_index_answers_as_asking_each_need(by_peer: dict[int, list[Informati
             assert index.wanted(told(instance.uid, attribute), instance.class_uid)[:2] == expected
 
 
-def test_bad_needs() -> None:
+def test_invalid_needs_are_refused() -> None:
     with pytest.raises(NeedError, match="exactly one"):
         InformationNeed(POSITION, 1)
     with pytest.raises(NeedError, match="priority is 0; allowed: 1 or more"):

@@ -26,7 +26,7 @@ QUERIES = (
 
 @settings(max_examples=10, deadline=None)
 @given(sound_blocks(), st.sets(st.integers(0, 2), max_size=1))
-def test_another_engine_has_as_many_rows(blocks: list[Block], banned: set[int]) -> None:
+def test_oxigraph_returns_as_many_rows(blocks: list[Block], banned: set[int]) -> None:
     model = fleet_model()
     merge(model, [*blocks, block(1, STATUS, 7, (AUV_1, BATTERY, 0.5))])
     ban(model, banned)

@@ -39,7 +39,7 @@ def facts_in(graph: Graph) -> list[Node]:
     return list(graph.subjects(RDF.type, SIT.PropertyValue))
 
 
-def test_a_fact_after_the_situation_awareness_tbox() -> None:
+def test_fact_is_written_in_terms_of_the_situation_awareness_ontology() -> None:
     model = fleet_model()
     merge(model, [block(2, 15, 123, (BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)))])
     graph, fact = as_graph(model), RUN["fact-2-15-1"]

@@ -107,7 +107,7 @@ def test_charge_is_recorded_at_steps_of_a_tenth_and_at_both_ends() -> None:
     assert (told[0], told[-1]) == (1.0, 0.0)
 
 
-def test_a_vehicle_by_itself_is_refused_a_mission_in_which_energy_passes() -> None:
+def test_single_node_is_refused_for_missions_with_energy_transfer() -> None:
     plan = NodePlan.of(load("resupply-field"), "AUV03", 1, 100.0, 0.0)
     with pytest.raises(ConfigurationError, match="without physical transfer between vehicles") as refused:
         plan.setup()

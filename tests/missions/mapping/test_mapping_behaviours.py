@@ -47,7 +47,7 @@ def test_a_survey_of_an_untouched_area_runs_the_waypoints_of_the_paper() -> None
     assert 2040.0 < done_s < 2060.0 * 1.03  # the last cell is mapped 12.5 m, 10 s, before the last waypoint
 
 
-def test_transit_to_the_first_point_then_as_fast_as_the_sensor_maps() -> None:
+def test_transit_speed_to_the_first_point_then_mapping_speed() -> None:
     zigzagging, picture = exploring()
     assert zigzagging.perceive(at(0.0), picture, False).stimulus > 0.95
     assert zigzagging.reference(at(0.0), picture) == Reference((112.5, 112.5), 2.0, CAPTURE_M)

@@ -153,7 +153,7 @@ def test_inspection_fails_after_the_longest_stay_with_a_dead_sensor() -> None:
     assert on_site_s == pytest.approx(FINDS.longest_stay_s + PATIENCE_S, abs=3.0)
 
 
-def test_a_find_is_seen_where_the_water_runs_half_as_fast_as_the_vehicle_has_to_go() -> None:
+def test_find_is_inspected_in_a_current_of_half_the_close_speed() -> None:
     assert inspect(sensor_works=True, water_mps=0.5 * FINDS.close_speed_mps)[2].done
 
 

@@ -28,7 +28,7 @@ SQUARE = [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)]
 FIELD = Seabed.of_areas(25.0, {"field": SQUARE})
 
 
-def test_cells_of_the_papers_areas() -> None:
+def test_areas_of_the_paper_have_100_cells_each() -> None:
     """Three areas of 250 m by 250 m in cells of 25 m: 100 cells each, numbered row by row from the south-west."""
 
     def area(x: float, y: float) -> list[tuple[float, float]]:

@@ -16,7 +16,7 @@ from remoras.work import Outlook
 MIDFIELD = [(100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)]
 
 
-def test_the_grid_of_table_ii() -> None:
+def test_waypoints_equal_those_of_table_ii() -> None:
     """Table II: (112.5,112.5) (137.5,112.5) ... (337.5,112.5), the next row at 137.5, up to (337.5,337.5)."""
     waypoints = to_and_fro(rows(MIDFIELD, 25.0, 12.5), (0.0, 0.0))
     levels = [112.5 + 25.0 * number for number in range(10)]
@@ -34,7 +34,7 @@ def test_rows_are_evenly_spaced_over_any_width() -> None:
 
 
 @given(st.floats(50.0, 900.0), st.floats(50.0, 900.0), st.floats(20.0, 120.0))
-def test_rows_of_a_rectangle_leave_nothing_out(width_m: float, height_m: float, apart_m: float) -> None:
+def test_rows_cover_a_rectangle_completely(width_m: float, height_m: float, apart_m: float) -> None:
     corners_m = [(0.0, 0.0), (width_m, 0.0), (width_m, height_m), (0.0, height_m)]
     points_m = to_and_fro(rows(corners_m, apart_m, 0.0), corners_m[0])
     across = sorted({y for _, y in points_m} if width_m >= height_m else {x for x, _ in points_m})

@@ -148,7 +148,7 @@ def test_cells_in_reach_of_a_vehicle_beside_the_area_are_covered() -> None:
     assert watching.goal_fraction == pytest.approx(0.5)
 
 
-def test_being_together_is_not_enough() -> None:
+def test_gathering_below_the_goal_does_not_complete_the_mission() -> None:
     """Half of the cells against a goal of 0.8; nobody goes on for the 60 s of patience: that is the end."""
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
     sweep(watching, fleet, 212.5, 237.5)

@@ -113,7 +113,7 @@ def test_file_without_log_lines_is_refused(tmp_path: Path, text: str) -> None:
         read_log(tmp_path / "x.jsonl")
 
 
-def test_a_bad_line_is_named(logged: Path, tmp_path: Path) -> None:
+def test_malformed_log_line_is_refused_with_its_number(logged: Path, tmp_path: Path) -> None:
     bad = changed(
         logged / "AUV00.jsonl",
         tmp_path / "x.jsonl",

@@ -76,7 +76,7 @@ def test_tables_have_documented_columns_and_units(folder: Path, table: str):
     assert keys == sorted(keys)
 
 
-def test_the_manifest_repeats_the_run(folder: Path, finished: Run, tmp_path: Path):
+def test_run_is_reproduced_from_its_manifest(folder: Path, finished: Run, tmp_path: Path):
     manifest = Results.read(folder).manifest
     assert manifest["seed"] == 1
     assert set(manifest["libraries"]) == set(LIBRARIES)

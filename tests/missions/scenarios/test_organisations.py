@@ -55,7 +55,7 @@ def line_of(file: Path, text: str) -> int:
 # Templates and parents ----------------------------------------------------------------------------
 
 
-def test_instances_have_the_roles_of_their_template_and_keys_of_their_own() -> None:
+def test_groups_of_a_template_have_its_roles_and_their_own_keys() -> None:
     groups = {group.name: group for group in groups_of(load("mapping-nine-teams"))}
     assert list(groups) == ["Fleet", "West", "Middle", "East"]
     for name in ("West", "Middle", "East"):
@@ -72,7 +72,7 @@ def test_instances_have_the_roles_of_their_template_and_keys_of_their_own() -> N
     assert groups["Fleet"].subgroups == (Subgroups(template="Team", minimum=3, maximum=3),)
 
 
-def test_the_later_parent_wins_and_own_keys_win_over_all() -> None:
+def test_later_parents_override_earlier_and_own_keys_override_all() -> None:
     raw = {
         "role": [
             {"name": "A", "minimum": 1, "maximum": 1, "job": "a", "requires": {"depth_m": 5.0, "speed_mps": 1.0}},
@@ -95,7 +95,7 @@ def test_the_later_parent_wins_and_own_keys_win_over_all() -> None:
     ]
 
 
-def test_templates_extend_templates_and_abstract_roles_are_no_roles() -> None:
+def test_templates_extend_templates_without_their_abstract_roles() -> None:
     raw = {
         "group_template": [
             {"name": "Base", "rally_point": "here", "role": [{"name": "Any", "abstract": True, "minimum": 2}]},
@@ -260,7 +260,7 @@ def test_sensor_plugin_needs_its_equipment_class_for_the_role() -> None:
     assert "AUV01" in inspectors(SCENARIO, *both)
 
 
-def test_equipment_is_common_knowledge(tmp_path: Path) -> None:
+def test_equipment_is_known_to_all_vehicles(tmp_path: Path) -> None:
     setup = resolved(load(without_sonar(tmp_path)))
     for node in (0, 3):
         model = world_model(setup, node)

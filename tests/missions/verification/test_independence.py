@@ -47,9 +47,7 @@ RUNS = {
         ("trident-intervention", "choreography.state.surveying.within_s=60"),
     ],
 )
-def test_runs_pass_without_a_camera_with_an_end_between_decisions_and_with_a_message_overdue(
-    name: str, setting: str, tmp_path: Path
-) -> None:
+def test_runs_in_edge_cases_have_no_findings(name: str, setting: str, tmp_path: Path) -> None:
     """The first is over as it begins, without a table of images; in the second AUV00 leaves off homing at 2231 s."""
     write_results(run(load(name, [("--set", setting)]), 1), tmp_path / "run")
     assert list(verify(tmp_path / "run").lines) == []
@@ -62,7 +60,7 @@ def test_checker_imports_no_other_package_of_the_simulator() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", RUNS)
-def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
+def test_runs_of_all_kinds_have_no_findings(case: str, tmp_path: Path) -> None:
     name, settings = RUNS[case]
     given = [("--set", one) for one in (*settings, "scenario.duration_s=600")]
     write_results(run(load(name, given), 7), tmp_path / "run")

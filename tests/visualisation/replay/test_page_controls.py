@@ -166,7 +166,7 @@ def test_equal_lanes_fold_and_unfold(chrome: Any, tmp_path: Path) -> None:
         assert len(window.ask(lanes)) == len(folded) + len(head["members"])
 
 
-def test_two_runs_share_clock_and_selection_and_part_at_the_first_difference(
+def test_two_runs_share_clock_and_selection_and_mark_their_first_difference(
     chrome: Any, results: Results, tmp_path: Path
 ) -> None:
     """Without weight of signals the runs of one seed are the same until the first choice that a signal moved."""

@@ -366,7 +366,7 @@ def newest(results: Results, at_s: float, fade_s: float) -> list[tuple[int, str,
     return found
 
 
-def test_the_newest_links_are_whole_and_older_losses_stay(tmp_path: Path) -> None:
+def test_newest_links_are_opaque_and_older_losses_remain(tmp_path: Path) -> None:
     """Links of a large fleet fade for a frame of 16 slots, and those of the selected vehicle stand alone."""
     large = (LOSSY, "scenario.duration_s=150", "fleet.size=16")
     results = recorded(tmp_path / "run", *large, scenario="mapping-patches")

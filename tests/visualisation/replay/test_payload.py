@@ -39,7 +39,7 @@ LOOK = """([run]) => {
 """Asks for everything that a page asks for, at the beginning, in the middle and at the end."""
 
 
-def test_a_run_of_four_vehicles_is_small_and_always_the_same(results: Results) -> None:
+def test_page_of_four_vehicles_is_small_and_reproducible(results: Results) -> None:
     data = data_of(results)
     text = page_text("a run", [data])
     assert len(data) * 4 / 3 < MOST_OF_FOUR

@@ -34,7 +34,7 @@ def is_no_formula(axes: Any, results: RunResults, style: Style) -> str:
     return ""
 
 
-def test_a_figure_is_drawn_with_the_looks_and_words_of_all_figures(run: Results, tmp_path: Path) -> None:
+def test_declared_figure_has_the_common_style_and_wording(run: Results, tmp_path: Path) -> None:
     found = run_picture(run, "finds", DECLARED)
     (axes,) = found.figure.axes
     assert [line.get_color() for line in axes.get_lines()] == [style.look(0).colour, style.look(1).colour]

@@ -68,7 +68,7 @@ def test_the_same_results_give_the_same_bytes(
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in again]
 
 
-def test_settings_of_the_user_change_nothing(tmp_path: Path, runs: dict[str, Results]) -> None:
+def test_matplotlib_settings_of_the_user_change_no_figure(tmp_path: Path, runs: dict[str, Results]) -> None:
     plain, _ = draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "plain").files
     with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "savefig.bbox": "tight"}):
         draw_run_figures(runs["two vehicles"], ["roles"], tmp_path / "own")

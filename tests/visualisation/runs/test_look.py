@@ -26,7 +26,7 @@ def colours(figure: Figure) -> set[str]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_colour_is_a_vehicle_in_all_figures(runs: dict[str, Results], kind: str) -> None:
+def test_vehicle_has_one_colour_in_all_figures(runs: dict[str, Results], kind: str) -> None:
     """Every colour of a figure of two vehicles is that of one of them, or a tint of it."""
     figure = run_picture(runs["two vehicles"], kind, (), ()).figure
     own = [style.vehicle_look(number).colour for number in range(2)]

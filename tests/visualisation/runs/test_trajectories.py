@@ -15,7 +15,7 @@ from visualisation.runs import run_picture
 from visualisation.runs.trajectories import MOST_NAMED
 
 
-def test_kinds_of_places_have_their_symbols_and_their_words(tmp_path: Path) -> None:
+def test_kinds_of_places_have_symbols_and_legend_texts(tmp_path: Path) -> None:
     corners = ((0.0, 0.0), (0.0, 50.0), (50.0, 50.0))
     places = [
         Place("north", "search box", corners), Place("wall", "no-go zone", corners),
@@ -73,7 +73,7 @@ def test_legend_of_a_large_fleet_names_the_farthest_vehicles(tmp_path: Path) -> 
         ([(5.0, "inactive"), (10.0, "assigned"), (15.0, "assigned"), (50.0, "left")], [Span(10.0, 50.0)], []),
     ],
 )  # fmt: skip
-def test_a_role_is_held_and_drives_from_event_to_event(
+def test_held_and_active_spans_of_a_role_follow_from_events(
     tmp_path: Path, events: list[tuple[float, str]], held: list[Span], active: list[Span]
 ) -> None:
     rows = [(time_s, "A", "Team", "Diver", event) for time_s, event in events]

@@ -20,7 +20,7 @@ def test_varying_channel_gives_panels(tmp_path: Path) -> None:
         assert [arrangement.x(row) for row in curve] == ([0.0] if combination.channel == "perfect" else list(FEW))
 
 
-def test_a_setting_is_the_axis_where_the_rate_does_not_vary(tmp_path: Path) -> None:
+def test_setting_is_the_axis_if_the_loss_rate_is_constant(tmp_path: Path) -> None:
     grid = {"decision.weight_external": [0.0, 0.5, 1.0], "fleet.size": [2, 4], "mission.mode": ["a", "b", "c", "d"]}
     sweep = Sweep(["remoras"], channels=[("bernoulli", [0.4], {})], repeats=1, grid=grid)
     sweep.summary = flat
@@ -49,7 +49,7 @@ def test_setting_that_rises_with_the_axis_gives_no_panels(tmp_path: Path) -> Non
 MODEMS = {"communication.modem": ["whoi-fsk-0", "atm-900", "nanomodem-v3"]}
 
 
-def test_a_setting_in_words_is_an_axis_of_cases_where_nothing_else_is(tmp_path: Path) -> None:
+def test_setting_with_text_values_is_the_axis_if_no_number_varies(tmp_path: Path) -> None:
     """The rate of the channel acoustic is an estimate that follows from the modem: it is no axis."""
     channels = [("acoustic", [0.1], {}), ("acoustic", [0.4], {"channel.source_level_db": 125.0})]
     sweep = Sweep(["remoras"], channels=channels, repeats=1, grid=MODEMS)

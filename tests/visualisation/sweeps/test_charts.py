@@ -64,7 +64,7 @@ def test_bars_span_the_confidence_intervals(tmp_path: Path) -> None:
     assert any(high > low for low, high in intervals)
 
 
-def test_places_far_apart_are_spaced_evenly(tmp_path: Path) -> None:
+def test_values_far_apart_are_spaced_evenly(tmp_path: Path) -> None:
     sizes = [2, 8, 64]
     sweep = Sweep(["remoras"], channels=[("bernoulli", [0.4], {})], grid={"fleet.size": sizes}, repeats=2)
     axes = chart(rows_of(tmp_path, sweep))
@@ -134,7 +134,7 @@ def test_unitless_values_between_0_and_1_are_a_share(
     assert measure(replace(ENERGY, unit=unit), [replace(row, mean=mean) for mean in means]).share is share
 
 
-def test_where_an_interval_is_missing_the_spread_is_drawn(row: Comparison) -> None:
+def test_spread_is_drawn_if_the_interval_is_missing(row: Comparison) -> None:
     bare = replace(row, mean=2000.0, least=1500.0, largest=2500.0, ci95_low=None, ci95_high=None)
     assert measure(ENERGY, [bare]).bounds(bare) == (1.5, 2.5)
 
