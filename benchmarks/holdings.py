@@ -51,10 +51,11 @@ def compose_in_order(case: Case, fleet: Fleet, statements: Statements, slot: Slo
         origin = (slot.frame + step) % n_nodes
         plan.states[origin] = int(plan.owed[origin] > 0 and plan.statement_bits[origin] <= left)
         left -= plan.states[origin] * plan.statement_bits[origin]
+    fleet.queued[:] = 0
     fleet.loaded[place, :] = 0
     for c in range(n_candidates):
-        fleet.loaded[place, statements.columns[c]] = 1
-    choose(fleet.weights[0, owner], fleet.loaded[place], 0, left // case.item_bits)
+        fleet.queued[statements.columns[c]] = 1
+    choose(fleet.weights[0, owner], fleet.queued, fleet.loaded[place], 0, left // case.item_bits)
     n_sent = 0
     for column in range(n_columns_of(case)):
         if fleet.loaded[place, column] != 0:

@@ -11,7 +11,7 @@ from exchange.packets import Fragment, ItemUid, Reception, Transmission
 from exchange.policy.policies import POLICIES, AckPolicy, header_bits
 from exchange.schedule import TdmaSchedule
 from exchange.study import trials
-from exchange.study.compiler import arguments_of, slot_rule_of
+from exchange.study.compiler import new_fleet, slot_rule_of
 from exchange.study.lanes import Case
 from exchange.wire.codec import Codec
 from exchange.wire.fragmentcodec import Packing
@@ -214,17 +214,16 @@ class ReferenceStudy:
             n_sources=n_nodes, columns_per_source=items, item_bits=item_bits, symbol_bits=of_symbol,
             number_bits=NUMBER_BITS, capacity_bits=capacity_bits,
         )  # fmt: skip
-        none = np.zeros((1, 1), np.int64)
-        self.layouts, _, self.fleet, self.lanes, self.state = arguments_of(self.kind, self.case, none, none, none)
-        trials.begin(self.case, self.fleet, self.lanes, 0, 0, 1)
+        self.fleet = new_fleet(self.kind, self.case, np.zeros((0, 1), np.int64))
+        trials.begin(self.case, self.fleet, 0, 0, 1)
         self.play = slot_rule_of(self.kind)
 
     def pass_slot(self, slot: int, heard_by: int) -> int:
         """Play a slot; returns how many items were sent."""
         n_nodes = self.case.n_nodes
-        now = trials.slot_of(self.layouts, n_nodes, slot // n_nodes, slot % n_nodes)
+        now = trials.slot_of(self.fleet.layouts, n_nodes, slot // n_nodes, slot % n_nodes)
         heard = np.array([heard_by >> node & 1 for node in range(n_nodes)])
-        self.play(self.kind.header, self.layouts, self.case, self.state, self.fleet, self.lanes, now, heard, 1, 1)
+        self.play(self.kind.header, self.case, self.fleet, now, heard, 1, 1)
         return sum(int(word) & 1 for word in self.fleet.loaded[now.place])
 
     def believes(self, node: int, peer: int, column: int) -> bool:

@@ -14,9 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from exchange.study.estimates import TrialMean
 from exchange.study.parameters import BOUND
-from exchange.study.study import KINDS, StudyRow
+from exchange.study.study import KINDS, StudyRow, TrialMean
 from visualisation import output, page, style, words
 from visualisation.output import DrawingError, check_format, unknown
 from visualisation.words import REPEAT

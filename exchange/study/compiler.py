@@ -14,7 +14,6 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -23,34 +22,16 @@ from typing import Any
 import numpy as np
 
 from exchange.errors import ConfigurationError
-from exchange.policy import planning, policies
 from exchange.policy.acknowledgement import Acknowledgement
 from exchange.study import lanes, stating, trials
-from exchange.study.lanes import N_QUANTITIES, Case, Ints, Lanes, allocated, sizes_of
-from exchange.study.trials import Fleet, Header, Layouts, layouts_of, new_fleet
+from exchange.study.lanes import Case, Ints, Lanes, allocated, sizes_of
+from exchange.study.trials import Fleet, Header, layouts_of
 
 SlotLoop = Callable[..., None]
 """Signature of `trials.run_trials` without the rules of slot and header, which are built in."""
 
 Say = Callable[[str], None]
 """Prints a line for the user."""
-
-CALLED: tuple[Callable[..., Any], ...] = (
-    lanes.draw,
-    lanes.transpose,
-    lanes.ended,
-    trials.forget_lanes,
-    trials.begin,
-    trials.arrive,
-    trials.choose,
-    trials.pass_freely,
-    planning.plan_packet,
-    stating.compose_packet,
-    stating.hear,
-    stating.add_symbol,
-    stating.number_item,
-)
-"""Functions that run rarely and are called; all others run in every slot and are inlined."""
 
 NUMBA_FROM, NUMBA_BELOW = (0, 66), (0, 69)
 """Supported versions of Numba; the extra `study` of the package has the same bounds."""
@@ -62,31 +43,17 @@ Vector instructions wait for words just stored: they make a slot of five nodes a
 """
 
 
-HEADER: Header = policies.ACK.header
-SLOT_RULE: Callable[..., None] = trials.play_slot
-"""Placeholders for the rules of header and slot; `_compile` replaces them in a copy of the entry."""
-
-
-def run_trials(layouts: Layouts, case: Case, fleet: Fleet, lanes: Lanes, state: Any) -> None:
-    """Entry point of compiled code: the loop over slots with the rules of a kind built in."""
-    trials.run_trials(SLOT_RULE, HEADER, layouts, case, fleet, lanes, state)
-
-
-def arguments_of(
-    kind: Acknowledgement, case: Case, thresholds: Ints, received: Ints, outcomes: Ints
-) -> tuple[Layouts, Case, Fleet, Lanes, Any]:
-    """Return the arguments of a slot loop, with the state of new trials.
+def new_fleet(kind: Acknowledgement, case: Case, received: Ints) -> Fleet:
+    """Allocate the state of new trials.
 
     Args:
-        thresholds: of the losses from row to column, see `lanes.thresholds_of`.
         received: cache of receptions, shape (any, n_trials), initially zero; shared by policies with the same seed,
-            trials and loss probabilities.
-        outcomes: results, initially zero: sum, count and censored number, shape (n_trials, N_QUANTITIES, 3).
+            trials and loss probability.
     """
-    layouts = layouts_of(kind, case.n_nodes)
-    state = stating.new_statements(case) if kind.states else None
-    of_lanes = allocated(Lanes, sizes_of(case), thresholds, received, outcomes)
-    return layouts, case, new_fleet(case, layouts), of_lanes, state
+    layouts, sizes = layouts_of(kind, case.n_nodes), sizes_of(case)
+    statements = stating.new_statements(case) if kind.states else None
+    of_lanes = allocated(Lanes, sizes | {"trial": received.shape[1]}, received)
+    return allocated(Fleet, sizes | {"bit": layouts.node.shape[1]}, layouts, of_lanes, statements)
 
 
 def _globals_named(function: FunctionType) -> list[Any]:
@@ -101,6 +68,17 @@ def _globals_named(function: FunctionType) -> list[Any]:
 def slot_rule_of(kind: Acknowledgement) -> Callable[..., None]:
     """Return the slot rule of a kind."""
     return stating.play_slot if kind.states else trials.play_slot
+
+
+def as_python(kind: Acknowledgement) -> SlotLoop:
+    """Return the slot loop of a kind as Python: `trials.run_trials` with the rules of slot and header built in."""
+    slot_rule, header = slot_rule_of(kind), kind.header
+
+    # Numba takes the variables of an enclosing function as constants.
+    def run_trials(case: Case, fleet: Fleet) -> None:
+        trials.run_trials(slot_rule, header, case, fleet)
+
+    return run_trials
 
 
 def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
@@ -119,8 +97,7 @@ def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
                 visit(value)
             called[function] = None
 
-    for function in (kind.header, slot_rule_of(kind), trials.run_trials):
-        visit(function)
+    visit(as_python(kind))
     return called
 
 
@@ -129,12 +106,9 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
 
     The digest covers the sources of all functions reached and the numeric globals that they use.
     """
-    header = f"{kind.header.__module__}.{kind.header.__qualname__}"
-    known = sys.implementation.cache_tag, numba_version, header, kind.states
-    digest = hashlib.sha256(repr(known).encode())
+    digest = hashlib.sha256(f"{sys.implementation.cache_tag} {numba_version}".encode())
     functions = functions_of(kind)
-    sources = {__file__, *(inspect.getsourcefile(function) or "" for function in functions)}
-    for source in sorted(sources - {""}):
+    for source in sorted({inspect.getsourcefile(function) or "" for function in functions} - {""}):
         digest.update(Path(source).read_bytes())
     for function in functions:
         # Numba freezes global numbers, which may come from files that are not among the sources.
@@ -163,7 +137,8 @@ def make_compilable(kind: Acknowledgement) -> None:
     from numba.extending import register_jitable
 
     for function in functions_of(kind).keys() - _registered:
-        register_jitable(forceinline=function not in CALLED, **WITHOUT_MEMORY)(function)
+        # Losses are drawn more rarely than words are used.
+        register_jitable(forceinline=function is not lanes.draw, **WITHOUT_MEMORY)(function)
         _registered.add(function)
 
 
@@ -178,11 +153,6 @@ def why_uncompiled() -> str:
         return f"numba is not installed: {remedy}"
     release = tuple(int(number) for number in re.findall(r"\d+", installed)[:2])
     return "" if NUMBA_FROM <= release < NUMBA_BELOW else f"numba {installed} is none that is known to work: {remedy}"
-
-
-def as_python(kind: Acknowledgement) -> SlotLoop:
-    """Return the slot loop of a kind as Python."""
-    return partial(trials.run_trials, slot_rule_of(kind), kind.header)
 
 
 def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgement, SlotLoop]:
@@ -214,16 +184,11 @@ def _compile(kind: Acknowledgement, folder: Path | None) -> SlotLoop:
 
     make_compilable(kind)
     with _settings(numba.config, CACHE_DIR=str(folder or ""), **SETTINGS):
-        header: Any = numba.njit(forceinline=True, error_model="numpy", **WITHOUT_MEMORY)(kind.header)
-        # Numba takes globals as constants: a copy of the entry with other globals has the rules built in.
-        built_in = {**run_trials.__globals__, "HEADER": header, "SLOT_RULE": slot_rule_of(kind)}
-        of_kind = FunctionType(run_trials.__code__, built_in, run_trials.__name__)
-        of_kind.__module__, of_kind.__qualname__ = run_trials.__module__, run_trials.__qualname__
-        machine_code: SlotLoop = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
+        machine_code: SlotLoop = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(as_python(kind))
         # No trials: only the types of the arguments matter here.
-        words, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, N_QUANTITIES, 3), np.int64)
+        case = Case(2)
         try:
-            machine_code(*arguments_of(kind, Case(2, states=kind.states), words, words, outcomes))
+            machine_code(case, new_fleet(kind, case, np.zeros((0, 0), np.int64)))
         except NumbaError as error:
             raise ConfigurationError(
                 f"acknowledgement {kind.name!r} cannot be compiled for the policy study; its header may use its "

@@ -14,7 +14,7 @@ never mix.
 Plain Python that `exchange.study.compiler` compiles, as all that the slot loops call.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import frexp
 from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_type_hints
 
@@ -43,14 +43,14 @@ SENDERS_ACKED = 2  # slots until every node that may send an item believes that 
 TRANSMISSIONS = 3  # times an item was sent; under Poisson load per item delivered
 IN_FLIGHT = 4  # items not source-acknowledged, per slot of the window
 GOODPUT = 5  # items delivered, per slot of the window
-OFFERED = 6  # items generated, per slot of the window
+OFFERED = 6  # items generated, per slot of the window; 1 for a batch, which counts as a whole
 REFUSED = 7  # items refused by a full queue, per item generated in the window
 FALSE_BELIEFS = 8  # slots with a belief that a peer holds an item it lacks: always 0
 SLOTS = 9  # slots played
 N_QUANTITIES = 10
 
 N_STAGES = 3  # an item is delivered, then source-acknowledged, then senders-acknowledged
-SUM, COUNT, CENSORED = 0, 1, 2  # censored: trials, or under Poisson load items, that did not end
+SUM, COUNT = 0, 1
 
 NEVER = 1 << 62
 
@@ -58,10 +58,11 @@ NEVER = 1 << 62
 class Case(NamedTuple):
     """Policy beside its header rule, load and seed of trials that run together.
 
-    Nodes 0 to `n_sources` - 1 have as many columns each. `rate` is 0 for a batch: every column is an item of slot 0.
-    Under Poisson load it is the mean number of new items per node and slot; items generated in the window are followed
-    to their end, while generation continues. `p_none` is exp(-rate). `number_bits` is the size of a sequence, for
-    policies that report received sets (`states`). `knows_all` marks the bound.
+    Nodes 0 to `n_sources` - 1 have as many columns each. `rate` is 0 for a batch: every column is an item of slot 0,
+    and a stage is reached when all items reach it. Under Poisson load it is the mean number of new items per node and
+    slot; items generated in the window are followed to their end, while generation continues. `p_none` is exp(-rate),
+    `least_heard` the least `link_draw` of a packet that is not lost, `number_bits` the size of a sequence, for policies
+    that report received sets (`states`). `knows_all` marks the bound.
     """
 
     n_nodes: int
@@ -81,8 +82,9 @@ class Case(NamedTuple):
     number_bits: int = 0
     capacity_bits: int = NEVER
     window_start: int = 0
-    window_end: int = 0
+    window_end: int = 1
     max_slots: int = 0
+    least_heard: int = 0
     seed: int = 0
     first_trial: int = 0
 
@@ -95,15 +97,13 @@ def n_columns_of(case: Case) -> int:
 class Lanes(NamedTuple):
     """State of each lane beside its nodes."""
 
-    thresholds: Ints  # [sender, receiver] see `thresholds_of`
     received: Ints  # [word, trial] cache of receptions
-    outcomes: Ints  # [trial, quantity, sum or count or censored]
+    outcomes: Annotated[Ints, "trial", "quantity", "sum or count"]
     trials: Annotated[Ints, "lane"]  # number of its trial, counted from the first that is played
     began_frame: Annotated[Ints, "lane"]
-    n_followed: Annotated[Ints, "lane"]  # items followed to their end
     drawn: Annotated[Ints, "lane"]  # [slot * n_nodes + node] lanes in which the node receives the packet of the slot
     digits: Annotated[Ints, "digit"]  # lanes whose transmission counter has the digit 1
-    reached: Annotated[Ints, "stage", "column"]  # lanes in which the item has reached the stage
+    reached: Annotated[Ints, "stage", "column"]  # lanes in which the item has reached the stage; a batch: column 0
     born_slot: Annotated[Ints, "lane", "column"]  # of the item
     free_slot: Annotated[Ints, "lane", "column"]  # from this slot on the column may be given to a new item
 
@@ -112,7 +112,7 @@ def sizes_of(case: Case) -> dict[str, int]:
     """Return the lengths of the axes of the state."""
     n_nodes, nodes = case.n_nodes, ("node", "holder", "receiver", "sender", "origin", "peer")
     sizes = {"column": n_columns_of(case), "place": 2 * n_nodes, "lane": LANES, "digit": N_DIGITS, "stage": N_STAGES}
-    return sizes | dict.fromkeys(nodes, n_nodes)
+    return sizes | {"quantity": N_QUANTITIES, "sum or count": 2} | dict.fromkeys(nodes, n_nodes)
 
 
 def allocated(state: type[_State], sizes: Mapping[str, int], *given: Any) -> _State:
@@ -128,14 +128,17 @@ def lane_bit(lane: int) -> int:
     return 1 << lane if lane < LANES - 1 else -1 << lane
 
 
-def first_lane(lanes: int) -> int:
-    """Return the lowest lane of a set; a power of two is an exact float.
+def lanes_of(word: int) -> Iterator[int]:
+    """Yield the lanes of a word; a power of two is an exact float.
 
-    >>> [first_lane(lanes) for lanes in (1, 0b11000, lane_bit(63))]
-    [0, 3, 63]
+    >>> [*lanes_of(0b11001 | lane_bit(63))]
+    [0, 3, 4, 63]
     """
-    lanes = int(lanes)
-    return frexp(float(lanes & -lanes))[1] - 1
+    word = int(word)
+    while word != 0:
+        lane = frexp(float(word & -word))[1] - 1
+        word &= ~lane_bit(lane)
+        yield lane
 
 
 def count(digits: Ints, lanes: int) -> None:
@@ -178,24 +181,15 @@ def slots_of_word(n_nodes: int) -> int:
     return max(1, min(n_nodes, WORD_BITS // n_nodes))
 
 
-def thresholds_of(p_loss: Floats) -> Ints:
-    """Return the least `link_draw` of a packet that is not lost, for integer comparison.
-
-    >>> thresholds_of(np.array([0.0, 1.0])) == [0, 2**53]
-    array([ True,  True])
-    """
-    return np.ceil(p_loss * 2.0**53).astype(np.int64)
-
-
-def draw_word(case: Case, lanes: Lanes, lane: int, frame_slot: int, first: int, n_slots: int) -> int:
-    """Draw the receptions of some slots: bit n * n_nodes + node for the n-th slot."""
-    word, key = 0, key_of(case, lanes, lane)
+def draw_word(case: Case, key: int, frame_slot: int, first: int, n_slots: int) -> int:
+    """Draw the receptions of some slots of a trial: bit n * n_nodes + node for the n-th slot."""
+    word = 0
     for n in range(n_slots):
         owner = first + n
         key_of_slot = slot_key(key, frame_slot + owner)
         for node in range(case.n_nodes):
             if node != owner:
-                heard = int(link_draw(key_of_slot, owner, node) >= lanes.thresholds[owner, node])
+                heard = int(link_draw(key_of_slot, owner, node) >= case.least_heard)
                 word |= heard * lane_bit(n * case.n_nodes + node)
     return word
 
@@ -227,7 +221,7 @@ def draw(case: Case, lanes: Lanes, frame: int, first: int, playing: int) -> None
                 word = lanes.received[at, lanes.trials[lane]]
             # Not cached, or all lost: drawn again, the latter is 0 again.
             if word == 0:
-                word = draw_word(case, lanes, lane, own_frame * case.n_nodes, first, n_slots)
+                word = draw_word(case, key_of(case, lanes, lane), own_frame * case.n_nodes, first, n_slots)
                 if is_cached:
                     lanes.received[at, lanes.trials[lane]] = word
         lanes.drawn[lane] = word
@@ -268,13 +262,8 @@ def slots_in_window(case: Case, start: int, stop: int) -> int:
 
 
 def note_item(case: Case, lanes: Lanes, lane: int, stage: int, column: int, slot: int) -> None:
-    """Record that an item reaches a stage in this slot of a lane's trial."""
-    outcome = lanes.outcomes[lanes.trials[lane]]
-    if case.rate == 0.0:
-        outcome[stage, SUM] = slot + 1
-        outcome[stage, COUNT] += 1
-        return
-    born = lanes.born_slot[lane, column]
+    """Record that an item, or a whole batch, reaches a stage in this slot of a lane's trial."""
+    outcome, born = lanes.outcomes[lanes.trials[lane]], lanes.born_slot[lane, column]
     if case.window_start <= born < case.window_end:
         outcome[stage, SUM] += slot + 1 - born
         outcome[stage, COUNT] += 1
@@ -290,11 +279,10 @@ def note_item(case: Case, lanes: Lanes, lane: int, stage: int, column: int, slot
 def ended(case: Case, lanes: Lanes, slot: int, asked: int) -> int:
     """Close the trials of `asked` that end with a slot; return their lanes."""
     over = 0
-    while asked != 0:
-        lane = first_lane(asked)
-        asked &= ~lane_bit(lane)
+    for lane in lanes_of(asked):
         n_slots, outcome = own_slot(case, lanes, lane, slot) + 1, lanes.outcomes[lanes.trials[lane]]
-        is_settled = n_slots >= case.window_end and outcome[SENDERS_ACKED, COUNT] >= lanes.n_followed[lane]
+        n_followed = outcome[OFFERED, SUM] - outcome[REFUSED, SUM]
+        is_settled = n_slots >= case.window_end and outcome[SENDERS_ACKED, COUNT] >= n_followed
         if is_settled or n_slots >= case.max_slots:
             over |= lane_bit(lane)
             outcome[SLOTS, SUM] = n_slots
@@ -304,22 +292,12 @@ def ended(case: Case, lanes: Lanes, slot: int, asked: int) -> int:
 
 
 def close(case: Case, lanes: Lanes, lane: int, outcome: Ints) -> None:
-    """Complete the sums and counts of a trial.
-
-    A batch counts once, or as censored; under Poisson load each followed item does.
-    """
-    n_followed = lanes.n_followed[lane]
+    """Complete the sums and counts of a trial."""
     if case.rate == 0.0:
-        for stage in range(N_STAGES):
-            is_ended = int(outcome[stage, COUNT] == n_followed)
-            outcome[stage, SUM] *= is_ended
-            outcome[stage, COUNT] = is_ended
-            outcome[stage, CENSORED] = 1 - is_ended
+        # Transmissions of a censored batch do not count.
         outcome[TRANSMISSIONS, COUNT] = outcome[SENDERS_ACKED, COUNT]
         outcome[TRANSMISSIONS, SUM] *= outcome[SENDERS_ACKED, COUNT]
         return
-    for stage in range(N_STAGES):
-        outcome[stage, CENSORED] = n_followed - outcome[stage, COUNT]
     for column in range(n_columns_of(case)):
         if lanes.free_slot[lane, column] == NEVER and not lanes.reached[SOURCE_ACKED, column] >> lane & 1:
             outcome[IN_FLIGHT, SUM] += slots_in_window(case, lanes.born_slot[lane, column], case.window_end)

@@ -35,8 +35,8 @@ from exchange.policy.planning import (
     statement_bits,
 )
 from exchange.study import trials
-from exchange.study.lanes import Bytes, Case, Floats, Ints, Lanes, allocated, count, n_columns_of, sizes_of
-from exchange.study.trials import Fleet, Header, Layouts, Slot, slot_of
+from exchange.study.lanes import Bytes, Case, Floats, Ints, allocated, count, n_columns_of, sizes_of
+from exchange.study.trials import Fleet, Header, Slot, slot_of
 
 UNKNOWN = -1
 """Slot of an event that never happened; bit that a header does not carry."""
@@ -335,9 +335,10 @@ def lacked_of_code(fleet: Fleet, statements: Statements, node: int, owner: int, 
 # Packet reception ---------------------------------------------------------------------------------
 
 
-def note_answers(layouts: Layouts, fleet: Fleet, statements: Statements, slot: Slot) -> None:
+def note_answers(fleet: Fleet, statements: Statements, slot: Slot) -> None:
     """Read from the owner's header which last packets it received."""
     statements.received[:] = UNKNOWN
+    layouts = fleet.layouts
     for bit in range(layouts.n_bits[slot.at]):
         if layouts.node[slot.at, bit] == slot.owner:
             statements.received[layouts.place[slot.at, bit] % len(statements.received)] = fleet.acks[bit] & 1
@@ -473,9 +474,7 @@ def hear_symbols(case: Case, fleet: Fleet, statements: Statements, node: int, sl
         add_symbol(case, fleet, statements, node)
 
 
-def hear(
-    layouts: Layouts, case: Case, fleet: Fleet, statements: Statements, slot: Slot, node: int, n_symbols: int
-) -> None:
+def hear(case: Case, fleet: Fleet, statements: Statements, slot: Slot, node: int, n_symbols: int) -> None:
     """Process the packet of a slot at a node."""
     n_nodes, owner = case.n_nodes, slot.owner
     for column in range(n_columns_of(case)):
@@ -486,7 +485,7 @@ def hear(
         if slot.number > node:
             note_fate(fleet, statements, case, node, owner)
         note_fates_of_others(n_nodes, fleet, statements, node, owner, slot.number)
-    trials.hear(layouts, case, fleet, slot, node, 1)
+    trials.hear(case, fleet, slot, node, 1)
     believe_statements(case, fleet, statements, node, owner)
     hear_symbols(case, fleet, statements, node, slot.number, n_symbols)
     note_brought(case, fleet, statements, node, owner, n_symbols)
@@ -501,30 +500,28 @@ def hear(
 # One slot -----------------------------------------------------------------------------------------
 
 
-def number_items(case: Case, lanes: Lanes, statements: Statements, slot: int) -> None:
+def number_items(case: Case, fleet: Fleet, statements: Statements, slot: int) -> None:
     """Number the items that are new in a slot; forget those whose column is free."""
     if slot == 0:
         forget_all(statements)
     for column in range(n_columns_of(case)):
-        if lanes.free_slot[0, column] <= slot:
+        if fleet.lanes.free_slot[0, column] <= slot:
             statements.number[column] = UNKNOWN
-        elif lanes.born_slot[0, column] == slot:
+        elif fleet.lanes.born_slot[0, column] == slot:
             number_item(statements, column // case.columns_per_source, column)
 
 
-def play_slot(
-    header: Header, layouts: Layouts, case: Case, statements: Statements, fleet: Fleet, lanes: Lanes, slot: Slot,
-    heard: Ints, playing: int, noted: int,
-) -> None:  # fmt: skip
+def play_slot(header: Header, case: Case, fleet: Fleet, slot: Slot, heard: Ints, playing: int, noted: int) -> None:
     """Run one slot; arguments as of `trials.play_slot`, but lane 0 only."""
-    slot = slot_of(layouts, case.n_nodes, slot.frame - lanes.began_frame[0], slot.owner)
-    number_items(case, lanes, statements, slot.number)
-    trials.acknowledge(header, layouts, case, fleet, slot)
-    n_sent, n_symbols = compose_packet(case, fleet, statements, slot, layouts.n_bits[slot.at])
+    slot = slot_of(fleet.layouts, case.n_nodes, slot.frame - fleet.lanes.began_frame[0], slot.owner)
+    statements = fleet.statements
+    number_items(case, fleet, statements, slot.number)
+    trials.acknowledge(header, case, fleet, slot)
+    n_sent, n_symbols = compose_packet(case, fleet, statements, slot, fleet.layouts.n_bits[slot.at])
     trials.note_load(fleet, slot.place)
-    note_answers(layouts, fleet, statements, slot)
+    note_answers(fleet, statements, slot)
     for node in range(case.n_nodes):
         if heard[node] & 1:
-            hear(layouts, case, fleet, statements, slot, node, n_symbols)
+            hear(case, fleet, statements, slot, node, n_symbols)
     for _ in range(n_sent + n_symbols):
-        count(lanes.digits, noted)
+        count(fleet.lanes.digits, noted)

@@ -31,9 +31,8 @@ if TYPE_CHECKING:
     from exchange.channel.acoustic import AcousticChannel
     from exchange.channel.network import Network
     from exchange.policy.policies import AckPolicy
-    from exchange.study.estimates import TrialMean
     from exchange.study.parameters import ExchangeStudy
-    from exchange.study.study import StudyRow
+    from exchange.study.study import StudyRow, TrialMean
     from missions.scenarios.scenario import Scenario
     from visualisation.reach import ModemReach
 

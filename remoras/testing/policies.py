@@ -14,7 +14,7 @@ from exchange.policy.candidates import Moment, QueuePlace, ValueRule, Waiting
 from exchange.policy.policies import AckPolicy, header_bits, policy_fault, policy_named
 from exchange.study.compiler import as_python, slot_loops
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
-from exchange.study.parts import REMEMBERED_WORDS, case_of, p_loss_matrices, play
+from exchange.study.study import REMEMBERED_WORDS, case_of, play
 from exchange.wire.codec import Codec
 from remoras.plugins import named_object
 from remoras.testing.behaviours import passed
@@ -195,9 +195,9 @@ def check_compiles(policy: AckPolicy) -> None:
             4, (0.5,), policies=(policy,), trials=2 if load.items > 1 else 70, load=load, item_bits=57,
             capacity_bits=capacity_bits, seed=7, max_slots=300,
         )  # fmt: skip
-        case, (p_loss,) = case_of(study, policy), p_loss_matrices(study)
+        case = case_of(study, policy, p_loss=0.5)
         interpreted, compiled = (
-            play(loop, kind, case, p_loss, np.zeros((REMEMBERED_WORDS, study.trials), np.int64))
+            play(loop, kind, case, np.zeros((REMEMBERED_WORDS, study.trials), np.int64))
             for loop in (as_python(kind), slot_loops([kind], print)[kind])
         )
         assert (interpreted == compiled).all(), "the compiled form comes to other results than the functions as Python"

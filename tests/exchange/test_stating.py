@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from benchmarks.manager_fleet import ReferenceStudy
 from exchange.policy import planning
 from exchange.policy.policies import PAPER_POLICIES, STATING, AckPolicy
-from exchange.study import parts
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.study import StudyRow, run
 
@@ -39,20 +38,16 @@ def test_coded_repairs_are_sooner_than_the_six_and_than_plain_ones(n_nodes: int,
     assert adaptive[0] < 0.85 * means(found["holdings-repeat"])[0]
 
 
-def line_of_four(per: float) -> NDArray[np.float64]:
-    """Nodes that hear only who is next to them, but for one packet in a million."""
-    return np.array([[per if abs(i - j) == 1 else 1.0 - (i != j) * 1e-6 for j in range(4)] for i in range(4)])
-
-
-def test_along_a_line_all_come_to_hold_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who holds may tell: so items go on where their origin is not heard; where only the origin sends, they do not."""
-    monkeypatch.setattr(parts, "p_loss_matrices", lambda study: (line_of_four(0.3),))
-    asked = ExchangeStudy(
-        nodes=4, per=(0.3,), policies=("adaptive", "holdings-repeat", "holdings"), trials=20,
-        load=StudyLoad(LoadKind.BATCH, 3), capacity_bits=256, carrier_evidence=True, max_slots=3000,
-    )  # fmt: skip
-    censored = {row.policy: row.censored_delivered for row in run(asked)}
-    assert censored == {"adaptive": 0, "holdings-repeat": 0, "holdings": 20}
+@pytest.mark.parametrize(("name", "reaches"), [("adaptive", True), ("holdings-repeat", True), ("holdings", False)])
+def test_along_a_line_items_go_on_where_their_origin_is_not_heard(name: str, reaches: bool) -> None:
+    """Nodes hear only who is next to them: all come to hold all where who holds may tell, not where origins do."""
+    dice, items = np.random.default_rng(11), 3
+    line = ReferenceStudy(STATING[name], 4, items, evidence=True, item_bits=60, room=250, of_symbol=70)
+    for slot in range(600):
+        beside = [node for node in (slot % 4 - 1, slot % 4 + 1) if 0 <= node < 4 and dice.random() >= 0.3]
+        line.pass_slot(slot, sum(1 << node for node in beside))
+    held = [line.believes(node, node, column) for node in range(4) for column in range(4 * items)]
+    assert all(held) == reaches
 
 
 # Parts taken out ----------------------------------------------------------------------------------

@@ -14,9 +14,9 @@ from exchange.errors import ConfigurationError
 from exchange.policy.acknowledgement import Acknowledgement
 from exchange.policy.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, POLICIES, STATING, AckPolicy, policy_fault
 from exchange.study import compiler, lanes, trials
-from exchange.study.lanes import COUNT, SUM, Case, Ints
+from exchange.study.lanes import COUNT, SUM, Ints
 from exchange.study.parameters import BOUND, ExchangeStudy, LoadKind, StudyLoad
-from exchange.study.parts import REMEMBERED_WORDS, case_of, p_loss_matrices, play
+from exchange.study.study import REMEMBERED_WORDS, case_of, play
 
 SEEDS = st.integers(0, (1 << 62) - 1)
 SINGLE = ExchangeStudy(nodes=4, per=(0.5,), policies=("ack",), seed=5, max_slots=100_000)
@@ -30,7 +30,7 @@ POISSON = replace(
 def outcomes(policy: AckPolicy, study: ExchangeStudy, first: int = 0, is_compiled: bool = True) -> Ints:
     kind, memory = policy.acknowledgement, np.zeros((REMEMBERED_WORDS, study.trials), np.int64)
     loop = compiler.compiled(kind, print) if is_compiled else compiler.as_python(kind)
-    return play(loop, kind, case_of(study, policy)._replace(first_trial=first), p_loss_matrices(study)[0], memory)
+    return play(loop, kind, case_of(study, policy, study.per[0])._replace(first_trial=first), memory)
 
 
 @pytest.mark.slow
@@ -99,10 +99,10 @@ def test_packets_keep_to_their_capacity() -> None:
 def test_the_choice_is_the_greedy_one(items: list[tuple[int, bool]], room: int) -> None:
     """Sorted by decreasing weight, then position."""
     weights, waits = (np.array(column, np.int64) for column in zip(*items, strict=True))
-    grown = weights + waits
+    grown, loaded = weights + waits, np.zeros_like(waits)
     expected = sorted(np.flatnonzero(waits), key=lambda position: (-grown[position], position))[:room]
-    trials.choose(weights, waits, 0, room)
-    assert set(np.flatnonzero(waits)) == set(expected)
+    trials.choose(weights, waits, loaded, 0, room)
+    assert set(np.flatnonzero(loaded)) == set(expected)
     assert weights.tolist() == [0 if position in expected else weight for position, weight in enumerate(grown)]
 
 
@@ -125,11 +125,9 @@ def test_poisson_load_is_conserved() -> None:
 
 
 def test_who_hears_is_drawn_for_sender_and_receiver() -> None:
-    case, words = Case(5, seed=5), np.zeros((0, 1), np.int64)
-    lane = lanes.allocated(lanes.Lanes, lanes.sizes_of(case), lanes.thresholds_of(np.full((5, 5), 0.4)), words, words)
-    lane.trials[0] = 3
+    case = case_of(ExchangeStudy(nodes=5), PAPER_POLICIES["ack"], 0.4)
     for slot in range(100):
-        heard = lanes.draw_word(case, lane, 0, slot - slot % 5, slot % 5, 1)
+        heard = lanes.draw_word(case, trial_key(5, 3), slot - slot % 5, slot % 5, 1)
         drawn = [j for j in range(5) if j != slot % 5 and uniform(5, 3, slot, slot % 5, j) >= 0.4]
         assert heard == sum(1 << j for j in drawn)
 
@@ -140,7 +138,8 @@ def test_a_threshold_divides_draws_where_the_probability_does(seed, slot, sender
     draw, number = link_draw(key, sender, receiver), link_uniform(key, sender, receiver)
     assert draw * 2.0**-53 == number
     for p in (p_loss, number, np.nextafter(number, 0.0), np.nextafter(number, 1.0)):
-        assert (draw >= lanes.thresholds_of(np.float64(p))) == (number >= p)
+        case = case_of(ExchangeStudy(), PAPER_POLICIES["ack"], p)
+        assert (draw >= case.least_heard) == (number >= p)
 
 
 # Machine code ---------------------------------------------------------------------------------------------------------

@@ -5,9 +5,8 @@ from itertools import pairwise
 
 import pytest
 
-from exchange.study.estimates import TrialMean
 from exchange.study.parameters import ExchangeStudy
-from exchange.study.study import StudyRow, run
+from exchange.study.study import StudyRow, TrialMean, run
 
 PER = tuple(step / 20 for step in range(1, 17))
 LOW = tuple(p for p in PER if p <= 0.15)
