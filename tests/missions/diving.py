@@ -20,7 +20,7 @@ def step_until(until_s: float, *nodes: VehicleNode) -> None:
 def together(
     plans: Sequence[NodePlan], out: Path | None = None, mishaps: Mishaps = NONE
 ) -> tuple[list[VehicleNode], list[NodeOutcome]]:
-    """Vehicles at their end, and what each came to; their logs are in a folder."""
+    """Run vehicles to their end, with logs in a folder; return nodes and outcomes."""
     own = [alone(plan) for plan in plans]
     ether = Ether(own[0].setup.modem.packet_s)
     logs = [None if out is None else NodeLog(out, plan, BEGAN) for plan in plans]

@@ -23,7 +23,7 @@ class Killed(BaseException):
 
 
 class FailingDisk:
-    """Stands before what writes, counts it, and lets one operation fail.
+    """Replaces the write operations, counts them, and lets one fail.
 
     Args:
         patch: takes it away again.
@@ -56,7 +56,7 @@ class FailingDisk:
         self.fail_at(0)
 
     def _fails(self, name: str) -> bool:
-        """Count a call, and raise what it fails with; True if half of it is done before that."""
+        """Count a call; raise the chosen error, or return True if half of the operation is done first."""
         self.counts[name] += 1
         number = self.counts.total() if self._operation is None else self.counts[self._operation]
         is_it = self._operation in (None, name) and number == self._fails_at

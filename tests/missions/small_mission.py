@@ -151,7 +151,7 @@ def pond(folder: Path, text: str = SMALL, *settings: str) -> Scenario:
 
 
 def faults_of(folder: Path, text: str, *settings: str) -> tuple[ConfigurationFault, ...]:
-    """What is wrong with it; all of which the message says, a line each."""
+    """Faults of a scenario; the message has a line for each."""
     with pytest.raises(ConfigurationError) as caught:
         pond(folder, text, *settings)
     for fault, line in zip(caught.value.faults, str(caught.value).splitlines(), strict=True):
@@ -160,7 +160,7 @@ def faults_of(folder: Path, text: str, *settings: str) -> tuple[ConfigurationFau
 
 
 def checked(mission: type[Mission], raw: Raw) -> list[ConfigurationFault]:
-    """What is wrong with tables by themselves, and by the mission's own check."""
+    """Faults within tables, and those found by the mission's own check."""
     scenario, malformed = validated(mission.Scenario, raw)
     found = malformed if scenario is None else mission.check(scenario)
     return [replace(fault, line=None) for fault in Document("own.toml", "", raw).located(found)]

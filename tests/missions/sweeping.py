@@ -58,7 +58,7 @@ def written(folder: Path, text: str) -> Path:
 
 
 def finished(task: RunTask, **summary: Any) -> FinishedRun:
-    """A run that nobody made, with this in its summary."""
+    """Synthetic run with this summary."""
     line = {
         "key": task.key, "status": "done", "repeat": task.repeat, "settings": dict(task.settings), "error": "",
         "summary": {**identity(task.scenario, task.seed), **summary}, "replay": "", "tables": "",

@@ -36,7 +36,7 @@ def test_sound_speed_of_the_water_sets_delays_and_guards():
 
 
 def test_acoustic_channel_delivers_beyond_the_declared_range():
-    """Vehicles within 900 m, declared range 300 m: short packets are heard all the same, on other channels not."""
+    """Vehicles within 900 m, declared range 300 m: short packets arrive, which they do not on other channels."""
     small = ("", "communication.range_m=300")
     ratio = {
         name: summary(run(load("mapping-rendezvous", [("", f"channel.name={name}"), small, SHORT]), seed=1))[
@@ -85,7 +85,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, Path]:
 
 
 def test_run_on_its_own_trace_is_reproduced(recorded: tuple[Results, Path]):
-    """Another seed draws other losses; on the trace every packet is heard by the same vehicles, at the same time."""
+    """Another seed has other losses; on the trace every packet reaches the same vehicles at the same time."""
     results, folder = recorded
     table = results.table("packets")
     packets = table.to_pandas().rename(columns={"receivers": 0, "lost_by": 1})
@@ -130,7 +130,7 @@ def test_nodes_are_drawn_by_the_seed_or_given_by_the_scenario(tmp_path: Path) ->
 
 
 def test_a_node_may_be_a_whole_number(tmp_path: Path) -> None:
-    """In a file and on the command line; what is kept is its name."""
+    """In a file and on the command line; its name is stored."""
     (tmp_path / "harbour.csv").write_text(HARBOUR.replace("quay", "21").replace("buoy", "27"))
     in_file = pond(tmp_path, text_of(NETWORK + "nodes = { Boat = 21 }\n"))
     by_option = pond(tmp_path, text_of(NETWORK), "channel.nodes.Boat=21")

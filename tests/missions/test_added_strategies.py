@@ -58,7 +58,7 @@ SMALL = study_text(repeats=2, per="[0.1]").replace('["ack", "mps-ack"]', '["ack"
 
 @pytest.mark.slow
 def test_sweep_with_a_strategy_file_is_run_resumed_and_read(tmp_path: Path) -> None:
-    """Two worker processes find the file in a folder that is neither theirs nor ours; the readers need no file."""
+    """Two worker processes find the file in a third folder; readers do not need the file."""
     study, own, out = written(tmp_path, SMALL), own_file(tmp_path), tmp_path / "out"
 
     def remoras_command(*arguments: object) -> "subprocess.CompletedProcess[str]":

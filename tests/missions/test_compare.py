@@ -140,7 +140,7 @@ def test_runs_without_value_of_a_metric_are_omitted(tmp_path: Path) -> None:
 
 
 def test_success_ranks_before_the_metric_and_unequal_work_is_marked() -> None:
-    """a is quicker and completes 3 of 16, b all, c 15: b and c are not told apart, so time decides; a is the last."""
+    """a is quicker but completes 3 of 16, b all, c 15: time decides between b and c, not distinct; a is last."""
     times = {"a": [1.0] * 16, "b": [5.0] * 16, "c": [4.0] * 16}
     done = {"a": [1.0] * 3 + [0.0] * 13, "b": [1.0] * 16, "c": [1.0] * 15 + [0.0]}
     found = ranked(times, done)
@@ -169,7 +169,7 @@ def test_strategies_not_distinguishable_from_the_best_are_marked() -> None:
 
 
 def test_pairs_of_a_column_share_one_error_rate() -> None:
-    """The same difference tells b from a where they are two, and not where they are two of ten."""
+    """One difference is significant between two strategies, but not as one pair among ten."""
     draws = random.Random(3)
     noise = {name: [draws.gauss(0.0, 1.0) for _ in range(10)] for name in "cdefghij"}
     noise |= {"a": [0.0] * 10, "b": [2.0, 3.0, -1.0, 2.5, 1.0, 3.0, -0.5, 2.0, 1.5, 1.0]}

@@ -56,7 +56,7 @@ def test_damage_at_one_share_is_equal_at_every_higher_share(slot: int, one: floa
 
 
 def test_checksum_detects_all_damage() -> None:
-    """What is refused are the packets that were damaged; nobody believes what is false, and the mission is done."""
+    """Refused packets are the damaged ones; there are no false beliefs, and the mission completes."""
     made = flown("mapping-rendezvous", SHARE, "communication.crc_bits=32")
     found, arrivals = summary(made), sum(len(row[6]) for row in made.recorder.packets)
     refused = [row for row in made.recorder.rows("refused") if "damaged" in row[-1]]
@@ -67,7 +67,7 @@ def test_checksum_detects_all_damage() -> None:
 
 @pytest.mark.slow
 def test_damage_without_checksum_causes_false_beliefs() -> None:
-    """The reason for the refusal: take the checksum out, and vehicles believe what nobody observed."""
+    """Control: without the checksum vehicles believe facts that were never observed."""
     _, found = recorded(SHARE, "damage.unchecked=true")
     assert found["false_beliefs"] > 0
 

@@ -146,7 +146,7 @@ def plans(key_file: Path) -> list[NodePlan]:
 def test_dives_share_no_nonce_and_packets_of_the_first_are_refused(
     key_file: Path, tmp_path: Path, used: list[tuple[bytes, bytes]]
 ) -> None:
-    """All of the first dive is played into the second at its time, before what is really said then."""
+    """All packets of the first dive are replayed in the second, before the true ones of that time."""
     together(plans(key_file), tmp_path / "one")
     first = len(used)
     heard = {name: read_log(tmp_path / "one" / f"{name}.jsonl").entries for name in NAMES}
@@ -177,7 +177,7 @@ def said(sent: list[Sent]) -> list[LogEntry]:
 
 
 def gone_on(log: Logged, now_s: float) -> tuple[LoneVehicle, Logged]:
-    """Back at a time, and half a minute later: the log repeats up to then, and its next packet tells the new salt."""
+    """Resume at a time and run half a minute: the log is reproduced, and the next packet announces the new salt."""
     own, difference = back(log, now_s)
     assert difference == ""
     entries = said(own.solo.advance(now_s + 30.0))

@@ -42,7 +42,7 @@ def test_mission_of_jobs_waits_for_vehicles_that_will_return() -> None:
 
 
 def test_goal_fraction_is_the_share_of_distinct_jobs_done() -> None:
-    """Three jobs, one of which only a role has; who does a job again has done it once."""
+    """Three jobs, one of which only a role has; a repeated job counts once."""
     digging = RoleSpecification("Digger", job="pit")
     team = replace(TEAM, roles=(*TEAM.roles, digging), mission="Surveying")
     meeting = replace(MEETING, groups={"Team": team}, jobs={"reef": UNASKED, "wreck": UNASKED})
@@ -82,13 +82,13 @@ def test_reason_names_absent_vehicles_and_open_waits(waits: Wait | None, said: s
 
 
 class Judged(JobTruth):
-    """Nothing is really done, whatever vehicles say."""
+    """Ground truth in which no job is really done, whatever vehicles report."""
 
     jobs_done = ()
 
 
 def test_run_ends_once_all_have_met_with_falsely_reported_jobs_as_reason() -> None:
-    """Nobody goes back. Before, such a run went on to its limit and gave no reason."""
+    """No vehicle resumes work. Earlier, such a run lasted to its time limit and gave no reason."""
     truth = Judged(replace(CLOSE, jobs={"reef": REEF}), "Surveying", Recorder([JOBS]))
     fleet: Any = SimpleNamespace(vehicles=[seen(name, position_m=JETTY_M, met=True) for name in "AB"])
     truth.observe(fleet, 10.0)
@@ -100,7 +100,7 @@ def test_run_ends_once_all_have_met_with_falsely_reported_jobs_as_reason() -> No
 
 
 def test_job_declared_impossible_but_done_is_no_reason() -> None:
-    """A vehicle that was not heard for a while did it: before, a completed run had that for its reason."""
+    """A vehicle temporarily out of contact did it; earlier, a completed run had this as its reason."""
     recorder = Recorder([JOBS])
     truth = JobTruth(replace(CLOSE, jobs={"reef": REEF}, says_impossible=True), "Surveying", recorder)
     fleet: Any = SimpleNamespace(vehicles=[seen(name, position_m=JETTY_M, met=True) for name in "AB"])
@@ -113,7 +113,7 @@ def test_job_declared_impossible_but_done_is_no_reason() -> None:
 
 
 def test_reason_names_contacts_whose_strips_analysts_await() -> None:
-    """At a loss of 0.8 all were home long before the end, and nobody said what for they stayed."""
+    """At a loss of 0.8 all were home long before the end, but the reason did not name the open strips."""
     finished = flown("minehunting-contacts", "scenario.duration_s=700")
     viewed = {row[2] for row in finished.recorder.rows("jobs") if row[2].startswith("contact")}
     classified = {row[2] for row in finished.recorder.rows("classifications")}

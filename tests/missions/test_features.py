@@ -91,7 +91,7 @@ def test_feature_in_use_is_detected(feature: str) -> None:
 
 
 def test_features_that_are_off_leave_no_keys_in_the_manifest() -> None:
-    """What is on unless a scenario says otherwise stands there."""
+    """Features that are on by default have keys."""
     written = load("mapping-rendezvous").model_dump(mode="json", exclude_none=True)
     there = [
         f"{place}.{key}"
@@ -119,7 +119,7 @@ def test_a_feature_can_be_taken_away(feature: str, whole: str) -> None:
 
 @pytest.mark.slow
 def test_the_upper_bound_can_be_taken_away(whole: str) -> None:
-    """The strategy, and the part by which all is known at once: whoever names it is told of the others."""
+    """The strategy and its component with global knowledge; its name is then refused with the known ones."""
     digest, (refused,), *_ = said_without("oracle", "strategy.name='oracle'")
     assert digest == whole
     assert 'strategy.name) = "oracle"' in refused

@@ -28,7 +28,7 @@ STRONG = "current={east_mps=0.98, north_mps=0.43}"
     ],
 )
 def test_vehicles_rarely_undo_changes_of_behaviour(name: str, keys: tuple[str, ...], most: int, least: int) -> None:
-    """Of at least so many changes, at most so many are undone."""
+    """Of at least ``least`` changes, at most ``most`` are undone."""
     n_undone, n_changes = undone(flown(name, *keys).recorder.rows("activities"))
     assert n_undone <= most
     assert n_changes >= least

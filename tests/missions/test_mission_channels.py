@@ -214,12 +214,12 @@ def run_with(folder: Path, channel: dict[str, Any], seed: int = 1) -> Run:
 
 
 def lost_by(run: Run) -> dict[tuple[float, str], set[str]]:
-    """Who did not hear the packet, by its time and sender."""
+    """Vehicles that lost each packet, by its time and sender."""
     return {(time_s, sender): set(lost) for _, time_s, sender, _, _, _, _, lost, *_ in run.recorder.packets}
 
 
 def test_blackout_separates_the_fleet_for_exactly_its_time(tmp_path: Path):
-    """ASV00 and AUV00 hear nothing of AUV01, nor it of them, from 30 to 60 s; AUV02 is on no side and hears all."""
+    """ASV00 and AUV00 are separated from AUV01 from 30 to 60 s; AUV02 is on no side and receives all."""
     cut = {"from_s": 30.0, "until_s": 60.0, "between": [["ASV00", "AUV00"], ["AUV01"]]}
     packets = lost_by(run_with(tmp_path, {"name": "perfect", "blackout": [cut]}))
     far = {"ASV00": {"AUV01"}, "AUV00": {"AUV01"}, "AUV01": {"ASV00", "AUV00"}, "AUV02": set()}

@@ -32,7 +32,7 @@ NO_HEAD = ";".join([
 
 
 class Speechless:
-    """A strategy that forgot what its vehicles negotiate with, and where it is from."""
+    """Strategy without the class of its negotiations and its reference."""
 
     name = "speechless"
     form = staticmethod(Remoras.form)

@@ -34,7 +34,7 @@ def test_current_as_fast_as_a_vehicle_is_refused_with_line_and_limit(tmp_path: P
 
 
 def errors_m(run: Run, vehicle: str) -> list[tuple[float, float]]:
-    """(time, distance between where a vehicle said it was and where it was), slot by slot."""
+    """(time, distance between reported and true position of a vehicle), slot by slot."""
     at_m = {row[0]: row[2:4] for row in run.recorder.trajectories if row[1] == vehicle}
     told = [(at_s, point(value)) for at_s, who, _, value in said(run, "position") if who == vehicle]
     return [(at_s, math.dist(at_m[int(at_s)], told_m)) for at_s, told_m in told if int(at_s) in at_m]
@@ -44,12 +44,12 @@ RALLY = 'beacon=[{name="buoy",position_m=[450.0,450.0],range_m=150.0}]'
 
 
 def believed(run: Run) -> set[str]:
-    """Cells that somebody took for mapped: area and index."""
+    """Cells that some vehicle believes mapped: area and index."""
     return {row[4] + row[6] for row in run.recorder.items if row[5] == "mappedCell"}
 
 
 def covered(run: Run) -> set[str]:
-    """Cells that were really covered, named alike."""
+    """Truly covered cells: area and index."""
     cells = run.mission.world(run.seed).cells
     return {f"{area}{float(index)}" for area, index in (cells[row[2], row[3]] for row in run.recorder.rows("coverage"))}
 
@@ -98,7 +98,7 @@ def test_rows_overlap_where_cells_leave_no_room_for_error() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("strategy", "drift"), [("central", 0.002), ("cbba", 0.05)])
 def test_strategies_complete_without_false_beliefs_under_drift(strategy: str, drift: float) -> None:
-    """Two corners of the table in docs/howto/uncertainty.md: each completes, and nobody believes what is not."""
+    """Two corners of the table in docs/howto/uncertainty.md."""
     run = finished(f"navigation.drift={drift}", "current.north_mps=0.4", f"strategy.name={strategy}")
     assert run.completed
     assert believed(run) <= covered(run)

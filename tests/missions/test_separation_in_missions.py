@@ -23,7 +23,7 @@ def conflicts_of(run: Run) -> list[tuple[Any, ...]]:
 
 
 def test_start_too_close_moves_to_the_nearest_free_position() -> None:
-    """Three at one point, as from a ship: the second and third 10 m aside, so nobody is nearer than the separation."""
+    """Three at one point, as from a ship: the second and third move 10 m aside, which keeps the separation."""
     names = ("AUV00", "AUV01", "AUV02")
     scenario = load("mapping-rendezvous", [("--set", f"vehicle.{name}.start_m=[400, 400]") for name in names])
     starts_m = [vehicle.start_m for vehicle in scenario.vehicle if vehicle.name in names]
@@ -33,7 +33,7 @@ def test_start_too_close_moves_to_the_nearest_free_position() -> None:
 
 
 def test_overlapping_starts_without_room_are_refused(tmp_path: Path) -> None:
-    """The rest of the scenario does not fit this world either, and is said beside it."""
+    """The rest of the scenario does not fit this world either, which is also reported."""
     near = SMALL.replace("start_m = [10.0, 0.0]", "start_m = [4.5, 0.0]").replace("depth_m = 5.0", "depth_m = 2.0")
     found = faults_of(tmp_path, near, "world.x_m=[-1, 6]", "world.y_m=[-1, 6]")
     [fault] = [one for one in found if one.key == "vehicle.Diver.start_m"]
@@ -58,7 +58,7 @@ IN_THE_WAY = (
 
 @pytest.mark.parametrize("is_kept", [True, False])
 def test_conflicts_are_counted_and_written(is_kept: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the rule they come too near; summary and table then say the same."""
+    """Without the separation rule vehicles come too near; summary and table agree on it."""
     if not is_kept:
         monkeypatch.setattr(guidance, "clear_velocity", lambda *_: None)
     run = flown("mapping-rendezvous", *IN_THE_WAY)

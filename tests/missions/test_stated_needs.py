@@ -65,7 +65,7 @@ def test_need_agreed_before_costs_no_bits_and_ends_when_withdrawn(tmp_path: Path
 
 
 def test_unacknowledged_need_is_sent_once_despite_losses(tmp_path: Path) -> None:
-    """At PER 0.5, what is acknowledged is repeated; the cause taken out, what is not acknowledged is not."""
+    """At PER 0.5 acknowledged items are repeated; as a control, those without acknowledgement are not."""
 
     def most_said(terms: str) -> int:
         fleet = fleet_of(scenario(tmp_path, NEED + terms, "channel.per=0.5", listed=["mappedCell"]))

@@ -162,7 +162,7 @@ def test_interval_of_a_difference_inverts_its_test(differences: list[float]) -> 
 
 @pytest.mark.parametrize("n", [8, 10, 20])
 def test_interval_of_a_restricted_mean_covers_rare_slow_runs(n: int) -> None:
-    """Of times with one in ten slow all get there before the horizon; what was not seen may be as late as that."""
+    """One in ten is slow, and all complete before the horizon; unseen runs may be as late as the horizon."""
     found = coverage("restricted", "one in ten slow", n, 0.0, 100)
     assert found.covered is not None
     assert found.covered >= 0.93
@@ -227,7 +227,7 @@ N = 4000
 
 
 def played(draw: random.Random, is_true: bool, p_right: float, rate: float) -> tuple[bool, int]:
-    """What is decided, and after how many looks."""
+    """Verdict, and number of looks until it."""
     odds, n = 1.0, 0
     while (verdict := sequential_verdict(odds / (1.0 + odds), rate, rate)) is None:
         looks_true = is_true == (draw.random() < p_right)

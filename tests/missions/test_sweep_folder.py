@@ -123,7 +123,7 @@ def swept(tmp_path: Path, text: str, out: str) -> Path:
 
 @pytest.mark.slow
 def test_extended_sweep_equals_the_larger_study(tmp_path: Path) -> None:
-    """By strategies, by cases of what is unforeseen and by repeats."""
+    """Extended by strategies, by unforeseen cases and by repeats."""
     text = study_text(repeats=3, per="[0.1]", extra=UNFORESEEN).replace('["remoras"]', '["central", "remoras"]')
     grown = swept(tmp_path, SMALL, "grown")
     before = (grown / LEDGER).read_bytes()

@@ -34,7 +34,7 @@ class PowerCut(BaseException):
 
 
 class Disk:
-    """What of a folder would be there after a power cut.
+    """Content of a folder that survives a power cut.
 
     A file has the content that it had when it was synced last, a folder the names. A name whose file was never synced
     is there, with nothing in it.
@@ -54,7 +54,7 @@ class Disk:
         self._fsync = os.fsync
 
     def fsync(self, handle: int) -> None:
-        """As the system's, and remember what is on the disk then."""
+        """Synchronise as the system does, and record the content on the disk."""
         path = Path(f"/proc/self/fd/{handle}").readlink()
         self._fsync(handle)
         if not path.is_relative_to(self.root):
@@ -73,7 +73,7 @@ class Disk:
             self._contents[number] = path.read_bytes()
 
     def left_over(self, folder: Path, number: int, is_folder: Callable[[int], bool]) -> None:
-        """Make a folder anew as the disk has it."""
+        """Recreate the folder as it is on the disk."""
         folder.mkdir()
         for name, one in self._names.get(number, {}).items():
             if is_folder(one):
@@ -98,7 +98,7 @@ def small(tmp_path: Path) -> Study:
 
 
 class Remembering(Serial):
-    """Makes each run once in all tests here: what becomes of runs is looked at, not the runs."""
+    """Executor that makes each run once for all tests here, which examine the storage of runs only."""
 
     made: ClassVar[dict[str, FinishedRun]] = {}
 

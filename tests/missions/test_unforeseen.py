@@ -54,7 +54,7 @@ def test_faulty_entries_are_named_with_line_and_key(tmp_path: Path, extra: str, 
 
 
 def test_faults_are_drawn_per_run_and_can_be_replayed(tmp_path: Path) -> None:
-    """The same repeat loses the same vehicle at the same time whatever the policy."""
+    """Runs of one repeat lose the same vehicle at the same time under every policy."""
     study = load_study(str(written(tmp_path, study_text(per="[0.1]", extra=NOTHING + LOST))))
     assert [one.unforeseen for one in study.configurations] == ["nothing", "one lost"] * 2
     assert [len(one.scenario.fault) for one in study.configurations] == [0, 1] * 2

@@ -11,7 +11,7 @@ from missions.runs.run import run as run_scenario
 
 
 def is_sound(run: Run) -> None:
-    """What holds for every run, whatever became of it."""
+    """Assert invariants of every run."""
     assert run.n_false_beliefs == 0
     assert run.completed == (run.reason == "")
     assert [milestone.time_s for milestone in run.milestones] == sorted(m.time_s for m in run.milestones)
@@ -73,7 +73,7 @@ def test_fleet_out_of_range_ends_with_unfinished_consultation_as_reason(tmp_path
 
 
 def test_empty_vehicle_receives_nothing_and_stays_in_place(tmp_path: Path):
-    """20 kJ last ASV00 some minutes, and it is not told to go home for so short a way."""
+    """20 kJ last ASV00 some minutes; it is so near that it gets no call home."""
 
     def vary(raw: Raw) -> None:
         next(v for v in raw["vehicle"] if v["name"] == "ASV00")["energy_j"] = 2.0e4

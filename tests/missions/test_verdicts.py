@@ -48,7 +48,7 @@ def test_with_empty_batteries_nothing_is_reached(strategy: str) -> None:
 
 @pytest.mark.parametrize("strategy", SOME)
 def test_with_all_mappers_lost_the_rest_is_open_and_the_run_ends(strategy: str) -> None:
-    """The surface vehicle is at the rally point, or goes there, and nobody else will come."""
+    """The surface vehicle is at the rally point, or goes there, and no other will come."""
     finished, found = made("mapping-rendezvous", f"strategy.name={strategy}", lost(200.0, *AUVS))
     assert_failed_for_want_of_vehicles(finished, found)
     assert 0.0 < found["goal_fraction"] < 0.2
@@ -58,7 +58,7 @@ def test_with_all_mappers_lost_the_rest_is_open_and_the_run_ends(strategy: str) 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "cbba"])
 def test_too_little_energy_reaches_a_share_of_the_whole_goal(strategy: str) -> None:
-    """100 kJ last for a third of what the work takes: all come home, or fall silent, and that is the end."""
+    """100 kJ last for a third of the work: all return, or run empty, and the run ends."""
     finished, found = made(GROUND, f"strategy.name={strategy}", *with_energy(GROUND, 100e3))
     assert_failed_for_want_of_vehicles(finished, found)
     assert found["goal_fraction"] > 0.05
@@ -68,7 +68,7 @@ def test_too_little_energy_reaches_a_share_of_the_whole_goal(strategy: str) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", SOME)
 def test_able_survivors_complete_the_mission(strategy: str) -> None:
-    """Only the fleet that does not speak never hears of the loss: the work is within reach of it, and stays undone."""
+    """Only the strategy without communication never learns of the loss: the work is reachable, but stays open."""
     _, found = made("mapping-rendezvous", f"strategy.name={strategy}", lost(900.0, "AUV02"))
     assert found["reachable_fraction"] == 1.0
     assert found["completed"] is (strategy != "fixed-partition")

@@ -18,7 +18,7 @@ TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
 
 
 def wide(folder: Path, half_m: float) -> Path:
-    """Two vehicles, and a site near each corner of a square world; all hear each other."""
+    """Two vehicles, and a site near each corner of a square world; all receive each other."""
     field = Varied("recovery-field", "wide.toml")
     raw = field.raw()
     raw["world"] |= {"x_m": [-half_m, half_m], "y_m": [-half_m, half_m]}

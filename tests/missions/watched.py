@@ -19,7 +19,7 @@ JETTY_M = (100.0, 100.0)
 
 
 class Seen(SimpleNamespace):
-    """A vehicle as the truth sees it."""
+    """Vehicle as the ground truth sees it."""
 
     @property
     def able_data(self) -> VehicleData | None:
@@ -45,7 +45,7 @@ class Seen(SimpleNamespace):
 
 
 def seen(name: str, **given: Any) -> Any:
-    """A vehicle far from the jetty; by default all is agreed, and nothing is being done."""
+    """Vehicle far from the jetty; by default all is agreed and no work is in progress."""
     one = Seen(
         name=name, position_m=(0.0, 0.0), is_alive=True, speed_mps=1.0, sensing=(), performed=(), finished=(), has=(),
         organisation=Organisation.of([TEAM], PLAYED), issued=(), issued_objectives=(), planned=True, busy=False,
@@ -57,7 +57,7 @@ def seen(name: str, **given: Any) -> Any:
 
 
 class Facts:
-    """What a vehicle knows: values by key; of cells all that were told."""
+    """Knowledge of a vehicle: values by key, and all received cells."""
 
     def __init__(self, known: dict[tuple[str, str], Any] | None = None, cells: dict[str, set[float]] | None = None):
         self.known, self.cells = known or {}, cells or {}

@@ -28,13 +28,13 @@ LOSSY = "channel.per=0.6"
 
 
 def recorded(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Results:
-    """A run of a scenario with settings of its own, written and read back."""
+    """Run of a scenario with additional settings, written and read back."""
     write_results(run(load(scenario, [("--set", one) for one in settings]), seed), folder)
     return Results.read(folder)
 
 
 def data_of(results: Results) -> bytes:
-    """What a page holds of a run, with all that its mission declares."""
+    """Payload of a run, with all declarations of its mission."""
     mission, strategy = mission_of(results.scenario), strategy_of(results.scenario)
     return run_data(results, mission.places, mission.jobs.values(), strategy.declaration.communicates)
 
@@ -48,7 +48,7 @@ def moments_s(results: Results, n: int = 20) -> list[float]:
 def asked(
     payloads: Sequence[bytes], function: str, folder: Path, given: object = None, more: Sequence[str] = ()
 ) -> Any:
-    """What a JavaScript function of (runs, given), or its promise, returns, by node or else by Chromium.
+    """Result of a JavaScript function of (runs, given), or of its promise, by node or else by Chromium.
 
     Args:
         payloads: data of the runs.

@@ -216,7 +216,7 @@ class Fiction:
         return slot, time_s, sender, 100, 1, 0, heard, lost, time_s, arrivals_s, [], [], [], [], [], collided
 
     def _refused(self, packets: Sequence[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
-        """Where packets collide, each fifth one is refused by the first who hears it; one more came from nowhere."""
+        """Every fifth colliding packet is refused by its first receiver; one more refusal has no packet."""
         if not self.collides:
             return []
         fifth = [packet for packet in packets[::5] if packet[6]]
@@ -255,7 +255,7 @@ def nested() -> list[dict[str, Any]]:
 
 
 def seats(vehicles: Sequence[str]) -> list[tuple[Any, ...]]:
-    """Three are in each team, of A a diver succeeds the leader; from 300 to 700 s two of B are a group of their own."""
+    """Three per team, with a succession of the leader in A; from 300 to 700 s two of B form a group."""
 
     def seat(time_s: float, name: str, group: str, role: str, event: str = "assigned", act: str = "assign") -> Any:
         return time_s, name, name, group, role, event, name, act, "", "", "success"

@@ -83,7 +83,7 @@ def test_invalid_rows_kind_or_format_are_refused(rows: list[StudyRow], kind: str
 
 
 def test_user_policy_has_a_distinct_colour(rows: list[StudyRow], tmp_path: Path) -> None:
-    """Its acknowledgement has a colour that no shipped one has; nothing has to be told to the figures."""
+    """Its acknowledgement gets a colour of no shipped one, without any declaration."""
     outside = [replace(row, policy="sparse") for row in rows[:1]]
     write_figure([*rows, *outside], "source", tmp_path, "outside")
     looks = policies._looks([*rows, *outside])
@@ -145,7 +145,7 @@ PICTURE = b"x" * 70_000
 
 @contextmanager
 def room_for(size: int) -> Iterator[None]:
-    """No file may grow beyond so many bytes, as on a disk that gets full."""
+    """Limit the size of files, as on a full disk."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:

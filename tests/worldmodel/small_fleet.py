@@ -79,7 +79,7 @@ def fleet_model(owner: int = 0) -> WorldModel:
 
 
 def ban(model: WorldModel, origins: Iterable[int], from_s: float = 0.0) -> None:
-    """Let the model hear that the vehicle of another origin bans these; there must be one left that may."""
+    """Record bans of these origins by another one, of which at least one must remain."""
     banned = set(origins)
     issuer = next(origin for origin in range(N_ORIGINS) if origin not in banned)
     for n, origin in enumerate(sorted(banned)):

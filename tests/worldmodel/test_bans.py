@@ -25,7 +25,7 @@ def test_earlier_of_two_mutual_bans_prevails() -> None:
 
 
 def test_ban_applies_from_its_stated_time_on() -> None:
-    """Vehicle 1 is banned from 20 s on: what it said at 12 s counts, what it says at 22 s does not."""
+    """Vehicle 1 is banned from 20 s on: its facts at 12 s count, those at 22 s do not."""
     assert decided([word(10, 0, 1, 20), word(12, 1, 2, 0)]) == {1: 20, 2: 0}
     assert decided([word(10, 0, 1, 20), word(22, 1, 2, 0)]) == {1: 20}
 

@@ -108,7 +108,7 @@ def conditions(graph: Graph, name: Node) -> Iterator[tuple[Node, Node, Node]]:
 
 
 def add_example(graph: Graph, name: Node, example: URIRef) -> None:
-    """Add an instance of a class, with examples of all that its definitions ask for: what holds of it holds of all."""
+    """Add an instance of a class with examples of all conditions of its definitions."""
     graph.add((example, RDF.type, name))
     for n, (attribute, how, value) in enumerate(list(conditions(graph, name))):
         if how == OWL.hasValue:

@@ -44,7 +44,7 @@ Slots = list[tuple[Attribute, list[Observation]]]
 
 
 def simulated(draw: np.random.Generator, off_m: float) -> Slots:
-    """Ten places, each seen twice by four vehicles, as surely as they say; vehicle 2 reads all too far east."""
+    """Ten places, each observed twice by four vehicles with their stated deviation; vehicle 2 has an eastward bias."""
     slots: Slots = []
     for _ in range(10):
         lies = draw.uniform(-50.0, 50.0, 2)

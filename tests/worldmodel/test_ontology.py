@@ -28,12 +28,12 @@ for _graph in GRAPHS.values():
 
 
 def own_terms() -> set[Node]:
-    """Everything of ours that any shipped file says something of."""
+    """Terms of our namespace described in any shipped file."""
     return {term for term in EVERYTHING.subjects() if isinstance(term, URIRef) and term.startswith(OURS)}
 
 
 def unexplained(term: Node) -> str:
-    """What a term lacks of one English label and one English definition that says more; empty if nothing."""
+    """Missing English label or definition of a term; empty if none is."""
     for property_ in (RDFS.label, RDFS.comment):
         texts = list(EVERYTHING.objects(term, property_))
         if len(texts) != 1 or not isinstance(texts[0], Literal) or texts[0].language != "en":

@@ -45,7 +45,7 @@ def prune(model: WorldModel, class_uid: int, attribute: int, before_s: float) ->
 
 
 def answers(model: WorldModel) -> tuple[object, ...]:
-    """What a model answers besides old values."""
+    """All answers of a model except old values."""
     uids = range(model.n_uids)
     return (
         model.state_hash(),

@@ -72,7 +72,7 @@ def fleet(tbox: TBox, common_facts: Sequence[PropertyValue] = ()) -> WorldModel:
 
 
 def blocks(drawn: Sequence[tuple[str, int, int, int]], tbox: TBox) -> list[Block]:
-    """One fact a block: (what, subject, value, origin), where subject and value are fitted to what it is about."""
+    """Blocks of one fact, from (attribute, subject, value, origin), with subject and value fitted to the attribute."""
     counts = dict.fromkeys(range(N_ORIGINS), 0)
     found = []
     for what, a, b, origin in drawn:
@@ -103,7 +103,7 @@ FACTS = st.lists(
 
 
 def ban_of_1(tbox: TBox) -> Block:
-    """Origin 2 bans origin 1 from the start, and all that it ever said."""
+    """Ban of origin 1 by origin 2 from the start on."""
     return Block(2, 999, 100.0, (PropertyValue(1, tbox.attribute_named("bannedFrom").uid, 0.0),))
 
 

@@ -77,7 +77,7 @@ def test_bytes_decode_to_one_text_or_are_refused(data: bytes) -> None:
     ],
 )
 def test_invalid_text_is_refused_with_attribute_and_reason(value: object, code: FaultCode, says: str) -> None:
-    """By who records it, and by who hears of it."""
+    """Both when recorded and when received."""
     note = TBOX.attribute_named("note").uid
     with pytest.raises(FactError, match=r"note of instance 0"):
         model_of().record([(0, note, value)], now_s=1.0)  # type: ignore[list-item]

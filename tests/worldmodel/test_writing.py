@@ -118,7 +118,7 @@ def test_of_several_vehicles_each_is_a_graph_or_all_are_their_union(form: RdfFor
 @settings(max_examples=25, deadline=None)
 @given(sound_blocks(), st.randoms(use_true_random=False))
 def test_vehicles_with_the_same_items_write_the_same_bytes(blocks: list[Block], rng: random.Random) -> None:
-    """In any order, whatever else they know: statuses, what they keep to themselves, what they received when."""
+    """In any order and with any statuses, private blocks and receptions."""
     one, two = fleet_model(0), fleet_model(1)
     merge(one, blocks)
     items = list(one.blocks())

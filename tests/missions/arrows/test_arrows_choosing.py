@@ -26,7 +26,7 @@ def chosen(at_m: tuple[float, float], *held: tuple[tuple[float, float], tuple[fl
 
 
 def test_leg_leads_to_likely_cells_or_else_to_the_nearest() -> None:
-    """All that is likely lies around one place: it goes there from both sides; where all is alike, to what is near."""
+    """All probability is near one place, which is approached from both sides; uniform probability gives near cells."""
     chart = SEA.chart()
     likely = (chart.grid.x_m - 900.0) ** 2 + (chart.grid.y_m - 600.0) ** 2 < 100.0**2
     chart.prior = np.where(likely, 0.2, 1e-6) * np.ones_like(SEA.chart().prior)
@@ -92,7 +92,7 @@ def test_find_counts_as_received_after_two_packets_of_the_camera() -> None:
 
 
 def test_camera_is_busy_for_way_and_stay_at_each_reported_find() -> None:
-    """It was told at 60 s of finds 300 and 600 m along its way: 200 s of way each at 1.5 m/s, and 80 s at each."""
+    """At 60 s it received finds 300 and 600 m ahead: for each 200 s of travel at 1.5 m/s, and 80 s of stay."""
     hearers, facts, peers = Hearers({"AUV03": 1.5}, 80.0), Facts({}), Peers()
     for name, east_m in (("far", 700.0), ("near", 400.0)):
         facts.add(name, (east_m, 100.0))

@@ -127,7 +127,7 @@ def looks(seed: int) -> list[tuple[str, str, int]]:
 
 
 def test_maps_are_equal_bytes_for_any_order_and_repetition_of_looks() -> None:
-    """Vehicles that hear the same looks in another order, in other portions, or twice, have the same map."""
+    """Vehicles receive the same looks in other orders, portions, or twice."""
     told = looks(1)
     charts = []
     for order in range(4):
@@ -178,7 +178,7 @@ def test_numbers_of_objects_follow_the_prior() -> None:
 
 
 def swept(seed: int, *kinds: type[DetectorSettings], times: int = 1) -> np.ndarray:
-    """The map of a vehicle that went along lanes over the whole area, and took in each look so often."""
+    """Map of a vehicle after lanes over the whole area, with each look applied ``times`` times."""
     world, chart = SEA.world(seed), SEA.chart()
     sensors, now_s = [kind().make(DATA) for kind in kinds], 0.0
     away = Pose(-9000.0, -9000.0, 20.0, 0.0, 1.5)  # from there the last looks are told
@@ -211,7 +211,7 @@ def misbelieved(times: int) -> float:
 
 @pytest.mark.slow
 def test_beliefs_of_cells_are_calibrated() -> None:
-    """Calibration over seeds: in each class of beliefs as many cells are occupied as it says, within 4 errors."""
+    """Over seeds: the share of occupied cells in each class of beliefs equals the belief, within 4 standard errors."""
     assert misbelieved(times=1) < 4.0
 
 

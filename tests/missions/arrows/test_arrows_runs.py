@@ -38,7 +38,7 @@ def test_without_communication_all_return_with_different_maps() -> None:
 
 
 def test_contact_rule_changes_no_position_if_all_packets_arrive() -> None:
-    """Not one position differs: neither at the start, nor where somebody passes by the rally point."""
+    """Not one position differs, neither at the start nor near the rally point."""
     loud = "channel.source_level_db=130"
     held, free = (run(loud, f"mission.contact={one}") for one in ("true", "false"))
     assert held.recorder.trajectories == free.recorder.trajectories
@@ -49,7 +49,7 @@ def camera_of(of: ArrowsMission) -> Behaviour:
 
 
 def test_camera_without_finds_returns_to_regain_contact() -> None:
-    """Where it would not, it hovers where it has identified the last anomaly, and hears of no other."""
+    """Otherwise it would hover at the last identified anomaly and receive no further one."""
     far, near = Motion(200.0, 700.0), Motion(690.0, 390.0)
     picture = Picture(frame_s=6.0, facts=Facts({}))
     picture.body.now_s = 1000.0

@@ -73,7 +73,7 @@ def test_differences_use_instances_common_to_both_strategies() -> None:
 
 
 def test_cells_of_one_instance_do_not_count_as_repeats() -> None:
-    """40 cells that all meet the same luck say what one says; with two instances there is no interval at all."""
+    """40 cells with one instance count as one sample; with two instances there is no interval at all."""
     luck = [0.5, 0.52, 0.61, 0.47, 0.66, 0.58, 0.43, 0.55]
     one, forty = strategy_of(luck), strategy_of(*[luck] * 40)
     assert one.interval == forty.interval == pytest.approx((0.4867, 0.5933), abs=0.02)

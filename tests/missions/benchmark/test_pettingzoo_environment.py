@@ -39,7 +39,7 @@ def env_of(folder: Path, duration_s: float = 200.0, per: float = 0.42) -> FleetE
 
 
 def nearest(seen: Sight) -> int:
-    """What the strategy of the how-to does, by observations: at its turn the vacant job that is done soonest."""
+    """Strategy of the how-to by observations: at its turn a vehicle takes the vacant job that it can finish first."""
     own = dict(zip(OWN, seen["own"], strict=True))
     if own["round"] % own["n_members"] != own["place"] or own["n_held"]:
         return 0
@@ -97,7 +97,7 @@ NEAR_M = 65.0  # the sonar reaches 60 m
 
 
 def told_of(env: FleetEnv, told: set[str], n_read: int) -> int:
-    """Add vehicles that heard, or came near to, one that knows of the difference; the packets read."""
+    """Add vehicles that received from, or came near, one that knows of the difference; return the packets read."""
     packets = env.fleet.recorder.packets
     for row in packets[n_read:]:
         if row[2] in told:

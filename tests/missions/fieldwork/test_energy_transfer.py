@@ -31,7 +31,7 @@ OFF = "decision.weight_external=0.0"
 
 
 def events(of: Run, event: str) -> list[tuple[float, str, str, float]]:
-    """What befell holes: time, vehicle, hole, energy."""
+    """Events at holes: time, vehicle, hole, energy."""
     return [(row[0], row[1], row[2], row[4]) for row in of.recorder.rows("energy") if row[3] == event]
 
 
@@ -51,7 +51,7 @@ def mean_wait_s(of: Run) -> float:
 
 @pytest.mark.slow
 def test_missions_are_shorter_where_calls_are_answered() -> None:
-    """A call moves vehicles away from sites of their own; else they come once they have nothing else to do."""
+    """A call draws vehicles from their own sites; without calls they help only once they have no other work."""
     on, off = sampled(1), sampled(1, OFF)
     assert on.completed
     assert off.completed
@@ -60,7 +60,7 @@ def test_missions_are_shorter_where_calls_are_answered() -> None:
 
 
 def test_energy_of_drills_is_conserved() -> None:
-    """What drills took is what their batteries had and what was brought; nobody gives what it does not have."""
+    """Drills use the energy of their batteries plus the transferred energy; no vehicle gives more than it has."""
     done = sampled(1)
     brought_j = math.fsum(energy_j for *_, energy_j in events(done, "brought"))
     taken_j = 8 * 240.0 * 300.0
@@ -121,7 +121,7 @@ def ended_s(of: Run) -> float:
 
 @pytest.mark.slow
 def test_no_helper_waits_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The run ends once the others are home; a helper that did not see that nobody waits lay there for 1000 s more."""
+    """The run ends once the others are home; a helper that does not see the loss stays there for 1000 s more."""
     done = sampled(1, lost("AUV03", 700.0))
     assert not done.completed
     assert "no vehicle left that is able to do hole 2, hole 3, hole 4" in done.reason
@@ -130,7 +130,7 @@ def test_no_helper_waits_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.Mon
 
 
 def test_drill_is_helped_although_its_holder_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No holder is known of who claims a job for itself alone: that it lies at the hole is heard."""
+    """A job without shared assignment has no known holder, but its reported position is known."""
     keys = 'strategy.name="status-broadcast"'
     assert sampled(1, keys).completed
     monkeypatch.setattr(Bringing, "_is_awaited", lambda self, picture: bool(self._help.holders))
@@ -138,7 +138,7 @@ def test_drill_is_helped_although_its_holder_is_unknown(monkeypatch: pytest.Monk
 
 
 def test_run_without_communication_ends_and_names_holes_without_energy() -> None:
-    """Under ``fixed-partition`` no call is heard: both drills give up after ``wait_s``, and all come home.
+    """Under ``fixed-partition`` no call is received: both drills give up after ``wait_s``, and all return.
 
     The run ends ``meeting_deadline_s`` (900 s) after the rendezvous, since nobody works any more.
     """

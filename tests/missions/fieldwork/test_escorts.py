@@ -14,7 +14,7 @@ flown = Varied("escort-lines", "lines.toml").flown
 
 
 def test_calls_move_vehicles_only_to_following() -> None:
-    """Somebody leaves a line of its own for it, and goes back to the line later."""
+    """At least one vehicle interrupts its own line to follow, and resumes it later."""
     runs = [flown(seed) for seed in (1, 2)]
     moved = {row[4] for one in runs for row in one.recorder.decisions if row[9] > 0.0}
     assert moved == {"Helping"}

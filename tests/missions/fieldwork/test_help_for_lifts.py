@@ -30,7 +30,7 @@ def waits_s(*keys: str) -> float:
 
 @pytest.mark.slow
 def test_objects_wait_less_where_calls_are_answered() -> None:
-    """A call for help moves vehicles away from work of their own; else they come once they have nothing else to do."""
+    """A call draws vehicles from their own work; without calls they help only once they have no other work."""
     assert waits_s() < 0.6 * waits_s(OFF)
     assert all(flown(seed, LONG).completed for seed in (1, 2))
 
@@ -47,7 +47,7 @@ def test_lift_is_reported_as_done_only_after_it_was(seed: int) -> None:
 
 
 def test_positions_of_objects_depend_on_the_seed_and_are_near_sites() -> None:
-    """Whoever surveys the site sees it, whatever the strategy does."""
+    """Any vehicle that surveys the site detects the object, under any strategy."""
     sites_m = [site.position_m for site in flown(1, SHORT).scenario.site]
     worlds = [flown(1, SHORT).mission.world(seed) for seed in range(20)]
     assert worlds == [flown(1, SHORT, OFF).mission.world(seed) for seed in range(20)]

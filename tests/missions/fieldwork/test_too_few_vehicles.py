@@ -22,7 +22,7 @@ def fault(*vehicles: str, kind: str = "lost", at_s: float = 200.0) -> str:
 
 
 def ends_as_impossible(run: Run) -> bool:
-    """All sites are surveyed, all lifts are said to be impossible, and the run ends then."""
+    """True if all sites are surveyed, all lifts declared impossible, and the run then ends."""
     said = {row[4] for row in run.recorder.items if row[5] == "isImpossible" and row[6] == "true"}
     assert said == set(LIFTS)
     assert run.goal_fraction == run.reachable_fraction == 0.75  # twelve of sixteen jobs

@@ -30,13 +30,13 @@ def mapper(name: str = "AUV00", swath_m: float = 25.0, **changes: Any) -> Vehicl
 
 
 def cells_known(known: Sequence[int] = ()) -> Facts:
-    """Which cells of the area somebody knows to be mapped."""
+    """Knowledge of these cells as mapped."""
     return Facts(cells={"area": {float(index) for index in known}})  # as the world model has them
 
 
 @dataclass
 class Surveyor:
-    """One vehicle at the area; ``covered`` is what it really passed, ``claims`` None for a sensor that is sound."""
+    """One vehicle at the area: ``covered`` are truly passed cells, ``claims`` is None for a sound sensor."""
 
     data: VehicleData
     facts: Facts

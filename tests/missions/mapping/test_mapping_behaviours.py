@@ -160,7 +160,7 @@ def test_a_dead_sensor_is_noticed_within_two_rows() -> None:
 
 
 def test_cells_still_unknown_after_a_second_try_are_given_up() -> None:
-    """The sensor misses cells 5 and 47 whatever happens: all others are mapped, and the vehicle says that it failed."""
+    """The sensor always misses cells 5 and 47: all others are mapped, and the vehicle reports failure."""
     one = Surveyor(mapper(), cells_known())
     blind = {5.0, 47.0}
 

@@ -43,7 +43,7 @@ def milestones(done: Run, name: str) -> list[tuple[float, str]]:
 
 
 def test_find_below_a_vehicle_is_reported_with_its_position_error() -> None:
-    """It is over the only feature and takes itself to be 50 m beside, where another cell is mapped; once each."""
+    """The vehicle is above the only feature but believes itself 50 m beside it, where another cell is mapped."""
     (cell, feature), *_ = seabed_with_finds(SEABED, FINDS, 5).features.items()
     world = replace(SEABED, features={cell: feature})
     x_m, y_m = (cell[0] + 0.5) * 25.0, (cell[1] + 0.5) * 25.0

@@ -24,7 +24,7 @@ GROUP = "Operational"
 
 
 def place_m(turn_rate_radps: float, separation_m: float) -> tuple[float, float]:
-    """Where a left winger goes whose leader is at the origin, with its head to the east, and turns so fast."""
+    """Position of a left wing vehicle whose leader is at the origin, heads east and turns at this rate."""
     leader, own = mapper("AUV00", turn_rate_radps=turn_rate_radps), mapper("AUV01")
     room_m = room_of((leader, own), separation_m)
     behaviour = positioning(("top", "left"), ("AUV00",), GROUP, own, 15.0, room_m)
@@ -91,7 +91,7 @@ RALLY_M, ELSEWHERE_M = (450.0, 450.0), (100.0, 100.0)
 
 
 def are_there(age_s: float, position_m: tuple[float, float], contacts_m: tuple[Any, ...] = ()) -> bool:
-    """Whether a head has all members there, of whom one was heard so long ago at a place."""
+    """True if a head has all members present, one of whom was last received at this place and age."""
     mission = SETUP.mission
     assert isinstance(mission, MappingMission)
     group = SETUP.agreement.organisation.groups["Operational"]

@@ -17,7 +17,7 @@ WRECK_M = 10.0, 0.0
 
 
 def looked(seed: int, errors_m: list[tuple[float, float]], sigmas_m: list[float]) -> list[tuple[Any, ...]]:
-    """Facts of looks at a wreck, a minute apart, by a vehicle that takes itself to be so far off, and knows how far."""
+    """Facts of looks at a wreck, a minute apart, by a vehicle with these position errors and known deviations."""
     sensor = Classifier(ClassifierSettings(), 1)
     lies = ObjectTable(name="it", position_m=WRECK_M, classification="wreck")
     world = Seabed(25.0, {}, objects=(lies,), seed=seed)
@@ -53,7 +53,7 @@ def test_region_of_95_percent_covers_95_percent_of_objects(drifting_m: float) ->
 
 
 def test_repeated_looks_do_not_reduce_the_shared_error_of_a_dive() -> None:
-    """Fused they come to sigma^2 / n + that of the place, 4 / n + 9; another dive has an error of its own."""
+    """Fused variance: sigma^2 / n plus that of the position, 4 / n + 9; another dive has an independent error."""
     nine = looked(1, [(0.0, 0.0)] * 9, [3.0] * 9)
     assert nine[0][3] == pytest.approx(13.0**0.5)
     for n in (1, 2, 3):

@@ -93,7 +93,7 @@ def some(ground: Ground, draw: st.DataObject) -> int:
 
 
 def run_m(survey: Survey, left: int) -> list[tuple[Point, Point]]:
-    """Rows that the vehicle runs if it plans anew at the end of each, without news."""
+    """Rows of a vehicle that replans at the end of each, without further information."""
     at_m, found = (0.0, 0.0), []
     while ways := survey.ways(left):
         way = min(ways, key=lambda way: math.dist(way.first_m, at_m) + way.length_m)
@@ -138,7 +138,7 @@ def test_rows_of_an_untouched_area_alternate_from_each_end(ground: Ground, swath
 def test_fewer_remaining_cells_never_take_longer(
     ground: Ground, swath_m: float, draw: st.DataObject, at_m: Point
 ) -> None:
-    """From the same place at the same speed: whoever runs the longer way has passed all that is left of the shorter."""
+    """From one place at one speed: the longer path passes all that the shorter one must cover."""
     survey, more = ground.survey(swath_m), some(ground, draw)
     less = more & draw.draw(st.integers(0, max(1, ground.work)))
 

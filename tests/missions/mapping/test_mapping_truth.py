@@ -149,7 +149,7 @@ def test_cells_in_reach_of_a_vehicle_beside_the_area_are_covered() -> None:
 
 
 def test_gathering_below_the_goal_does_not_complete_the_mission() -> None:
-    """Half of the cells against a goal of 0.8; nobody goes on for the 60 s of patience: that is the end."""
+    """Half of the cells at a goal of 0.8: the run ends once no vehicle works during the 60 s of patience."""
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
     sweep(watching, fleet, 212.5, 237.5)
     fleet.a.position_m = fleet.b.position_m = JETTY_M
@@ -184,7 +184,7 @@ def test_work_no_survivor_can_do_counts_and_is_unreachable(seabed: Seabed, xs_m:
 
 
 def test_run_ends_once_no_able_vehicle_is_left_and_survivors_are_home() -> None:
-    """B alone is able. A goes on to the rally point after B is lost; a vehicle that will return is waited for."""
+    """Only B is able. After its loss A goes on to the rally point; a vehicle that will return is awaited."""
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()
     sweep(watching, fleet, 212.5, 237.5)
     fleet.a.position_m = JETTY_M

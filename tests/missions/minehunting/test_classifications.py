@@ -14,7 +14,7 @@ SHORT = "scenario.duration_s=30.0"
 
 @pytest.mark.slow
 def test_classification_follows_from_strips_received_before() -> None:
-    """Whoever says what a contact is holds the strips by then: the ratio is worked out anew from what came to it."""
+    """The likelihood ratio is recomputed from the strips that the classifying vehicle held at that time."""
     of = hunted(1)
     decisive = log(0.99 / 0.01)
     came_s = {(row[1], row[2]): row[0] for row in reversed(of.recorder.knowledge) if row[4] in ("received", "observed")}
@@ -57,14 +57,14 @@ def test_deaf_analyst_classifies_nothing() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ['kind="lost",vehicle="AUV02",at_s=400', 'kind="lost",vehicle="ASV00",at_s=500'])
 def test_mission_completes_after_the_loss_of_one_vehicle(fault: str) -> None:
-    """A lost vehicle's views are made again; who succeeds a lost analyst is told again what it lacks."""
+    """Views of a lost vehicle are repeated; the successor of a lost analyst receives the missing strips again."""
     of = hunted(1, f"fault=[{{{fault}}}]")
     assert of.completed
     assert len(of.recorder.rows("classifications")) == 12
 
 
 def test_view_depends_on_seed_contact_and_number_only() -> None:
-    """Not on who looks, nor when, nor on losses; other seeds have other mines."""
+    """Not on vehicle, time or losses; other seeds have other mines."""
     mission = hunted(1, SHORT).mission
     assert mission.world(3) == hunted(1, SHORT, "channel.per=0.5").mission.world(3)
     assert len({mission.world(seed).mines for seed in range(20)}) > 10

@@ -28,7 +28,7 @@ SHIP, BOAT = "ASV00", "AUV00"
 
 
 class Hull:
-    """A body that goes straight to where it is told, for a second each time it is asked where it is."""
+    """Body that moves straight to its goal, one second per request for its position."""
 
     def __init__(self, x_m: float, y_m: float) -> None:
         self.at_m: Point = (x_m, y_m)
@@ -59,7 +59,7 @@ def plan_of(vehicle: str, is_steered: bool = False, *settings: str) -> NodePlan:
 
 
 class Pair:
-    """A simulated vehicle and one with a body of its own, without a pace."""
+    """Simulated vehicle and one with a real body, without a pace."""
 
     def __init__(self, folder: Path, hull: Hull) -> None:
         self.hull = hull
@@ -72,7 +72,7 @@ class Pair:
         self.boat = VehicleNode(self.own[1], ether.driver(), AT_ONCE, log, body=hull)
 
     def nearest_m(self, from_s: float) -> float:
-        """How near to its track since then the ship takes it to be."""
+        """Smallest distance between the body's track since a time and the position known to the ship."""
         log = read_log(self.path)
         track = [Fix.of(entry.data) for entry in log.of(LineKind.FIX) if entry.time_s >= from_s]
         heard_m = self.own[0].solo.vehicle.beliefs.get(("position", BOAT))
@@ -163,7 +163,7 @@ def test_current_and_navigation_errors_are_refused_with_a_frontseat(setting: str
 
 
 class Told:
-    """A clock that says what a test tells it to say."""
+    """Clock that shows the readings set by a test."""
 
     def __init__(self) -> None:
         self.next: Reading | None = None
@@ -264,7 +264,7 @@ class Message:
 
 
 class Graph(ModuleType):
-    """The stand-in: what was published, and what waits for who subscribed."""
+    """Substitute of the ROS graph: published messages, and messages waiting for a subscriber."""
 
     def __init__(self, types: Any) -> None:
         super().__init__("rclpy")

@@ -133,7 +133,7 @@ def test_late_node_is_silent_before_its_start_and_catches_up(tmp_path: Path) -> 
 
 
 def test_restarted_node_sends_items_of_its_next_epoch() -> None:
-    """Without the epoch, it would number what it tells from 0, and the others would take it for what they know."""
+    """Without the epoch its item numbers would restart at 0, and others would take them for known items."""
     again = replace(plan_of("AUV00"), begins_s=60.0, epoch=5)
     nodes, outcomes = together([plan_of("ASV00"), again], None, LOSSY)
     assert outcomes[0].state_hash == outcomes[1].state_hash

@@ -14,7 +14,7 @@ written = SHIPPED.written
 
 
 def raw() -> dict[str, Any]:
-    """The tables, without anything that befalls."""
+    """Scenario tables without faults, upsets and surges."""
     tables = SHIPPED.raw()
     for key in ("fault", "upset", "chain"):
         del tables[key]
@@ -27,7 +27,7 @@ def raw() -> dict[str, Any]:
 
 
 def little(folder: Path, adaptation: str = "all", **more: Any) -> Scenario:
-    """The scenario with further tables; what befalls the current is ``surge``."""
+    """Scenario with further tables; ``surge`` are changes of the current."""
     tables = raw()
     tables["mission"]["adaptation"] = adaptation
     if "surge" in more:

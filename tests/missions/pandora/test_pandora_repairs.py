@@ -63,7 +63,7 @@ def test_misplaced_or_changed_valve_is_detected_and_repaired(
 
 
 def test_repair_keeps_completed_tasks(tmp_path: Path) -> None:
-    """The valve was found before it resisted: nobody looks for it again, and nothing outside the branch is planned."""
+    """The valve is found before it resists: it is not searched again, and only its branch is replanned."""
     done = flown(tmp_path, **STUCK)
     plans = [row for row in done.recorder.plans if row[5] == job_of("valve A1")]
     tasks = [(row[8].split("(")[0], row[10]) for row in plans]
@@ -134,7 +134,7 @@ def test_tool_on_any_one_vehicle_suffices(tmp_path: Path, tool: str, number: int
 
 
 def test_arm_and_wrench_on_different_vehicles_are_used_in_turn(tmp_path: Path) -> None:
-    """Who has the arm finds out that a valve is stuck; who has the wrench turns it, and could not have begun it."""
+    """The vehicle with the arm finds the valve stuck; the one with the wrench, which could not have begun, turns it."""
     done = flown(tmp_path, vehicle=vehicles(arm=(1,), wrench=(2,)), **BOTH_STUCK)
     assert done.completed, done.reason
     turned = {row[2]: row[1] for row in done.recorder.rows("serviced")}
@@ -202,7 +202,7 @@ def test_figures_show_claimed_and_true_services_and_findings(tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_part_outside_the_focus_area_is_not_found(tmp_path: Path) -> None:
-    """It directs the camera: with one that is too little, no vehicle finds the part, and all say so and come home."""
+    """It directs the camera: with a too small one no vehicle finds the part; all report this and return."""
     small = flown(tmp_path, mission={"adaptation": "all", "focus_radius_m": 4.0}, **MOVED)
     assert failed(small) == {"valve A1"}
     assert not small.completed
@@ -222,7 +222,7 @@ class WithoutInference(PandoraMission):
 
 @pytest.mark.slow
 def test_without_inference_the_plan_is_not_repaired(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The definitions of HiddenPart and StuckValve are what leads from what was asserted to the other way."""
+    """The definitions of HiddenPart and StuckValve lead from recorded facts to the alternative."""
     shipped, abilities = PandoraMission.vocabulary
     text = shipped.read_text(encoding="utf-8")
     for word in ("missing", "resists"):
@@ -241,14 +241,14 @@ def test_without_inference_the_plan_is_not_repaired(tmp_path: Path, monkeypatch:
 
 @pytest.mark.slow
 def test_valve_is_not_handed_over_without_its_reported_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The cause taken out: a part takes what was planned, whatever was found out."""
+    """Control: parts keep their planned needs, whatever is reported."""
     monkeypatch.setattr(PlannedPart, "left", lambda self, facts: self)
     done = flown(tmp_path, vehicle=vehicles(arm=(1,), wrench=(2,)), **BOTH_STUCK)
     assert not done.completed
 
 
 def test_assignment_is_recorded_once_per_time() -> None:
-    """At 1927.7 s the head's plan and its negotiation gave AUV01 the job of valve B2, each in an item of its own."""
+    """At 1927.7 s the head's plan and the negotiation both assigned the job of valve B2 to AUV01, in two items."""
     finished = run(load("pandora-inspection", [("--set", "strategy.name=remoras-planned")]), 1)
     told = Counter(row[1:7] for row in finished.recorder.items if row[5] in ("playsRole", "leftRole"))
     assert told

@@ -49,7 +49,7 @@ def scenario(*settings: str, strategy: str = "remoras") -> Scenario:
 
 
 def held_by(model: WorldModel) -> tuple[Any, ...]:
-    """All that a world model holds: items, what waits and was refused, statuses, what is private, bans, counters."""
+    """Contents of a world model: items, pending and refused blocks, statuses, private blocks, bans, counters."""
     return (
         (model.state_hash(), sorted(model.arrivals.waiting), sorted(model.arrivals.refused)),
         (list(model.blocks()), list(model.statuses()), list(model.private_blocks()), dict(model.banned)),
@@ -58,7 +58,7 @@ def held_by(model: WorldModel) -> tuple[Any, ...]:
 
 
 def state_of(fleet: Fleet) -> dict[str, Any]:
-    """What every vehicle knows now."""
+    """Current knowledge of every vehicle."""
     found = {}
     for vehicle in fleet.vehicles:
         model, social = vehicle.beliefs.model, vehicle.social
@@ -71,7 +71,7 @@ def state_of(fleet: Fleet) -> dict[str, Any]:
 
 
 def live(loaded: Scenario, seed: int, moments_s: Sequence[float]) -> dict[float, dict[str, Any]]:
-    """What every vehicle of a fleet that is stepped through the mission knows at these moments."""
+    """Knowledge of every vehicle at these times, recorded while the mission is stepped."""
     fleet, found = assemble(resolved(loaded), seed), {}
     while fleet.running:
         fleet.step()
@@ -81,7 +81,7 @@ def live(loaded: Scenario, seed: int, moments_s: Sequence[float]) -> dict[float,
 
 
 def compare(loaded: Scenario, seed: int, folder: Path | None = None) -> Run:
-    """Hold what is rebuilt against what was known, at random moments of a run."""
+    """Compare rebuilt with recorded knowledge at random times of a run."""
     finished = run(loaded, seed)
     results: Results | MemoryResults = MemoryResults(finished)
     if folder is not None:

@@ -65,7 +65,7 @@ def test_recovery_time_ends_when_others_hold_the_work(
 
 
 def test_wrong_belief_is_a_named_holder_without_the_job() -> None:
-    """A and B hold jobs. A names B rightly; B names C for A's job, wrongly; C names nobody, which is not wrong."""
+    """A and B hold jobs. A names B correctly; B names C for A's job, wrongly; C names no holder, which is not wrong."""
     group = Group(
         "g", (RoleSpecification("one", job="j1"), RoleSpecification("two", job="j2"), RoleSpecification("no"))
     )
@@ -134,7 +134,7 @@ def test_jobs_that_take_too_long_are_warned_of_with_figures() -> None:
 
 
 def test_estimated_energy_is_within_a_fifth_of_the_used() -> None:
-    """Where all goes as planned, who has a part of the work uses what it is said to need, within a fifth."""
+    """In an undisturbed run each vehicle with work uses its estimated energy within a fifth."""
     told = warned("mapping-rendezvous", *with_energy("mapping-rendezvous", 1.0))
     finished = flown("mapping-rendezvous", "strategy.name=fixed-partition")
     used_j: dict[str, Any] = {row[1]: row[6] for row in finished.recorder.trajectories}

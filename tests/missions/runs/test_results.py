@@ -132,7 +132,7 @@ def test_folder_without_an_optional_table_is_read(folder: Path, tmp_path: Path, 
 
 
 def test_table_of_an_unknown_schema_is_refused_with_its_columns(folder: Path, tmp_path: Path) -> None:
-    """Of a column too many nothing is said: a later version may have added it."""
+    """Additional columns are accepted: a later version may have added them."""
     other = copy_of(folder, tmp_path / "other")
     packets = pq.read_table(folder / "packets.parquet")
     pq.write_table(
@@ -152,7 +152,7 @@ def test_table_of_an_unknown_schema_is_refused_with_its_columns(folder: Path, tm
 
 
 def alike(memory: MemoryResults, written: Results) -> None:
-    """What the one answers the other answers, to the digits that are kept."""
+    """Assert equal results of two readers, to the stored digits."""
     assert memory.tables == written.tables
     for name in memory.tables:
         assert memory.has(name)

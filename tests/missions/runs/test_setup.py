@@ -39,7 +39,7 @@ def rows_of(fleet: Fleet) -> dict[str, list[Any]]:
 
 
 def test_runs_of_one_setup_are_equal_and_do_not_change_it(pond: Setup, scenario: Scenario) -> None:
-    """Two runs one after the other, two at the same time, and one of a setup of its own."""
+    """Two runs in sequence, two interleaved, and one with a new setup."""
     first, second = rows_of(assemble(pond, 3)), rows_of(assemble(pond, 3))
     fleets = assemble(pond, 3), assemble(pond, 3)
     while any(fleet.now_s < SECONDS_S for fleet in fleets):
@@ -69,7 +69,7 @@ def test_vehicle_has_its_true_speed_but_known_data_are_nominal(pond: Setup) -> N
 
 
 def test_group_without_possible_head_is_one_fault(tmp_path: Path) -> None:
-    """The Skipper must also be Scout, a role that is not played before the mission; that is one fault, told once."""
+    """The Skipper must also be Scout, which is not played before the mission; this is one fault, reported once."""
     text = SMALL.replace("head = true", 'head = true\n  played_by = "Team.Scout"')
     scenario = pond_of(tmp_path, text.replace('["Skipper"]', '["Skipper", "Scout"]'))
     with pytest.raises(

@@ -30,7 +30,7 @@ def broken(*given: Any, **more: Any) -> Any:
 
 
 def gives(value: Any) -> Any:
-    """A method that gives a value whatever it is asked."""
+    """Method that returns a constant for any arguments."""
     return lambda *given, **more: value
 
 
@@ -69,7 +69,7 @@ class TruthRaises(MappingMission):
 
 
 class Objectless(JobMission):
-    """A mission of jobs that does not say what roles with a job pursue."""
+    """Mission of jobs that does not declare the objective of roles with a job."""
 
     group_missions = ("AreaMapping",)
     jobs_of, behaviour_at = gives([]), gives(None)
@@ -99,7 +99,7 @@ globals().update({name: type(name, (MappingMission,), {"__module__": __name__, *
 
 
 class Sounder:
-    """Measures the depth; a table of its own."""
+    """Sensor that measures the depth; it has its own table."""
 
     table: Any = Table("soundings", (TIME, VEHICLE, DEPTH))
 
@@ -117,7 +117,7 @@ class SounderSettings(SensorSettings):
 
 
 class Bare(SensorSettings):
-    """Does not say how its sensor is made."""
+    """Sensor settings without ``make``."""
 
 
 class Unmakable(SensorSettings):

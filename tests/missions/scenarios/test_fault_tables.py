@@ -25,7 +25,7 @@ def read(*tables: str) -> Scenario:
 
 
 def refused(*tables: str) -> list[str]:
-    """What is said of these tables, a line each."""
+    """Messages about these tables, one line each."""
     with pytest.raises(ConfigurationError) as caught:
         read(*tables)
     return str(caught.value).splitlines()

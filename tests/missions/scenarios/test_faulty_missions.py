@@ -31,7 +31,7 @@ def in_lists(text: str) -> str:
 
 
 def refused(folder: Path, text: str, *commands: str) -> list[str]:
-    """What each command says: exit 2, no traceback, nothing on stdout and nothing in the folder but the scenario."""
+    """Output of each command: exit 2, no traceback, empty stdout, and only the scenario in the folder."""
     file = folder / "pond.toml"
     file.write_text(in_lists(text), encoding="utf-8")
     said = []

@@ -127,7 +127,7 @@ m:inspected a owl:DatatypeProperty ; rdfs:domain rm:Vehicle ; rdfs:range xsd:boo
 
 
 def scenario_in(folder: Path, ontology: str) -> Path:
-    """The shipped scenario in a folder of its own, with a line for ontology files."""
+    """Shipped scenario in its own folder, with a line for ontology files."""
     path = folder / "mine.toml"
     text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
     path.write_text(f"{text}\n[worldmodel]\nontology = {ontology}\n", encoding="utf-8")

@@ -217,14 +217,14 @@ SURVEYORS = "SELECT ?v { ?v a rm:SurveyPlatform } ORDER BY ?v"
 
 
 class Hydrophone(SwathSettings):
-    """A plug-in that says of which class it is."""
+    """Plug-in that declares its equipment class."""
 
     EQUIPMENT = "Sensor"
     gain_db: float = Field(0.0, description="gain")
 
 
 def inspectors(name: str = SCENARIO, *settings: str) -> set[str]:
-    """The vehicles that are able to play both roles of inspectors; nobody is able to play one of them alone."""
+    """Vehicles able to play both roles of inspectors; none is able to play only one."""
     found = set()
     for vehicle in load(name, [("--set", one) for one in settings]).vehicle:
         able = ROLES & set(vehicle.playable_roles or ())

@@ -38,7 +38,7 @@ PATTERN = {
 
 
 class Fleet:
-    """Says facts in packets, and a monitor looks."""
+    """Fleet that sends facts in packets, observed by a monitor."""
 
     def __init__(self, pattern: dict[str, Any] = PATTERN) -> None:
         self.recorder = Recorder([CHOREOGRAPHY])
@@ -110,7 +110,7 @@ BY_ROLE = {**PATTERN, "message": [{**PATTERN["message"][0], "by": "Recoverer"}, 
 
 
 def test_sender_must_play_the_role_when_the_fact_is_recorded() -> None:
-    """Who leaves the role before it is heard may say so still; who took it later may not have said it before."""
+    """A vehicle that left the role since may still send the fact; one that took it later may not have sent it."""
     fleet = Fleet(BY_ROLE)
     fleet.recorder.roles += [(5.0, "IAUV00", "Trident", "Recoverer", "assigned")]
     early, late = (fleet.record(name, "chosen", "Candidate-1", 10.0) for name in ("IAUV01", "IAUV00"))
@@ -132,7 +132,7 @@ def faults(raw: Raw) -> list[ConfigurationFault]:
 
 
 def put(raw: Raw, path: str, value: Any) -> None:
-    """Set a key, or take it away by None; tables of a list are called by name or number."""
+    """Set a key, or delete it by None; tables of a list are selected by name or number."""
     at: Any = raw
     *way, key = path.split("/")
     for part in way:
@@ -172,7 +172,7 @@ def test_invalid_key_is_refused_with_allowed_values(path: str, value: Any, key: 
     (("camera", "forward sonar"), "activity.find.requires", '"TargetReacquisition"'),
 ])  # fmt: skip
 def test_service_without_provider_is_refused(names: tuple[str, ...], key: str, given: str) -> None:
-    """Reacquisition is concluded, but not of a camera at the surface: imaging there reacquires nothing."""
+    """Reacquisition is inferred, but not for a camera at the surface: imaging there reacquires nothing."""
     raw = tables()
     for name in names:
         one = module(raw, f"IAUV00 {name}")

@@ -60,7 +60,7 @@ def test_repair_reacts_to_missing_effects_and_matching_to_status() -> None:
 
 
 def test_failed_service_is_replaced_by_that_of_the_other_vehicle() -> None:
-    """Both surveys of the AUV fail: it asks the surface vehicle, which charts what is left and says when it is done."""
+    """Both surveys of the AUV fail: the surface vehicle charts the rest on request and reports the end."""
     failing = ("IAUV00 stereo", "IAUV00 sidescan")
     assert recovered_s(run(response="repair", failing=failing)) == math.inf
     finished = run(failing=failing)
@@ -70,7 +70,7 @@ def test_failed_service_is_replaced_by_that_of_the_other_vehicle() -> None:
 
 
 def test_failure_without_self_test_is_detected() -> None:
-    """Tiles stay blank that the vehicle is over: after a minute of it the step has failed, and the next way is gone."""
+    """Passed tiles stay blank: after a minute the step has failed, and the next alternative is used."""
     silent = run("vehicle.IAUV00.sensor.1.self_test=false", failing=("IAUV00 stereo",), until_s=1200.0)
     assert {row[3] for row in said(silent, "serviceStatus")} == {"available"}
     failed_s = [row[0] for row in silent.recorder.faults if row[2] == "failed step"]
@@ -82,7 +82,7 @@ def test_failure_without_self_test_is_detected() -> None:
 
 
 def test_identified_decoy_is_rejected_and_another_candidate_chosen() -> None:
-    """Whatever looks like the target from above, the camera tells from near."""
+    """The survey may rate a decoy as the target; the camera distinguishes them nearby."""
     finished = run(seed=DECEIVED)
     (_, _, rejected, verdict), *_ = said(finished, "verdict")
     assert verdict == "decoy"
@@ -128,7 +128,7 @@ def test_escort_waits_on_the_home_side_of_the_vehicle_in_contact() -> None:
 
 
 def test_lost_vehicle_is_not_awaited_at_sea() -> None:
-    """The surface vehicle kept near to where it last heard the AUV until the time limit of 7200 s."""
+    """Earlier, the surface vehicle stayed at the last known position of the AUV until the time limit of 7200 s."""
     finished = run("fault=[{kind='lost',vehicle='IAUV00',at_s=1450}]", until_s=7200.0)
     assert not finished.completed
     last = finished.recorder.rows("trajectories")[-1]
@@ -202,7 +202,7 @@ BOTH = ("IAUV00", "IAUV01")
 
 
 def test_run_without_further_survey_ends_with_no_candidate_left() -> None:
-    """The cause taken out: all candidates are looked at as often as they may be, then all come home."""
+    """Control: all candidates are examined as often as allowed, then all vehicles return."""
     done = run("fleet.size=3", "mission.surveys_again=0", seed=UNSEEN, until_s=7200.0)
     assert not done.completed
     assert recovered_by(done) == ""
@@ -235,7 +235,7 @@ def test_absent_target_implies_no_failure_unless_finders_lack_self_test() -> Non
     (("ASV00 console", "IAUV00 recogniser"), "nobody to choose it", 1500.0),
 ])  # fmt: skip
 def test_recovery_with_no_able_vehicle_left_is_impossible(failing: tuple[str, ...], why: str, latest_s: float) -> None:
-    """All come home. A diver whose survey on request failed left the role by which it is called home."""
+    """All return. A diver whose requested survey failed has left the role by which it is called home."""
     done = run(failing=failing, at_s=200.0, until_s=7200.0)
     assert not done.completed
     assert any(why in what for _, what in faults(done, "impossible"))
@@ -248,7 +248,7 @@ def test_recovery_with_no_able_vehicle_left_is_impossible(failing: tuple[str, ..
 
 @pytest.mark.slow
 def test_recovery_is_misassigned_if_failures_are_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who is able is what was so at the start; a vehicle finds out by its plan, says so, and leaves it to the other."""
+    """Ability is then that of the start; the vehicle detects the failure by its plan, reports it, leaves the role."""
     monkeypatch.setattr(RecoveryJob, "rests_on", ())
     monkeypatch.setattr(RecoveryJob, "left", lambda self, facts: self)
     done = two("IAUV00 arm", "IAUV00 gripper", at_s=101.0)
@@ -259,7 +259,7 @@ def test_recovery_is_misassigned_if_failures_are_ignored(monkeypatch: pytest.Mon
 
 @pytest.mark.slow
 def test_recovery_fails_if_an_unable_vehicle_keeps_its_role(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The cause taken out: it keeps the role, and nobody else gets it."""
+    """Control: it keeps the role, and no other vehicle gets it."""
     monkeypatch.setattr(SocialLayer, "leave", lambda self: [])
     done = two("IAUV00 arm", "IAUV00 gripper", at_s=1402.0)
     assert not done.completed

@@ -48,7 +48,7 @@ def scenario(**keys: Any) -> TridentScenario:
 
 
 class Known:
-    """Services of the shipped scenario, and a world model to which they may say something."""
+    """Services of the shipped scenario, and a world model for their facts."""
 
     def __init__(self, **keys: Any) -> None:
         of = scenario(**keys)
@@ -81,7 +81,7 @@ def test_service_of_a_subclass_matches() -> None:
 
 
 def test_service_matches_a_defined_class_by_its_facts() -> None:
-    """Reacquisition is imaging by a vehicle under water: nobody advertises it, and who provides it decides."""
+    """Reacquisition is imaging by a submerged vehicle: it is inferred from the provider, not advertised."""
     known = Known()
     assert known.ways(FIND) == ("IAUV00 camera", "IAUV00 forward sonar")
     known.say("IAUV00 camera", "providedBy", "ASV00")

@@ -13,7 +13,7 @@ EMPTY = TableColumns(pa.table({name: [] for name in ("time_s", "vehicle", "kind"
 
 
 def record_of(decided_s: float, period_s: float, **communication: Any) -> Record:
-    """A run of 600 s in which a vehicle stops mapping at 441 s and decides anew at another time."""
+    """Run of 600 s in which a vehicle stops mapping at 441 s and decides again at another time."""
     scenario = {
         "scenario": {"tick_s": 1.0, "duration_s": 600.0}, "decision": {"period_s": period_s}, "vehicle": [],
         "group": [], "communication": communication,

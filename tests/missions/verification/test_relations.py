@@ -46,7 +46,7 @@ def _table(**columns: list[Any]) -> TableColumns:
 
 @pytest.mark.parametrize(("second_s", "n_wrong"), [(50.0, 0), (51.0, 2)])
 def test_parts_of_a_dropped_block_return_with_its_last_part(second_s: float, n_wrong: int) -> None:
-    """Parts 0-4 and 0-4.1 are heard at 10 and 20 s; at 50 s the second one again, which brings both."""
+    """Parts 0-4 and 0-4.1 arrive at 10 and 20 s; at 50 s the second arrives again, which restores both."""
     scenario = {
         "vehicle": [{"name": "A", "slot": 0}, {"name": "B", "slot": 1}], "strategy": {"name": "remoras"},
         "communication": {"policy": "ack"}, "need": [{}],

@@ -77,14 +77,14 @@ def _mirrored(rows: Rows) -> None:
 
 
 def _unheard(rows: Rows) -> None:
-    """A vehicle says a status of which it has lost the only packet."""
+    """A vehicle sends a status although it lost the only packet with it."""
     row = next(row for row in rows if row["lost_by"] and row["status_uids"])
     teller = next(later for later in rows[rows.index(row) :] if later["sender"] == row["lost_by"][0])
     teller["status_uids"] += row["status_uids"]
 
 
 def _across(rows: Rows) -> None:
-    """A vehicle hears a packet from the other side of a cut."""
+    """A vehicle receives a packet from the other side of a blackout."""
     row = next(row for row in rows if 420.0 < row["time_s"] < 450.0 and row["sender"] == "AUV00")
     row["lost_by"].remove("AUV01")
     row["receivers"].append("AUV01")
@@ -130,7 +130,7 @@ def test_altered_figure_of_the_summary_is_reported(other: Path, tmp_path: Path) 
 
 
 def named(check: str, alter: Callable[[Path], None], made: Path, folder: Path) -> bool:
-    """True if a check finds what is altered in a folder."""
+    """True if a check reports the alteration of a folder."""
     shutil.copytree(made, folder)
     alter(folder)
     return check in verify(folder).n_findings

@@ -12,7 +12,7 @@ ROUND = 36
 
 
 def track_of(x_m: Array, y_m: Array) -> tuple[Track, float]:
-    """What the table has of places a second apart, and the true way."""
+    """Recorded positions a second apart, and the true path length."""
     dx_m, dy_m = np.diff(x_m), np.diff(y_m)
     heading_rad = np.concatenate(([0.0], np.arctan2(dy_m, dx_m)))
     rounded = [np.rint(values / step) * step for values, step in (
@@ -23,7 +23,7 @@ def track_of(x_m: Array, y_m: Array) -> tuple[Track, float]:
 
 
 def off_m(track: Track, way_m: float) -> float:
-    """How far the way that follows from the table is off."""
+    """Error of the path length computed from the table."""
     dx_m, dy_m = np.diff(track.x_m), np.diff(track.y_m)
     follows_m = (dx_m * np.cos(track.heading_rad[1:]) + dy_m * np.sin(track.heading_rad[1:])).sum()
     return abs(float(follows_m) - way_m)

@@ -22,7 +22,7 @@ FAULTS = [
 
 @pytest.fixture(scope="session")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    """Two minutes of the shipped mission with its datum, at a loss that leaves packets heard and lost."""
+    """Two minutes of the shipped mission with its datum, at a loss with both received and lost packets."""
     folder = tmp_path_factory.mktemp("exported") / "run"
     settings = {"scenario.duration_s": 120.0, "world.origin_deg": ORIGIN_DEG, "fault": FAULTS}
     remoras.run("mapping-rendezvous", per=0.6, seed=3, set=settings).save(folder)

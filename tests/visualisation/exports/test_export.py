@@ -96,7 +96,7 @@ def test_missing_library_is_named_in_the_error(run: Results, tmp_path: Path, mon
 
 @pytest.mark.parametrize("format", OF_COURSES)
 def test_a_full_disk_leaves_nothing(run: Results, format: str, tmp_path: Path) -> None:
-    """A file may have 2000 bytes at most, which is less than any export has; the system says so as a full disk does."""
+    """Files are limited to 2000 bytes, less than any export; the error is that of a full disk."""
     with room_for(2000), pytest.raises(ExportError, match="cannot be written: File too large"):
         export(run, format, export_path(tmp_path, format))
     assert list(tmp_path.iterdir()) == []

@@ -116,7 +116,7 @@ def test_geojson_features_equal_rows_of_the_tables(run: Results, places: tuple[P
 
 
 def test_state_is_out_while_the_vehicle_is_out_of_the_mission(run: Results) -> None:
-    """From the second to the second that the scenario says; then it is driven by what drove it before."""
+    """Exactly for the times in the scenario; then its earlier role is active again."""
     states = Voyage(run, ()).states
     out = {name: [one.time_s for one in states if one.vehicle == name and one.text == "out"] for name in
            ("ASV00", "AUV00", "AUV01", "AUV02")}  # fmt: skip

@@ -34,7 +34,7 @@ def opened(chrome: Any, file: Path, at: str = "", scheme: str = "light") -> Iter
 
 
 def seek(window: Window, times_s: Sequence[float], function: str) -> list[Any]:
-    """What a function of the page returns with the clock at each of some times."""
+    """Results of a function of the page at each of some clock times."""
     return [
         window.ask(f"(t) => {{ R.app.clock.seek(t); return ({function})(R.app.views[0], t); }}", t) for t in times_s
     ]

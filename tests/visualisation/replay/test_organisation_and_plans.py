@@ -69,7 +69,7 @@ def test_organisation_in_every_view_equals_that_of_the_tables(lost: Results, tmp
 
 
 def test_group_formed_at_sea_is_shown_while_the_viewer_knows_of_it(tmp_path: Path) -> None:
-    """Those who have not heard of its forming have no such group: of 17 views one and the truth have it."""
+    """Vehicles without the news have no such group: of 17 views one and the truth have it."""
     results = FICTIONS["nested"].write(tmp_path / "run")
     data = run_data(results)
     assert check_organisation(results, data, tmp_path) > 0

@@ -207,7 +207,7 @@ ODD = '<script><b>"🐟'
 
 
 def test_silences_are_gaps_between_received_packets(window: Window, results: Results) -> None:
-    """The longest of each vehicle: nothing heard from its first to its last second, though packets were sent."""
+    """The longest of each vehicle, begin and end of the run included."""
     packets = results.table("packets").to_pylist()
     told = window.ask("() => R.app.views[0].facts.silences")
     for vehicle, spells in zip(results.scenario.vehicle, told, strict=True):
@@ -311,7 +311,7 @@ def test_texts_are_readable_in_both_themes(window: Window) -> None:
 
 
 def test_task_after_its_expected_end_is_marked_overdue(window: Window) -> None:
-    """Before the time that was expected a note says so; after it, that the task is overdue."""
+    """Before the expected time the note gives it; afterwards it says that the task is overdue."""
     expected_s = window.ask(
         "() => Math.min(...R.plansShown(R.app.views[0].facts, -1, 200)"
         ".flatMap((plan) => plan.tasks.map((task) => task.expected_s ?? Infinity)))"

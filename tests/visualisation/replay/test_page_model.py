@@ -36,7 +36,7 @@ CASES = {
 
 @pytest.fixture(scope="module", params=CASES)
 def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, bytes, Path]:
-    """A run at PER 0.6, what a page holds of it, and a folder."""
+    """Run at PER 0.6, its payload, and a folder."""
     name, settings = CASES[request.param]
     folder = tmp_path_factory.mktemp("model")
     results = recorded(folder / "run", LOSSY, *settings, scenario=name, seed=3)
@@ -165,7 +165,7 @@ TURNS = "([run]) => run.events.filter((one) => one.kind === 'role').map((one) =>
 
 
 def test_last_event_of_a_vehicle_names_its_active_roles(case: tuple[Results, bytes, Path]) -> None:
-    """The last of them says what does: of roles that begin and end the list has either."""
+    """The list has begins and ends of roles."""
     results, data, folder = case
     roles, end_s = results.table("roles").to_pylist(), float(results.summary["mission_time_s"])
     turns, spells = asked([data], TURNS, folder), out_s(results)
@@ -275,7 +275,7 @@ ESTIMATES = [(50.0, "incoming", 0.25, 8), (50.0, "outgoing", 0.5, 4), (150.0, "i
 
 
 def with_failures(results: Results) -> Results:
-    """In every fifth slot all that was lost collided; the first who heard the others in every seventh refused them."""
+    """In every fifth slot all losses are collisions; in every seventh the first other receiver refuses the packet."""
     folder, packets = results.folder, results.table("packets")
     packets = packets.select([name for name in packets.column_names if name != COLLIDED])
     rows = packets.to_pylist()
@@ -353,7 +353,7 @@ def links(results: Results, folder: Path, times_s: list[float], selected: int = 
 
 
 def newest(results: Results, at_s: float, fade_s: float) -> list[tuple[int, str, bool]]:
-    """(slot, receiver, heard) of the newest packets of a time that ended alike, by sender and receiver."""
+    """(slot, receiver, received) of the newest packets that ended together, by sender and receiver."""
     seen, found = set(), []
     for row in reversed(results.table("packets").to_pylist()):
         if not 0.0 < at_s - row["time_s"] <= fade_s:

@@ -71,7 +71,7 @@ def test_a_damaged_scenario_is_named(tmp_path: Path) -> None:
 
 
 def test_a_run_of_any_kind_is_shown(runs: dict[str, Results], tmp_path: Path) -> None:
-    """One lasts 0 s, one has empty tables, in one nobody moves."""
+    """One lasts 0 s, one has empty tables, in one no vehicle moves."""
     data = [run_data(runs[name], fiction.places) for name, fiction in FICTIONS.items()]
     looks = asked(data, f"(runs) => runs.map((run) => ({LOOK})([run]))", tmp_path)
     for told, fiction, results in zip(looks, FICTIONS.values(), runs.values(), strict=True):
@@ -99,7 +99,7 @@ def test_special_characters_in_names_are_shown_and_never_executed(tmp_path: Path
 
 @pytest.fixture
 def buoys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Results:
-    """The mission that the how-to writes; nothing of ours knows its words."""
+    """Mission of the how-to, with words unknown to the package."""
     for name in ("buoys.py", "buoys.ttl", "buoys.toml"):
         shutil.copy(TEMPLATES / name, tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -115,7 +115,7 @@ WORK = """([run]) => ({
 
 
 def test_user_mission_is_drawn_from_its_declarations(buoys: Results, tmp_path: Path) -> None:
-    """Jobs with the times of the table that the mission writes, its sightings, and what vehicles said of them."""
+    """Jobs with times of the mission's table, its sightings, and reported facts about them."""
     told = asked([data_of(buoys)], WORK, tmp_path)
     done = {row["job"]: row["time_s"] for row in reversed(buoys.table("jobs").to_pylist())}
     assert dict(told["jobs"]) == done
@@ -138,7 +138,7 @@ SAMPLES = """([run]) => run.layers.filter((layer) => layer.name === "temperature
 
 @pytest.mark.parametrize("n", [3, 90])
 def test_table_values_are_placed_at_positions_of_their_vehicle(results: Results, tmp_path: Path, n: int) -> None:
-    """Of four vehicles, 3 rows are events of their own, 90 are samples."""
+    """For four vehicles, 3 rows are shown as events, 90 as samples."""
     shutil.copytree(results.folder, tmp_path / "run")
     unit = {"unit": "degC"}
     schema = pa.schema([
@@ -167,7 +167,7 @@ HIDDEN = "([run]) => run.jobs.map((job) => [job.name, job.cameUp_s, job.done_s])
 
 
 def test_undiscovered_jobs_are_listed_by_name(tmp_path: Path) -> None:
-    """So much the record holds of them: the scenario has their number, and no item says where they lie."""
+    """The scenario has their number, but no item has their positions."""
     settings = ("channel.per=0.6", "finds.number=8", "scenario.duration_s=700")
     results = recorded(tmp_path / "run", *settings, scenario="mapping-patches", seed=4)
     told = asked([data_of(results)], HIDDEN, tmp_path)
@@ -203,7 +203,7 @@ def chains(settings: tuple[str, ...], folder: Path) -> list[list[dict[str, Any]]
 
 
 def moved_by_signals(chain: list[dict[str, Any]]) -> bool:
-    """True if signals moved a choice; what nobody chose, such as to wait, has no chain."""
+    """True if signals changed a choice; an event without a choice, such as a wait, has no chain."""
     return any("of it by a signal" in link["text"] for link in chain[:1])
 
 
@@ -242,7 +242,7 @@ VITAL = """([run]) => run.vehicles.map((_, v) => run.decisions(v)
 
 
 def test_vital_activity_is_shown_as_an_event(tmp_path: Path) -> None:
-    """AUV01 has just the energy to come home: what it does then it does whatever else could be done."""
+    """AUV01 has just the energy to return: that activity outranks all others."""
     results = recorded(tmp_path / "run", "vehicle.AUV01.energy_j=60000", "scenario.duration_s=200")
     rows = results.table("decisions").to_pylist()
     home = [row for row in rows if row["chosen"] and row["activities"] == ["ReturningHome"]]
@@ -255,5 +255,5 @@ def test_vital_activity_is_shown_as_an_event(tmp_path: Path) -> None:
 
 
 def test_chain_of_causes_is_empty_if_signals_have_no_weight(tmp_path: Path) -> None:
-    """Nobody heeds signals, so nobody gives up, and no choice is owed to one."""
+    """No vehicle answers signals, so none gives up because of one."""
     assert not any(moved_by_signals(chain) for chain in chains(("decision.weight_external=0",), tmp_path))

@@ -21,7 +21,7 @@ def outcome(heard: NDArray[np.bool_], lost: NDArray[np.bool_]) -> PacketOutcome:
 
 
 def traffic() -> RunPackets:
-    """A sends at 0, 20 and 40 s, B at 10 and 30 s, until 50 s. B hears A at 20 s only, A hears B both times."""
+    """A sends at 0, 20 and 40 s, B at 10 and 30 s, until 50 s. B receives A at 20 s only, A receives B both times."""
     heard = np.array([[0, 0], [1, 0], [0, 1], [1, 0], [0, 0]], dtype=bool)
     lost = np.array([[0, 1], [0, 0], [0, 0], [0, 0], [0, 1]], dtype=bool)
     times_s = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
@@ -29,7 +29,7 @@ def traffic() -> RunPackets:
 
 
 def test_lost_share_counts_only_packets_of_others() -> None:
-    """B lost two of three packets of A, A none of B; nobody hears itself."""
+    """B lost two of three packets of A, A none of B; own packets do not count."""
     shares = traffic().lost_shares
     assert shares[1, 0] == pytest.approx(2 / 3)
     assert shares[0, 1] == 0.0
@@ -95,7 +95,7 @@ def test_collided_and_refused_packets_count_as_lost(collisions: Results) -> None
 
 
 def test_refusal_is_matched_to_its_packet_by_arrival_time() -> None:
-    """By its time; a packet that says it is of another slot, or of another sender, is the same packet."""
+    """A packet that claims another slot or sender is the same packet."""
     packets = [
         {"slot": 7, "receivers": ["A", "B"], "arrivals_s": [10.5, 10.25]},
         {"slot": 8, "receivers": ["A"], "arrivals_s": [12.5]},

@@ -36,7 +36,7 @@ def test_organisation_without_viewer_has_the_roles_each_vehicle_holds(lost: Resu
 
 
 def test_succession_ends_the_vacancy_after_a_loss(lost: Results) -> None:
-    """AUV00 is lost at 200 s; the role of the Coordinator has nobody until AUV01 marks its succession."""
+    """AUV00 is lost at 200 s; the role of the Coordinator is vacant until the succession of AUV01."""
     view = view_of(lost)
     (operational,) = [group for group in view.groups if group.name == "Operational"]
     (mark,) = [one for one in view.marks if (one.kind, one.role) == ("succeed", "Coordinator")]

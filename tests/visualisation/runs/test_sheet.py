@@ -79,13 +79,13 @@ def marks(axes: object) -> dict[str, list[float]]:
 
 
 def test_ends_of_tasks_are_marked_at_their_times(tmp_path: Path) -> None:
-    """A cross for the dive that failed, dots for what was done, a dash for what was dropped, diamonds for estimates."""
+    """Crosses mark failed tasks, dots done ones, dashes dropped ones, diamonds expected ends."""
     [axes] = run_picture(Fiction().write(tmp_path / "run"), "htn", width_in=3.5).figure.axes
     assert marks(axes) == {"X": [500.0], "o": [1000.0, 1000.0], "|": [1000.0], "d": [750.0, 500.0, 500.0]}
 
 
 def test_plans_that_do_not_fit_a_page_are_omitted_and_counted(tmp_path: Path) -> None:
-    """60 vehicles have 61 plans: at 0.185 in each, even without what is below their tops, 9 in hold fewer than 49."""
+    """60 vehicles have 61 plans: at 0.185 in each, with top tasks only, a page of 9 in has fewer than 49."""
     fiction = Fiction(tuple(f"V{number:02d}" for number in range(60)))
     drawn = run_picture(fiction.write(tmp_path / "run"), "htn")
     assert drawn.figure.get_figheight() <= TALLEST_IN
