@@ -116,7 +116,7 @@ class Bidder(Member["Cbba"]):
         if len(strengths) + 1 < len(message.facts):
             return  # of another group
         # A message holds all claims of its vehicle, so a missing one is withdrawn.
-        withdrawn = {role for role in self._roles if issuer in self._claims.standing(role)}.difference(strengths)
+        withdrawn = {role for role in self._roles if self._claims.stands(role, issuer)}.difference(strengths)
         news = [
             role
             for role, strength in [*strengths.items(), *((role, 0) for role in sorted(withdrawn))]

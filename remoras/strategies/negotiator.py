@@ -165,12 +165,12 @@ class Claims:
 
     def standing(self, role: str) -> dict[str, RoleClaim]:
         """Return the valid claims to a role: not withdrawn, by members able to play it."""
-        claims = self._of.get(role, {}).items()
-        return {
-            v: claim
-            for v, claim in claims
-            if claim.strength > 0 and v in self.members and self.members[v].can_play(self._group, role)
-        }
+        return {v: claim for v, claim in self._of.get(role, {}).items() if self.stands(role, v)}
+
+    def stands(self, role: str, vehicle: str) -> bool:
+        """Return whether a vehicle has a valid claim to a role."""
+        claim, data = self.of(role, vehicle), self.members.get(vehicle)
+        return claim is not None and claim.strength > 0 and data is not None and data.can_play(self._group, role)
 
     def has(self, role: str, strength: int) -> bool:
         """True if a valid claim has that strength."""
