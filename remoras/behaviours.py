@@ -61,7 +61,8 @@ class Perception(NamedTuple):
         stimulus: 0..1; 0: nothing to do now.
         advance: progress rate, -1..1: 1 as planned, 0 none, -1 backwards. None if not applicable, or not observable
             while not performed. It enters the satisfaction of the role even if the activity is not performed. Or its
-            function of motion and picture, called at every decision while the perception is valid.
+            function of motion and picture, called at every decision while the perception is valid, unless the vehicle
+            stays or goes straight on: then it is constant.
         done: True once complete, irrevocably.
         failed: True if this vehicle cannot do it, for example by a failed sensor.
         makes_no_way: True if it failed since the vehicle does not reach the place, not by a sensor.
@@ -74,7 +75,7 @@ class Perception(NamedTuple):
         waits: condition awaited while this activity guides; None if it progresses.
         until_s: the perception is valid until before this time, see ``Behaviour.perceive``; by default it is asked for
             at every decision.
-        peer: a valid perception ends with the next position received of this vehicle; empty for none.
+        peers: a valid perception ends with the next position received of one of these vehicles.
     """
 
     stimulus: float
@@ -88,7 +89,7 @@ class Perception(NamedTuple):
     is_beyond_it: bool = False
     waits: Wait | None = None
     until_s: float = -math.inf
-    peer: str = ""
+    peers: tuple[str, ...] = ()
 
     @property
     def settled(self) -> float:
@@ -104,8 +105,8 @@ class Reference(NamedTuple):
     """Guidance output: target (m) and speed (m/s, 0 to stay).
 
     Attributes:
-        holds_m: until ``perceive`` is called again, the answer is constant while the target is farther than this;
-            infinite: ask in every motion tick.
+        holds_m: until ``perceive`` is called again, the answer is constant while the target is farther than this and no
+            vehicle within sonar range; infinite: ask in every motion tick.
         is_over_ground: True for a speed over ground, as limited by sensors: held in a current up to the greatest speed.
             Else through the water.
     """
@@ -117,7 +118,7 @@ class Reference(NamedTuple):
 
 
 def basis(picture: Picture, performed: object) -> tuple[object, ...]:
-    """Return what a valid perception depends on besides time, its peer and its target, see ``Behaviour.perceive``."""
+    """Return what a valid perception depends on besides time, its peers and its target, see ``Behaviour.perceive``."""
     body, groups = picture.body, picture.groups
     return (
         performed, picture.facts.n_changes, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due,
@@ -135,9 +136,9 @@ class Behaviour(Protocol):
         Called by the functional layer at every decision, also for sets not performed, while the last answer is not
         valid. One with ``until_s`` is valid until then, unless before one of these changes: the sets performed; a fact
         in ``picture.facts.values``; ``planning_due`` or ``gathered`` of ``picture.groups``; its sensors; whether the
-        energy lasts and the vehicle is in its area of operations; the position received of its ``peer``. The answer of
-        the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer that depends on anything
-        else, such as the own position, states no ``until_s``.
+        energy lasts and the vehicle is in its area of operations; a position received of one of its ``peers``. The
+        answer of the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer that depends on
+        anything else, such as the own position, states no ``until_s``.
 
         It may keep state, since progress compares with the last call. It must not change ``motion`` or ``picture``,
         draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: True if performed since
@@ -307,7 +308,7 @@ class Homing(Behaviour):
         self._radius_m = radius_m
         self._group = group
         self._way = Reference(point_m, data.transit_speed_mps, radius_m)
-        self._room, self._stay = Reference(point_m, data.survey_speed_mps), Reference(point_m, 0.0)
+        self._room, self._stay = Reference(point_m, data.survey_speed_mps), Reference(point_m, 0.0, 0.0)
         self._approach = Approach(data.transit_speed_mps)
         self._has_met = False
         self._picture: Picture | None = None
@@ -345,7 +346,10 @@ class Homing(Behaviour):
         makes_room = to_go_m > CAPTURE_M and any(
             distance(contact_m, self._point_m) > self._radius_m for contact_m in picture.body.contacts_m
         )
-        return self._room if makes_room else self._stay
+        if makes_room:
+            return self._room
+        # The bound of an uncertain position grows while it stays.
+        return self._stay._replace(holds_m=math.inf) if picture.body.uncertainty_m else self._stay
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """Return half the radius once the vehicle may have arrived, so that others have room."""
@@ -391,7 +395,7 @@ class FollowingLeader(Behaviour):
     def __init__(
         self, leaders: Sequence[str], distance_m: float, data: VehicleData, after: Collection[str] = ()
     ) -> None:
-        self._leaders, self._after = leaders, after
+        self._leaders, self._after = tuple(leaders), after
         self._near_m = distance_m / 2.0
         self._gaps = {name: Gap(distance_m, self._near_m) for name in leaders}
         self._data = data
@@ -403,12 +407,11 @@ class FollowingLeader(Behaviour):
             return UNDUE
         leader = self._leader(picture)
         if leader is None:
-            return IDLE
+            return UNDUE._replace(peers=self._leaders)
         to_go_m = distance_m(motion, picture.peers.positions_m[leader])
         is_open = self._gaps[leader].is_open(leader, to_go_m, picture)
         if not is_open or not (performed or self._approach.is_on):
-            until_s = math.inf if leader == self._leaders[0] else -math.inf
-            return Perception(float(is_open), until_s=until_s, peer=leader)
+            return Perception(float(is_open), until_s=math.inf, peers=self._leaders)
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         return Perception(1.0, None if advance is None else max(0.0, advance))  # a leader moving on is no setback
 
@@ -447,7 +450,7 @@ class LeadingFollowers(Behaviour):
         }
         # A follower that never came may be lost or elsewhere: no wait for it.
         self._came |= known - behind
-        return DUE if behind & self._came else IDLE
+        return (ALWAYS_DUE if behind & self._came else UNDUE)._replace(peers=tuple(self._gaps))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return the own position."""

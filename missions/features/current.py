@@ -189,7 +189,7 @@ class GuidanceInCurrent(Guidance):
         since_s: float,
         dt_s: float,
     ) -> None:
-        """Move through the water and drift with it; see ``Guidance.move``."""
+        """Move through the water and drift with it, see ``Guidance.move``; never steady."""
         self.flow_mps = self._current.at(self._depth_m(), since_s)
         self._is_over_ground = reference is not None and reference.is_over_ground
         super().move(reference, neighbours, positions_m, since_s, dt_s)

@@ -157,6 +157,12 @@ class ExecutiveLayer:
             calling = self._waiting if role in self._working else self._calling
             (calling.add if value < 0 else calling.discard)((addressed, emitter, emitter_role))
 
+    @property
+    def is_steady(self) -> bool:
+        """True if the last decision left all satisfactions as they were, and no vehicle calls or is yielded to."""
+        hears = self._calling or self._waiting or self.yields_to > 0.0 or self.is_hindered
+        return self._is_weighed and not self._has_evolved and not hears
+
     def signals(self) -> list[tuple[RoleKey, int]]:
         """Return each role with the byte of its satisfaction, or of a relayed call."""
         signals = [(role, signal_of(value)) for role, value in self.satisfaction.items()]

@@ -19,7 +19,7 @@ from typing import Protocol
 from exchange.arithmetic import distance, length
 from remoras.behaviours import Reference
 from remoras.database import VehicleData
-from remoras.motion import Motion, advance, follow
+from remoras.motion import Leg, Motion, advance, follow
 from remoras.motion.attraction import (
     HINDERED_S,
     LANES,
@@ -100,7 +100,7 @@ class Guidance:
     """Motion of one vehicle, whose ``motion`` is changed in every tick.
 
     Attributes:
-        go: moves towards a target, as ``remoras.motion.advance`` does; replaced for a body that is not simulated.
+        go: moves towards a target and returns a leg, as ``remoras.motion.advance``; replaced for a real body.
         error_m: believed minus true position; guidance uses the believed one.
         passage: through a reef that cannot be crossed elsewhere; None without one.
         flow_mps: velocity of the water, (x east, y north).
@@ -121,7 +121,7 @@ class Guidance:
         self.data = data
         self.bounds_m = bounds_m
         self.constants = constants
-        self.go: Callable[[Motion, VehicleData, Point, float, float], None] = advance
+        self.go: Callable[[Motion, VehicleData, Point, float, float], Leg | None] = advance
         self._detour = Detour(constants.separation_m)
         self.error_m: Point = (0.0, 0.0)
         self.passage: Passage | None = None
@@ -156,8 +156,11 @@ class Guidance:
         positions_m: Mapping[str, Point],
         since_s: float,
         dt_s: float,
-    ) -> None:
-        """Move for ``dt_s`` as far as neighbours allow; slow down to a stop without a reference."""
+    ) -> Leg | None:
+        """Move for ``dt_s`` as far as neighbours allow; slow down to a stop without a reference.
+
+        Returns the steady motion of the next ticks, while no neighbour and no reference changes; else None.
+        """
         self.withdraws = self.queues = False
         self.yields_to = 0.0
         if reference is None:
@@ -185,8 +188,11 @@ class Guidance:
             # A velocity has no target: an unchanged one is left to ``go``, which stops there.
             if velocity is not goal:
                 follow(motion, self.data, velocity, dt_s)
-                return
-        self.go(motion, self.data, target_m, speed_mps, dt_s)
+                return None
+        leg = self.go(motion, self.data, target_m, speed_mps, dt_s)
+        if leg is None or self.hindered_s > 0.0 or self.passage is not None or (neighbours and leg.way_m > 0.0):
+            return None
+        return leg
 
     def _aim(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
         return target_m, speed_mps

@@ -14,7 +14,7 @@ from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance, Headway
 from remoras.functional.vital import VITAL, VITAL_NAMES, VITAL_SETS
 from remoras.mission_parts import FunctionalPart
-from remoras.motion import Motion
+from remoras.motion import Leg, Motion
 from remoras.motion.attraction import GuidanceTable, Pulls
 from remoras.motion.avoidance import Bounds, Neighbour, nearest_within
 from remoras.motion.separation import NEAR_M
@@ -172,7 +172,7 @@ class FunctionalLayer:
         guidance: may be replaced by features that add to motion.
         positioning: source of position fixes; None if the position is known.
         sigma_m: standard deviation of the position per axis (m), if a real body reports it.
-        held: last reference of the guiding behaviour, while valid.
+        held: last reference of the guiding behaviour, while valid; ``perceptions`` are the last ones of all.
         progress: by activity set, the last value of a ``Perception.advance`` that is a function.
         stranded: activity without headway, if vital or on the way to a rally point; else empty.
     """
@@ -210,8 +210,14 @@ class FunctionalLayer:
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
         self.held: Reference | None = None
+        self._leg: Leg | None = None  # steady motion that goes on, until one of these:
+        self._n_ticks = math.inf  # as many motion ticks
+        self._most_j = 0.0  # so much energy consumed
+        self._beside: Sequence[Neighbour] = ()  # other vehicles than these within sonar range
+        self._steady_s = 0.0  # time with this velocity
+        self._before_s = 0.0  # time of the decision before the last one
         self.headway, self.stranded = Headway(), ""
-        self._perceived: list[Perception] = []
+        self.perceptions: list[Perception] = []
         self._rests_on: tuple[Any, ...] | None = None  # what valid perceptions depend on, as they saw it
         self._until_s = -math.inf  # the first deadline
         self._peers: list[tuple[int, str, int]] = []  # sets that wait for news of a peer, and its number of positions
@@ -230,7 +236,7 @@ class FunctionalLayer:
         self.picture.body.answering = _answering(self.data, dead_sensors)
         # The way home takes longer at the remaining speed.
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
-        self._rests_on = None
+        self._rests_on = self._leg = None
         self.sensors.impair(dead_sensors)
 
     def stop(self) -> None:
@@ -259,7 +265,7 @@ class FunctionalLayer:
     def waits(self) -> Wait | None:
         """Condition the guiding behaviour waited for at the last decision, or None."""
         guiding = self._guiding
-        return None if guiding is None or not self._perceived else self._perceived[guiding].waits
+        return None if guiding is None or not self.perceptions else self.perceptions[guiding].waits
 
     # Activities ----------------------------------------------------------------------------------
 
@@ -279,7 +285,7 @@ class FunctionalLayer:
             for activities in self._sets
         }
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
-        self._perceived = []
+        self.perceptions = []
         self.perform(())
         return self._sets
 
@@ -291,7 +297,7 @@ class FunctionalLayer:
 
     def perform(self, decision: Sequence[int]) -> None:
         """Start the activities of ``decision``: set the guiding one and switch sensors."""
-        self._guiding = self.held = self._rests_on = None
+        self._guiding = self.held = self._leg = self._rests_on = None
         named: set[str] = set()
         for index in decision:
             for activity in self._sets[index].activities:
@@ -304,16 +310,10 @@ class FunctionalLayer:
 
     def sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> list[Sensed]:
         """Monitor the vehicle and read the sensors that are on; raise PluginError on wrong results."""
-        motion, body, data = self.believed, self.picture.body, self.data
+        motion, body = self.believed, self.picture.body
         x_m, y_m = motion.x_m, motion.y_m
         body.now_s = now_s
-        body.battery = 1.0 - motion.energy_j / data.energy_j
-        at_x_m, at_y_m = data.start_m
-        dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
-        body.reserve = math.sqrt(dx_m * dx_m + dy_m * dy_m) * self._reserve_per_m
-        x_min, y_min, x_max, y_max = self._bounds_m
-        is_inside = x_min <= x_m <= x_max and y_min <= y_m <= y_max
-        body.outside_m = 0.0 if is_inside else max(x_min - x_m, x_m - x_max, y_min - y_m, y_m - y_max)
+        body.battery = 1.0 - motion.energy_j / self.data.energy_j
         body.contacts_m = _contacts_m(x_m, y_m, neighbours) if neighbours else ()
         at_x_m, at_y_m = self._settled_m
         dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
@@ -338,17 +338,13 @@ class FunctionalLayer:
         Behaviours whose last perception is valid are not asked. Raises PluginError for a wrong answer.
         """
         body, reference = self.picture.body, self.held
+        self._look_after_itself()
         if self.positioning is not None:
             self.positioning.before_decision(self.guiding)
         waits = self.guidance.withdraws or self.guidance.queues
-        rests_on = None if waits or self.positioning is not None else basis(self.picture, performed)
-        if rests_on is None or rests_on != self._rests_on:
-            self._ask(range(len(self._behaviours)), performed)
-        else:
-            is_on_leg = reference is not None and distance_m(self.believed, reference.target_m) > reference.holds_m
-            if due := self._due(is_on_leg):
-                self._ask(due, performed)
-        self._rests_on = rests_on
+        if due := self._due(performed):
+            self._ask(due, performed)
+        self._rests_on = None if waits or self.positioning is not None else basis(self.picture, performed)
         if self._advancing:
             self.progress = self._progress()
         is_hindered = waits or body.contacts_m  # by another vehicle, which will move
@@ -361,26 +357,53 @@ class FunctionalLayer:
             elif guiding.kind is ActivityKind.VITAL or isinstance(self.guiding, Homing):
                 self.stranded = guiding.name
         if waits and self._guiding is not None:  # yielding or queueing is no setback
-            self._replace(self._guiding, self._perceived[self._guiding]._replace(advance=None))
-        body.decided_s = body.now_s
-        return self._perceived
+            self._replace(self._guiding, self.perceptions[self._guiding]._replace(advance=None))
+        self._before_s, body.decided_s = body.decided_s, body.now_s
+        return self.perceptions
 
-    def _due(self, is_on_leg: bool) -> list[int]:
-        """Return the sets whose last perception is no longer valid, if its basis is."""
-        now_s, due = self.picture.body.now_s, []
+    def stands(self, performed: Sequence[int]) -> bool:
+        """True if ``perceive`` would return its last answer: valid, and of two decisions with this velocity."""
+        body = self.picture.body
+        is_steady = self._leg is not None and self._steady_s >= body.now_s - self._before_s
+        if not is_steady or body.decided_s <= self._before_s:
+            return False
+        self._look_after_itself()
+        if self._due(performed):
+            return False
+        if self._advancing:
+            self._progress()  # as before, and the behaviours compare the next one with this place
+        self._before_s, body.decided_s = body.decided_s, body.now_s
+        return True
+
+    def _look_after_itself(self) -> None:
+        body, motion = self.picture.body, self.believed
+        body.reserve = distance_m(motion, self.data.start_m) * self._reserve_per_m
+        x_m, y_m, (x_min, y_min, x_max, y_max) = motion.x_m, motion.y_m, self._bounds_m
+        is_inside = x_min <= x_m <= x_max and y_min <= y_m <= y_max
+        body.outside_m = 0.0 if is_inside else max(x_min - x_m, x_m - x_max, y_min - y_m, y_m - y_max)
+
+    def _due(self, performed: Sequence[int]) -> Sequence[int]:
+        """Return the sets whose last perception is no longer valid."""
+        if self._rests_on is None or basis(self.picture, performed) != self._rests_on:
+            return range(len(self._behaviours))
+        now_s, due, reference = self.picture.body.now_s, list[int](), self.held
         if now_s >= self._until_s:
-            due = [index for index, perceived in enumerate(self._perceived) if now_s >= perceived.until_s]
+            due = [index for index, perceived in enumerate(self.perceptions) if now_s >= perceived.until_s]
+        is_on_leg = reference is not None and distance_m(self.believed, reference.target_m) > reference.holds_m
         if self._guiding is not None and not is_on_leg and self._guiding not in due:
             due.append(self._guiding)
         n_positions = self.picture.peers.n_positions
-        return due + [index for index, peer, n in self._peers if n_positions.get(peer, 0) != n and index not in due]
+        for index, peer, n in self._peers:
+            if n_positions.get(peer, 0) != n and index not in due:
+                due.append(index)
+        return due
 
     def _ask(self, due: Collection[int], performed: Sequence[int]) -> None:
         motion, picture = self.believed, self.picture
-        is_new = not self._perceived
-        perceptions = [IDLE] * len(self._behaviours) if is_new else [*self._perceived]
+        is_new = not self.perceptions
+        perceptions = [IDLE] * len(self._behaviours) if is_new else [*self.perceptions]
         if self._guiding in due:
-            self.held = None
+            self.held = self._leg = None
         for index in due:
             try:
                 perceived = self._behaviours[index].perceive(motion, picture, index in performed)
@@ -395,42 +418,52 @@ class FunctionalLayer:
                 perceptions[index] = perceived
         self._until_s = min([p.until_s for p in perceptions])
         if is_new:
-            self._perceived = perceptions
+            self.perceptions = perceptions
             self._advancing = [index for index, p in enumerate(perceptions) if callable(p.advance)]
             self.progress = {}
         else:  # the same list says that nothing but deadlines has changed
-            self._perceived[:] = perceptions
+            self.perceptions[:] = perceptions
         n_positions = picture.peers.n_positions
-        self._peers = [(n, p.peer, n_positions.get(p.peer, 0)) for n, p in enumerate(perceptions) if p.peer]
+        self._peers = [(n, peer, n_positions.get(peer, 0)) for n, p in enumerate(perceptions) for peer in p.peers]
 
     def _progress(self) -> dict[int, float | None]:
         progress: dict[int, float | None] = {}
         for index in self._advancing:
             try:
-                progress[index] = self._perceived[index].progress(self.believed, self.picture)
+                progress[index] = self.perceptions[index].progress(self.believed, self.picture)
             except Exception as error:  # plug-in code may raise anything
                 raise self._broken(index, "the advance of perceive", PROGRESS, error) from error
         return progress
 
     def _replace(self, index: int, perception: Perception) -> None:
         # Another list, since the same one means that only deadlines have changed.
-        self._perceived = [*self._perceived]
-        self._perceived[index] = perception
+        self.perceptions = [*self.perceptions]
+        self.perceptions[index] = perception
         self.progress.pop(index, None)
         self._rests_on = None
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
         """Move for ``dt_s`` as guidance and neighbours allow; raise PluginError for a wrong reference."""
         reference, believed, motion = self.held, self.believed, self.motion
+        goes_on = self._n_ticks > 0 and motion.energy_j < self._most_j and neighbours == self._beside
+        if self._leg is not None and goes_on:
+            self._n_ticks -= 1
+            self._steady_s += dt_s
+            self._leg.go(motion)
+            return
         if reference is not None:
             (x_m, y_m), _, holds_m, _ = reference
             dx_m, dy_m = x_m - believed.x_m, y_m - believed.y_m
             # Only from there on may the behaviour state another reference, so it is not asked before.
-            if math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
+            if neighbours or math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
                 reference = None
         if reference is None and self._guiding is not None:
             reference = self.held = self._reference(self._guiding)
-        self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
+        self._leg = leg = self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
+        self._steady_s = 0.0 if leg is None else self._steady_s + dt_s
+        if leg is not None:
+            self._beside = neighbours
+            self._n_ticks, self._most_j = self._until(leg, reference)
         if self._drain_w:
             motion.energy_j += self._drain_w * dt_s
         if motion.energy_j >= self.data.energy_j:
@@ -438,6 +471,22 @@ class FunctionalLayer:
             motion.speed_mps = 0.0
         if self.positioning is not None:
             self.positioning.after_motion(neighbours, dt_s)
+
+    def _until(self, leg: Leg, reference: Reference | None) -> tuple[float, float]:
+        """Return the ticks and the energy (J) up to which a leg surely changes neither reference nor needs."""
+        data, body, way_m = self.data, self.picture.body, leg.way_m
+        if self.positioning is not None or self._drain_w:
+            return 0.0, 0.0
+        if (self._guiding is not None) if reference is None else reference.holds_m == math.inf:
+            return 0.0, 0.0
+        n_ticks, home_m = math.inf, distance_m(self.believed, data.start_m)
+        if way_m > 0.0 and reference is not None:
+            n_ticks = (distance_m(self.believed, reference.target_m) - reference.holds_m) / way_m - 2.0
+            home_m += max(0.0, n_ticks) * way_m
+        # Up to the reserve for the way home from anywhere on the leg; below it, at rest, to the last.
+        is_low = body.battery <= body.reserve
+        share = 1.0 if is_low else 1.0 - self._reserve_per_m * home_m
+        return 0.0 if is_low and way_m > 0.0 else n_ticks, share * data.energy_j - 2.0 * leg.energy_j
 
     def heed(self, pulls: Pulls) -> None:
         """Set attraction and repulsion inputs until the next decision."""

@@ -34,7 +34,9 @@ class ReturningHome(Behaviour):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return the start position; speed 0 on arrival."""
         arrived = distance_m(motion, self._data.start_m) <= CAPTURE_M
-        return Reference(self._data.start_m, 0.0 if arrived else self._data.survey_speed_mps)
+        if arrived:
+            return Reference(self._data.start_m, 0.0, 0.0)
+        return Reference(self._data.start_m, self._data.survey_speed_mps, CAPTURE_M)
 
 
 class ReturningToArea(Behaviour):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 from exchange.arithmetic import PI, TAU, atan2, length, sincos
 from remoras.database import VehicleData
@@ -16,6 +17,8 @@ __all__: list[str] = []
 Vector = tuple[float, float]
 NEAREST_M = 1e-100
 """Distance below which there is no bearing, since squares underflow."""
+STRAIGHT = 1e-9
+"""Sine of a heading error that rounding may cause: below it a vehicle keeps its heading."""
 
 
 class Motion:
@@ -81,6 +84,22 @@ class Motion:
         return self.x_m, self.y_m, self.heading_rad, self.speed_mps, self.energy_j, self.distance_m
 
 
+class Leg(NamedTuple):
+    """Steady motion: changes of position (m), way (m) and energy (J) in each motion tick."""
+
+    east_m: float
+    north_m: float
+    way_m: float
+    energy_j: float
+
+    def go(self, motion: Motion) -> None:
+        """Move for one tick."""
+        motion.x_m += self.east_m
+        motion.y_m += self.north_m
+        motion.distance_m += self.way_m
+        motion.energy_j += self.energy_j
+
+
 def wrapped(angle_rad: float) -> float:
     """Normalise an angle to (-pi, pi].
 
@@ -105,12 +124,14 @@ def _turn(most_rad: float) -> Vector:
 def _turned(motion: Motion, wanted: Vector, most_rad: float) -> Vector | None:
     """Turn ``motion``; return None if it reaches ``wanted``, else cosine and sine of the error before the turn."""
     (x, y), (to_x, to_y) = motion.ahead, wanted
-    along = x * to_x + y * to_y
+    along, across = x * to_x + y * to_y, x * to_y - y * to_x
+    if along > 0.0 and -STRAIGHT < across < STRAIGHT:
+        return None
     if along >= _turn(most_rad)[0]:
         motion.ahead = wanted
         return None
     motion.ahead = turned((x, y), wanted, most_rad)
-    return along, x * to_y - y * to_x
+    return along, across
 
 
 def turned(ahead: Vector, wanted: Vector, most_rad: float) -> Vector:
@@ -123,7 +144,8 @@ def turned(ahead: Vector, wanted: Vector, most_rad: float) -> Vector:
     cosine, sine = _turn(most_rad)
     if x * to_x + y * to_y >= cosine:
         return wanted
-    if x * to_y - y * to_x < 0.0:
+    # Astern either way is as short: to the left, since the sign of a rounding error may not decide.
+    if x * to_y - y * to_x < -STRAIGHT:
         sine = -sine
     x, y = x * cosine - y * sine, x * sine + y * cosine
     # Without this, rounding errors of the rotation would accumulate over the ticks.
@@ -146,12 +168,17 @@ def reaching_speed_mps(range_m: float, along: float, across: float, turn_rate_ra
     return turn_rate_radps * range_m / (2.0 * side) if side > 0.0 else math.inf
 
 
-def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float) -> None:
+def advance(
+    motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float
+) -> Leg | None:
     """Move towards a target within the limits of the vehicle; changes ``motion``.
+
+    Returns the steady motion that goes on until the target is near; None while heading or speed change.
 
     Heading and speed change by at most ``turn_rate_radps * dt_s`` and ``acceleration_mps2 * dt_s``; the vehicle does
     not overshoot the target. Energy: (hotel_w + drag_w_per_mps3 * speed^3) * dt_s. Speed 0 stops the vehicle.
     """
+    before = motion.ahead
     dx_m = target_m[0] - motion.x_m
     dy_m = target_m[1] - motion.y_m
     range_m = math.sqrt(dx_m * dx_m + dy_m * dy_m)
@@ -159,7 +186,8 @@ def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], sp
         off = _turned(motion, (dx_m / range_m, dy_m / range_m), data.turn_rate_radps * dt_s)
         if off is not None:
             speed_mps = min(speed_mps, reaching_speed_mps(range_m, *off, data.turn_rate_radps))
-    _move(motion, data, speed_mps, range_m, dt_s)
+    leg = _move(motion, data, speed_mps, range_m, dt_s)
+    return leg if motion.ahead is before else None
 
 
 def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float], dt_s: float) -> None:
@@ -176,7 +204,7 @@ def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float],
     _move(motion, data, speed_mps, math.inf, dt_s)
 
 
-def _move(motion: Motion, data: VehicleData, speed_mps: float, most_m: float, dt_s: float) -> None:
+def _move(motion: Motion, data: VehicleData, speed_mps: float, most_m: float, dt_s: float) -> Leg | None:
     most = data.acceleration_mps2 * dt_s
     before_mps, (east, north) = motion.speed_mps, motion.ahead
     change = speed_mps - before_mps
@@ -185,9 +213,9 @@ def _move(motion: Motion, data: VehicleData, speed_mps: float, most_m: float, dt
     # A vehicle that stops needs its braking distance and may pass the target.
     if speed_mps > 0.0 and travelled_m > most_m:
         travelled_m = most_m
-    motion.x_m += travelled_m * east
-    motion.y_m += travelled_m * north
-    motion.distance_m += travelled_m
     # Products, not a power: the latter depends on the mathematical library.
     drag_w = data.drag_w_per_mps3 * (now_mps * now_mps * now_mps)
-    motion.energy_j += (data.hotel_w + drag_w) * dt_s
+    leg = Leg(travelled_m * east, travelled_m * north, travelled_m, (data.hotel_w + drag_w) * dt_s)
+    leg.go(motion)
+    is_under_way = travelled_m < most_m or travelled_m == 0.0
+    return leg if now_mps == before_mps and is_under_way else None

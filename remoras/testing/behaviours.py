@@ -131,7 +131,7 @@ def check(
         for number, (answer, other) in enumerate(zip(first, second, strict=True)):
             assert answer == other, f"moment {number}: two behaviours made alike answer {answer} and {other}"
         for number, (answer, other) in enumerate(zip(first, _answers(make_behaviour(), moments, True), strict=True)):
-            states = "asked only when its until_s, peer and holds_m require it, its answer is"
+            states = "asked only when its until_s, peers and holds_m require it, its answer is"
             assert answer[0] == other[0], f"moment {number}: {states} {other[0]}; asked at every decision, {answer[0]}"
 
 
@@ -151,12 +151,12 @@ def _answers(
         # The rule of ``FunctionalLayer.perceive``: with ``by_deadline`` the check asks as rarely as a run.
         is_on_leg = reference is not None and distance_m(motion, reference.target_m) > reference.holds_m
         is_valid = picture.body.now_s < perceived.until_s and rested_on == rests_on
-        is_valid &= n_heard == picture.peers.n_positions.get(perceived.peer, 0)
+        is_valid &= n_heard == sum(picture.peers.n_positions.get(peer, 0) for peer in perceived.peers)
         is_valid &= is_on_leg or reference is None or not moment.performed
         if not (by_deadline and is_valid):
             perceived = behaviour.perceive(motion, picture, moment.performed)
             assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
-            n_heard = picture.peers.n_positions.get(perceived.peer, 0)
+            n_heard = sum(picture.peers.n_positions.get(peer, 0) for peer in perceived.peers)
         progress = perceived.progress(motion, picture)
         picture.body.decided_s = picture.body.now_s
         _check_perception(perceived, where, progress)
@@ -170,7 +170,7 @@ def _answers(
         picture.body.decided_s = moment.picture.body.decided_s
         assert motion == moment.motion, f"{where}: the behaviour changed the motion, which only the control may"
         assert picture == moment.picture, f"{where}: the behaviour changed the picture, which only its owners may"
-        answer = perceived._replace(answers=perceived.settled, ends=None, until_s=-math.inf, peer="")
+        answer = perceived._replace(answers=perceived.settled, ends=None, until_s=-math.inf, peers=())
         answers.append((answer._replace(advance=progress), reference))
     return answers
 

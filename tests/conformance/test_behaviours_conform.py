@@ -84,11 +84,11 @@ PERCEIVES: list[tuple[Answer, str]] = [
     (moving, "changed the motion"),
     (
         lambda self, motion, *asked: Perception(1.0 if motion.x_m > 0.0 else 0.5, until_s=math.inf),
-        "asked only when its until_s, peer and holds_m require it",
+        "asked only when its until_s, peers and holds_m require it",
     ),
     (
         lambda self, _, picture, *asked: Perception(1.0 if picture.groups.meets_unheard else 0.5, until_s=math.inf),
-        "asked only when its until_s, peer and holds_m require it",
+        "asked only when its until_s, peers and holds_m require it",
     ),
     (lambda *asked: Perception(1.0, until_s=math.nan), "until_s is nan"),
     (individual, "two behaviours made alike"),

@@ -31,7 +31,7 @@ def at(x_m: float, y_m: float = 0.0) -> Motion:
 def seen(behaviour: Behaviour, motion: Motion, picture: Picture, performed: bool) -> Perception:
     """A perception with its advance now, and without how long it is valid."""
     found = behaviour.perceive(motion, picture, performed)
-    return found._replace(advance=found.progress(motion, picture), answers=1.0, until_s=-math.inf, peer="")
+    return found._replace(advance=found.progress(motion, picture), answers=1.0, until_s=-math.inf, peers=())
 
 
 # Rally points -------------------------------------------------------------------------------------
@@ -45,7 +45,7 @@ def test_homing_goes_waits_and_ends_when_the_group_is_together() -> None:
         perceived.append(seen(homing, at(x_m), picture, True))
     assert perceived == [DUE, ADVANCING, Perception(1.0, -0.5), STANDING]  # its transit speed is 2 m/s
     assert homing.reference(at(79.0), picture) == Reference((100.0, 0.0), 2.0, 20.0)
-    assert homing.reference(at(80.0), picture) == Reference((100.0, 0.0), 0.0)
+    assert homing.reference(at(80.0), picture) == Reference((100.0, 0.0), 0.0, 0.0)
     picture.groups.gathered.add("Coordination")
     assert seen(homing, at(80.0), picture, True).stimulus == 1.0  # another group's meeting is not this one's
     picture.groups.gathered.add("Operational")

@@ -188,7 +188,7 @@ def test_a_slow_vehicle_keeps_the_reserve_of_the_speed_that_is_left() -> None:
     reserves = []
     for factor in (1.0, 0.25):
         functional.impair(Condition(speed_factor=factor))
-        functional.sense(0.0, ())
+        functional.perceive(())
         reserves.append(functional.picture.body.reserve)
     fleet.close()
     per_m = [(40.0 + 15.0 * speed**3) / speed for speed in (1.54, 0.385)]

@@ -250,7 +250,7 @@ def test_a_mission_cannot_override_what_is_vital(name: str) -> None:
 )
 def test_how_far_outside_the_area_of_operations(position: tuple[float, float], outside_m: float) -> None:
     functional = layer(start_m=position)
-    functional.sense(0.0, ())
+    functional.perceive(())
     assert functional.picture.body.outside_m == outside_m
 
 

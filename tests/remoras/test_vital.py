@@ -20,10 +20,10 @@ def test_a_vehicle_goes_home_on_its_reserve_and_stays_there() -> None:
     assert home.perceive(at(0.0), picture, False).stimulus == 0.0
     picture.body.battery = 0.2
     assert home.perceive(at(0.0), picture, False).stimulus == 1.0
-    assert home.reference(at(0.0), picture) == Reference((10.0, 0.0), 1.5)
+    assert home.reference(at(0.0), picture) == Reference((10.0, 0.0), 1.5, 1.0)
     picture.body.reserve = 0.0  # at home there is no way left to keep energy for, and yet
     assert home.perceive(at(10.0), picture, True).stimulus == 1.0
-    assert home.reference(at(10.0), picture) == Reference((10.0, 0.0), 0.0)
+    assert home.reference(at(10.0), picture) == Reference((10.0, 0.0), 0.0, 0.0)
 
 
 def test_a_vehicle_outside_the_area_comes_back() -> None:

@@ -161,7 +161,7 @@ def _reference(vehicle: Vehicle) -> str | None:
     """The behaviour that guides gives another reference than the one that it said would hold."""
     layer = vehicle.functional
     held, behaviour = layer.held, layer.guiding
-    if held is None or behaviour is None:
+    if held is None or behaviour is None or layer.picture.body.contacts_m:
         return None
     to_go_m = distance_m(layer.believed, held.target_m)
     if to_go_m <= held.holds_m or (asked := behaviour.reference(layer.believed, layer.picture)) == held:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import traceback
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -22,6 +22,7 @@ from missions.runs.results import summary
 from missions.runs.run import Root, result_of, run, settled_of
 from missions.runs.setup import Setup, resolved, world_model
 from remoras.process import rare_collections
+from remoras.recorder import Row
 
 INVARIANTS: tuple[type[Invariant], ...] = (
     runs.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
@@ -42,7 +43,7 @@ class Outcome:
     Attributes:
         broken: name of the first invariant that did not hold, time (s) and text; None if all that are promised did.
         judged: invariants that are promised under the schedule; happened: kinds of faults that changed anything.
-        digest: of all tables and figures.
+        tables: rows by name; digest: of these and all figures.
     """
 
     schedule: Schedule
@@ -51,6 +52,7 @@ class Outcome:
     happened: frozenset[str]
     completed: bool
     end_s: float
+    tables: Mapping[str, list[Row]]
     digest: str
 
 
@@ -91,12 +93,13 @@ class _Trial:
             happened = {kind for kind, n in self.happened.items() if n}
             happened |= {row[2] for row in recorder.faults if row[2] in DECLARED and row[2] in self.schedule.kinds}
             happened |= {one.kind for one in self.schedule.fault if one.kind == "clock" and one.at_s == 0.0}
-            tables = [(name, list(recorder.rows(name))) for name in sorted(recorder.tables)]
-            digest = hashlib.sha256(repr((tables, list(self.scene.summary.items()))).encode()).hexdigest()[:20]
+            tables = {name: list(recorder.rows(name)) for name in sorted(recorder.tables)}
+            content = [*tables.items()], [*self.scene.summary.items()]
+            digest = hashlib.sha256(repr(content).encode()).hexdigest()[:20]
             end_s = fleet.now_s if fleet.running else fleet.ended_s
             judged = tuple(one.name for one in self.promised)
             fleet.close()
-        return Outcome(self.schedule, self.broken, judged, frozenset(happened), fleet.completed, end_s, digest)
+        return Outcome(self.schedule, self.broken, judged, frozenset(happened), fleet.completed, end_s, tables, digest)
 
     def _rest(self) -> None:
         """Let the exchange go on undisturbed, and check the end."""

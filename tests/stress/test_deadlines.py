@@ -1,0 +1,60 @@
+"""Legs and decisions that stand change nothing: a fleet that moves and decides anew each time has the same tables."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, note, settings
+from stress.schedules import Schedule, schedules
+from stress.trial import judge
+
+from remoras.functional.guidance import Guidance
+from remoras.functional.layer import FunctionalLayer
+from remoras.recorder import Row
+
+CLOSE = 1e-6
+"""Difference of numbers by rounding alone, relative or absolute."""
+LAW = {"deadline": None, "derandomize": True, "suppress_health_check": list(HealthCheck)}
+
+
+def is_same(value: Any, other: Any) -> bool:
+    if isinstance(value, float) and isinstance(other, float):
+        return value == other or math.isclose(value, other, rel_tol=CLOSE, abs_tol=CLOSE)
+    if isinstance(value, tuple | list):
+        return len(value) == len(other) and all(map(is_same, value, other))
+    return bool(value == other)
+
+
+def difference(tables: Mapping[str, list[Row]], others: Mapping[str, list[Row]]) -> str | None:
+    for name, rows in tables.items():
+        for row, other in zip(rows, others[name], strict=False):
+            if not is_same(row, other):
+                return f"{name}: {row}, without deadlines {other}"
+        if len(rows) != len(others[name]):
+            return f"{name}: {len(rows)} rows, without deadlines {len(others[name])}"
+    return None
+
+
+def check(schedule: Schedule) -> None:
+    note(schedule.as_toml())
+    usual = judge(schedule, ()).tables
+    move = Guidance.move
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Guidance, "move", lambda *arguments: move(*arguments) and None)
+        patch.setattr(FunctionalLayer, "stands", lambda *arguments: False)
+        asked = judge(schedule, ()).tables
+    assert difference(usual, asked) is None
+
+
+@settings(max_examples=1, **LAW)
+@given(schedules(needs=("loss", "restarts")))
+def test_deadlines_change_no_table(schedule: Schedule) -> None:
+    check(schedule)
+
+
+@pytest.mark.slow
+@settings(max_examples=25, **LAW)
+@given(schedules())
+def test_deadlines_change_no_table_under_any_schedule(schedule: Schedule) -> None:
+    check(schedule)
