@@ -78,8 +78,8 @@ class Candidate(Waiting):
     Attributes:
         column: of the item, or ``STATUS_COLUMN``.
         tie: order of candidates of equal value.
-        version: changes with each placement or removal; line entries with an older one are stale.
         line: key of its queue class; None while not queued.
+        rank: order in that class, higher first.
         rests: suspended, see ``Queue.rest``.
     """
 
@@ -88,8 +88,8 @@ class Candidate(Waiting):
     column: int
     tie: tuple[int, ...]
     size_bits: int
-    version: int = 0
     line: Hashable | None = None
+    rank: float = 0.0
     rests: bool = False
 
     @property
@@ -289,9 +289,11 @@ class QueueLimits:
     def __init__(self, limit: float, inside: Mapping[int, Candidate]) -> None:
         self._limit = limit
         self._inside = inside  # by column, in the order of taking
-        self._outside: dict[int | None, dict[int, Candidate]] = {}  # by attribute with a limit, and column
+        self.outside: dict[int | None, dict[int, Candidate]] = {}
+        """Items outside, by attribute with a limit and by column."""
         self._ended: dict[int, Terms] = {}  # by column of a discarded item: its terms
-        self._deadlines: list[tuple[float, int, Candidate]] = []
+        self.deadlines: list[tuple[float, int, Candidate]] = []
+        """Heap of deadlines (s), with those of entries that left."""
         self._n_deadlines = 0
 
     def rival(self, candidate: Candidate) -> Candidate | None:
@@ -311,22 +313,22 @@ class QueueLimits:
 
     # Outside -------------------------------------------------------------------------------------
 
-    def outside(self, column: int) -> Candidate | None:
+    def find_outside(self, column: int) -> Candidate | None:
         """Return the item of a column if it waits outside."""
-        return next((candidates[column] for candidates in self._outside.values() if column in candidates), None)
+        return next((candidates[column] for candidates in self.outside.values() if column in candidates), None)
 
     def put_outside(self, candidate: Candidate) -> None:
         """Move an item outside."""
-        self._outside.setdefault(candidate.limited, {})[candidate.column] = candidate
+        self.outside.setdefault(candidate.limited, {})[candidate.column] = candidate
 
     def forget_outside(self, column: int) -> None:
         """Remove an item from outside, if present."""
-        for outside in self._outside.values():
+        for outside in self.outside.values():
             outside.pop(column, None)
 
     def from_outside(self) -> Iterator[Candidate]:
         """Yield items that fit now, oldest first; add each before the next."""
-        for outside in self._outside.values():
+        for outside in self.outside.values():
             while outside and len(self._inside) < self._limit:
                 column, candidate = next(iter(outside.items()))
                 if not self._is_within_limit(candidate):
@@ -342,7 +344,7 @@ class QueueLimits:
 
     def follower(self, sent: Candidate) -> Candidate | None:
         """Return the item outside that replaces a sent one; None if none ranks before it."""
-        for outside in self._outside.values():
+        for outside in self.outside.values():
             candidate = next(iter(outside.values()), None)
             if candidate is None or _rank(candidate) >= _rank(sent):
                 continue
@@ -377,12 +379,12 @@ class QueueLimits:
         if math.isfinite(candidate.terms.time_to_live_s):
             self._n_deadlines += 1
             # The counter breaks ties, since candidates have no order.
-            heappush(self._deadlines, (_deadline_s(candidate), self._n_deadlines, candidate))
+            heappush(self.deadlines, (_deadline_s(candidate), self._n_deadlines, candidate))
 
     def overdue(self, now_s: float) -> Iterator[Candidate]:
         """Yield queued entries past their deadline; remove each before the next."""
-        while self._deadlines and self._deadlines[0][0] < now_s:
-            at_s, _, candidate = heappop(self._deadlines)
+        while self.deadlines and self.deadlines[0][0] < now_s:
+            at_s, _, candidate = heappop(self.deadlines)
             # A different deadline belongs to terms that have changed since.
             if candidate.line is not None and _deadline_s(candidate) == at_s:
                 yield candidate

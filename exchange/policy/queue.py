@@ -16,9 +16,10 @@ time after each transmission about their property.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, insort
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from heapq import heapify, heappop, heappush
+from heapq import heappop, heappush
 from typing import Protocol
 
 from exchange.packets import Fragment, StatusUid
@@ -37,34 +38,29 @@ from exchange.policy.candidates import (
 )
 from worldmodel import PLAIN, Terms
 
-SLACK = 16
-"""Stale entries of a line, beside its number of candidates, that trigger a rebuild."""
 LOOK_PAST = 3
 """Entries of one line that may be skipped before the rest of it is skipped."""
 RESTING = "resting"
 """Key of the line of suspended entries, which are not sent; its priority is 0."""
 
-Head = tuple[float, tuple[int, ...], Candidate]
-"""Negated value, tie-breaker, candidate."""
-Entry = tuple[float, tuple[int, ...], int, Candidate]
-"""Negated rank, tie-breaker, version, candidate."""
+Entry = tuple[float, tuple[int, ...], Candidate]
+"""Negated rank, tie-breaker, candidate."""
 
 
 @dataclass(slots=True)
 class Line:
-    """Queue class: candidates whose order is constant while they wait, best first.
+    """Queue class: candidates whose order is constant while they wait.
 
     Attributes:
         shared: value state if the line is valued as a whole; None if each candidate has its own.
         blackout: subject and attribute that are not sent again for a duration (s); None without.
         n_repeated: waiting candidates that were sent before.
-        entries: heap of waiting and stale entries.
+        entries: candidates, best first.
     """
 
     key: Hashable
     shared: Waiting | None
     blackout: tuple[tuple[int, int], float] | None
-    n_waiting: int = 0
     n_repeated: int = 0
     entries: list[Entry] = field(default_factory=list)
 
@@ -76,114 +72,8 @@ class Room(Protocol):
         """Add a fragment; return False without a change if it does not fit."""
 
 
-class Lines:
-    """Queue classes of one vehicle."""
-
-    def __init__(self, rule: ValueRule) -> None:
-        self._rule = rule
-        self._lines: dict[Hashable, Line] = {}
-        self._sent_s: dict[tuple[int, int], float] = {}  # last transmission with a blackout by subject and attribute
-
-    def choose(self, room: Room, moment: Moment) -> tuple[list[Candidate], dict[Unsaid, int]]:
-        """Fill a packet; return its entries, most valuable first and removed, and the unsent ones by reason."""
-        unsaid: dict[Unsaid, int] = {}
-        heads, n_waiting, n_repeated = self._heads(moment, unsaid)
-        passed: list[tuple[Line, Entry]] = []
-        n_too_large = 0
-        chosen: list[Candidate] = []
-        while heads:
-            _, _, candidate = heappop(heads)
-            line = self._lines[candidate.line]
-            entry = heappop(line.entries)
-            if room.add(candidate.fragment):
-                chosen.append(candidate)
-                # Only entries skipped before a chosen one were too large; the others may be of lower value.
-                n_too_large = len(passed)
-                if line.shared is not None:
-                    line.shared.note_sent(moment)
-            else:
-                passed.append((line, entry))
-                if len([None for other, _ in passed if other is line]) > LOOK_PAST:
-                    continue
-            if line.entries:
-                self._compare(heads, line, moment)
-        for line, entry in passed:
-            heappush(line.entries, entry)
-        for candidate in chosen:
-            if candidate.terms.blackout_s:
-                self._sent_s[candidate.about] = moment.now_s
-            n_repeated -= candidate.n_sent > 0
-            self.remove(candidate)
-        n_unsaid = n_waiting - len(chosen) - n_too_large
-        n_repeated = min(n_unsaid, n_repeated)
-        unsaid[Unsaid.TOO_LARGE], unsaid[Unsaid.WAITING] = n_too_large, n_repeated
-        unsaid[Unsaid.LOWER_VALUE] = n_unsaid - n_repeated
-        return chosen, {reason: n for reason, n in unsaid.items() if n}
-
-    def _heads(self, moment: Moment, unsaid: dict[Unsaid, int]) -> tuple[list[Head], int, int]:
-        """Return heads of sendable lines, number of their candidates, number of those sent before."""
-        heads: list[Head] = []
-        n_waiting = n_repeated = 0
-        for line in list(self._lines.values()):
-            if line.n_waiting == 0:
-                if line.shared is None:
-                    del self._lines[line.key]
-            elif line.key == RESTING:
-                unsaid[Unsaid.RELAYED] = line.n_waiting
-            elif line.blackout and moment.now_s - self._sent_s.get(line.blackout[0], -math.inf) < line.blackout[1]:
-                unsaid[Unsaid.BLACKOUT] = unsaid.get(Unsaid.BLACKOUT, 0) + line.n_waiting
-            else:
-                n_waiting += line.n_waiting
-                n_repeated += line.n_repeated
-                self._compare(heads, line, moment)
-        return heads, n_waiting, n_repeated
-
-    def _compare(self, heads: list[Head], line: Line, moment: Moment) -> None:
-        entries = line.entries
-        while entries and entries[0][2] != entries[0][3].version:
-            heappop(entries)
-        if entries:
-            head = entries[0][3]
-            value = self._rule.value(line.shared or head, moment)
-            heappush(heads, (-value, head.tie, head))
-
-    def remove(self, candidate: Candidate) -> None:
-        """Remove a candidate from its line."""
-        line = self._lines[candidate.line]
-        candidate.version += 1
-        candidate.line = None
-        line.n_waiting -= 1
-        line.n_repeated -= candidate.n_sent > 0
-        if len(line.entries) > 2 * line.n_waiting + SLACK:
-            line.entries = [entry for entry in line.entries if entry[2] == entry[3].version]
-            heapify(line.entries)
-
-    def place(self, candidate: Candidate, n_slots: int) -> None:
-        """Put a candidate into its line; ``n_slots`` counts own slots up to now."""
-        priority, terms = candidate.priority, candidate.terms
-        place, shared, blackout = self._rule.place(candidate), None, None
-        key: Hashable
-        if place is None:
-            key, rank = (priority, "alone", candidate.tie), 0.0
-        else:
-            # With equal sizes in a line, skipping its rest behind entries that do not fit loses nothing.
-            key, rank = (priority, candidate.size_bits, place.group), place.rank
-        if terms.newest_first:
-            key, rank = (priority, "newest", candidate.about[1]), candidate.observed_s
-            shared = Waiting(priority, candidate.observed_s, candidate.since_s, n_slots, terms=terms)
-        if terms.blackout_s:
-            blackout = candidate.about, terms.blackout_s
-            key = blackout, key
-        if candidate.rests:
-            key, shared, blackout = RESTING, None, None
-        line = self._lines.get(key)
-        if line is None:
-            line = self._lines[key] = Line(key, shared, blackout)
-        candidate.version += 1
-        candidate.line = key
-        line.n_waiting += 1
-        line.n_repeated += candidate.n_sent > 0
-        heappush(line.entries, (-rank, candidate.tie, candidate.version, candidate))
+Head = tuple[float, tuple[int, ...], int, Line]
+"""Negated value, tie-breaker, number of skipped entries before it in its line."""
 
 
 class Queue:
@@ -199,7 +89,9 @@ class Queue:
     """
 
     def __init__(self, rule: ValueRule = ADDITIVE, limit: int | None = None) -> None:
-        self._lines = Lines(rule)
+        self._rule = rule
+        self._lines: dict[Hashable, Line] = {}
+        self._blackout_s: dict[tuple[int, int], float] = {}  # start of the last blackout by subject and attribute
         self._items: dict[int, Candidate] = {}  # by column, in the order of taking
         self._limits = QueueLimits(math.inf if limit is None else limit, self._items)
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
@@ -214,11 +106,6 @@ class Queue:
     def __len__(self) -> int:
         """Return the number of items inside."""
         return len(self._items)
-
-    @property
-    def n_outside(self) -> int:
-        """Number of items outside."""
-        return self.open.bit_count() - len(self._items)
 
     @property
     def statuses(self) -> list[Candidate]:
@@ -260,7 +147,7 @@ class Queue:
         candidate.priority, candidate.observed_s, candidate.n_sent = priority, fragment.time_s, 0
         candidate.since_slot = self._n_slots
         self._limits.set_deadline(candidate)
-        self._lines.place(candidate, self._n_slots)
+        self._place(candidate)
 
     def drop_status(self, about: tuple[int, int], now_s: float) -> None:
         """Remove a status (subject and attribute) that no vehicle needs any more."""
@@ -278,7 +165,7 @@ class Queue:
 
     def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
         """Change priority or terms of an item inside or outside."""
-        candidate = self._items.get(column) or self._limits.outside(column)
+        candidate = self._items.get(column) or self._limits.find_outside(column)
         if candidate is None or (priority, terms) == (candidate.priority, candidate.terms):
             return
         self._withdraw(column)
@@ -293,46 +180,91 @@ class Queue:
                 self._leave(candidate)
                 if items >> column & 1:
                     candidate.rests, self.resting = True, self.resting | 1 << column
-                self._lines.place(candidate, self._n_slots)
+                self._place(candidate)
 
     # What goes out -------------------------------------------------------------------------------
 
     def choose(self, room: Room, now_s: float) -> list[Candidate]:
         """Fill the packet of an own slot at ``now_s``; return its entries, most valuable first."""
-        self._update(now_s)
+        if self._limits.outside or self._limits.deadlines:
+            self._update(now_s)
         # Weights grow before the choice, as in the cooperation paper (section IV, steps 5 to 7).
         self._n_slots += 1
-        moment = Moment(now_s, self._n_slots)
-        chosen, self.unsaid = self._lines.choose(room, moment)
-        if n_outside := self.n_outside:
-            self.unsaid[Unsaid.OVERFLOW] = n_outside
-        elif not chosen and not self.unsaid:
+        moment, unsaid = Moment(now_s, self._n_slots), dict[Unsaid, int]()
+        heads, chosen = list[Head](), list[Candidate]()
+        n_waiting = n_repeated = n_passed = n_too_large = 0
+        for line in self._sendable(now_s, unsaid):
+            n_waiting, n_repeated = n_waiting + len(line.entries), n_repeated + line.n_repeated
+            heappush(heads, self._head(line, 0, moment))
+        while heads:
+            _, _, n_before, line = heappop(heads)
+            candidate = line.entries[n_before][2]
+            if room.add(candidate.fragment):
+                chosen.append(candidate)
+                n_repeated -= candidate.n_sent > 0
+                # Only entries skipped before a chosen one were too large; the others may be of lower value.
+                n_too_large = n_passed
+                self._remove(candidate)
+                if line.shared is not None:
+                    line.shared.note_sent(moment)
+            else:
+                n_passed, n_before = n_passed + 1, n_before + 1
+            if n_before <= LOOK_PAST and n_before < len(line.entries):
+                heappush(heads, self._head(line, n_before, moment))
+        n_unsaid = n_waiting - len(chosen) - n_too_large
+        unsaid[Unsaid.TOO_LARGE], unsaid[Unsaid.WAITING] = n_too_large, min(n_unsaid, n_repeated)
+        unsaid[Unsaid.LOWER_VALUE] = n_unsaid - unsaid[Unsaid.WAITING]
+        unsaid[Unsaid.OVERFLOW] = self.open.bit_count() - len(self._items)
+        self.unsaid = {reason: n for reason, n in unsaid.items() if n}
+        if not chosen and not self.unsaid:
             self.unsaid[Unsaid.NOTHING_OPEN] = 1
+        self._sent.clear()
         for candidate in chosen:
             candidate.note_sent(moment)
+            if candidate.terms.blackout_s:
+                self._blackout_s[candidate.about] = now_s
             if candidate.column == STATUS_COLUMN:
                 continue
             if candidate.terms.acknowledged:  # queue again with value 0
-                self._lines.place(candidate, self._n_slots)
+                self._place(candidate)
+                self._sent[candidate.column] = candidate
             else:
                 self._let_go(candidate)
                 self._end(candidate)
                 self._tell(candidate, Expired.SENT_ONCE, now_s)
-        self._sent = {candidate.column: candidate for candidate in chosen if candidate.column in self._items}
         return chosen
+
+    def _sendable(self, now_s: float, unsaid: dict[Unsaid, int]) -> list[Line]:
+        """Return the lines of which candidates may be sent; count the others in ``unsaid``."""
+        lines: list[Line] = []
+        for line in list(self._lines.values()):
+            if not line.entries:
+                if line.shared is None:
+                    del self._lines[line.key]
+            elif line.key == RESTING:
+                unsaid[Unsaid.RELAYED] = len(line.entries)
+            elif line.blackout and now_s - self._blackout_s.get(line.blackout[0], -math.inf) < line.blackout[1]:
+                unsaid[Unsaid.BLACKOUT] = unsaid.get(Unsaid.BLACKOUT, 0) + len(line.entries)
+            else:
+                lines.append(line)
+        return lines
+
+    def _head(self, line: Line, n_before: int, moment: Moment) -> Head:
+        """Return the best candidate of a line behind ``n_before`` skipped ones."""
+        _, tie, candidate = line.entries[n_before]
+        return -self._rule.value(line.shared or candidate, moment), tie, n_before, line
 
     def _update(self, now_s: float) -> None:
         """Move items inside, into free capacity or in place of sent ones; discard overdue entries."""
         limits = self._limits
-        if self.n_outside:
-            for candidate in limits.from_outside():
-                self._enter(candidate)
-            for sent in self._sent.values():
-                if sent.line is not None and (follower := limits.follower(sent)) is not None:
-                    self._let_go(sent)
-                    limits.forget_outside(follower.column)
-                    self._enter(follower)
-                    limits.put_outside(sent)
+        for candidate in limits.from_outside():
+            self._enter(candidate)
+        for sent in self._sent.values():
+            if sent.line is not None and (follower := limits.follower(sent)) is not None:
+                self._let_go(sent)
+                limits.forget_outside(follower.column)
+                self._enter(follower)
+                limits.put_outside(sent)
         for candidate in limits.overdue(now_s):
             self._expire(candidate, now_s)
 
@@ -364,7 +296,7 @@ class Queue:
         self._items[candidate.column] = candidate
         self._limits.set_deadline(candidate)
         candidate.since_slot = self._n_slots
-        self._lines.place(candidate, self._n_slots)
+        self._place(candidate)
 
     def _withdraw(self, column: int) -> None:
         if (candidate := self._items.get(column)) is not None:
@@ -383,11 +315,43 @@ class Queue:
         else:
             candidate.halt(self._n_slots)
         if candidate.line is not None:
-            self._lines.remove(candidate)
+            self._remove(candidate)
 
     def _end(self, candidate: Candidate) -> None:
         self.open &= ~(1 << candidate.column)
         self._limits.end(candidate)
+
+    def _place(self, candidate: Candidate) -> None:
+        """Put a candidate into its line."""
+        priority, terms = candidate.priority, candidate.terms
+        place, shared, blackout = self._rule.place(candidate), None, None
+        key: Hashable
+        if place is None:
+            key, rank = (priority, "alone", candidate.tie), 0.0
+        else:
+            # With equal sizes in a line, skipping its rest behind entries that do not fit loses nothing.
+            key, rank = (priority, candidate.size_bits, place.group), place.rank
+        if terms.newest_first:
+            key, rank = (priority, "newest", candidate.about[1]), candidate.observed_s
+            shared = Waiting(priority, candidate.observed_s, candidate.since_s, self._n_slots, terms=terms)
+        if terms.blackout_s:
+            blackout = candidate.about, terms.blackout_s
+            key = blackout, key
+        if candidate.rests:
+            key, shared, blackout = RESTING, None, None
+        line = self._lines.get(key)
+        if line is None:
+            line = self._lines[key] = Line(key, shared, blackout)
+        candidate.line, candidate.rank = key, rank
+        line.n_repeated += candidate.n_sent > 0
+        insort(line.entries, (-rank, candidate.tie, candidate))
+
+    def _remove(self, candidate: Candidate) -> None:
+        """Remove a candidate from its line."""
+        line = self._lines[candidate.line]
+        candidate.line = None
+        line.n_repeated -= candidate.n_sent > 0
+        del line.entries[bisect_left(line.entries, (-candidate.rank, candidate.tie))]
 
     # Reasons -------------------------------------------------------------------------------------
 
