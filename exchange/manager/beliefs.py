@@ -159,10 +159,25 @@ class Beliefs:
             self.spared[node] ^= 1 << column
         entry.spared = nodes
 
-    def deny(self, items: int, node: int) -> None:
-        """Remove items (set) from those that a node is believed to hold."""
-        self.held[node] &= ~items
-        self.before[node] &= ~items
+    def items(self, life: Life, numbers: int) -> int:
+        """Return the items (set) of the known blocks of an incarnation with these numbers (bit set)."""
+        items = 0
+        for number in members(numbers & (1 << self.ends.get(life, 0)) - 1):
+            for column in self.parts((*life, number)):
+                items |= 1 << column
+        return items
+
+    def deny(self, node: int, life: Life, numbers: int) -> int:
+        """Believe that a node lacks those of its blocks that are whole here; return their numbers (bit set)."""
+        denied = 0
+        for number in members(numbers & (1 << self.ends.get(life, 0)) - 1):
+            items = self.items(life, 1 << number)
+            # A block of which the peer holds some parts is no contradiction: it reports whole blocks only.
+            if items and not items & ~self.held[node] and self.is_whole((*life, number)):
+                self.held[node] &= ~items
+                self.before[node] &= ~items
+                denied |= 1 << number
+        return denied
 
     def take(self, items: int, evidence: int | None) -> None:
         """Add holders of received items (set): their origins, and ``evidence``, the sender if carriers count as
@@ -423,18 +438,10 @@ class Summaries:
         known, noted[life] = noted.get(life), summary
         # Blocks below the previous summary are believed already; a summary below it means that the peer discarded some.
         first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
-        holds = lacks = 0
         end = min(summary.highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
-        for sequence in range(first, end):
-            items = 0
-            for column in beliefs.parts((*life, sequence)):
-                items |= 1 << column
-            if sequence <= summary.highest or (summary.mask and summary.holds(sequence)):
-                holds |= items
-            # A block of which the peer holds some parts is no contradiction: summaries cover whole blocks only.
-            elif items and not items & ~beliefs.held[sender] and beliefs.is_whole((*life, sequence)):
-                lacks |= items
-        beliefs.held[sender] |= holds
-        if lacks:
-            beliefs.deny(lacks, sender)
-        return lacks
+        if first >= end:
+            return 0
+        window, n_held = (1 << end) - (1 << first), min(summary.highest + 1, end)
+        held = (1 << n_held) - 1 | summary.mask << n_held + 1
+        beliefs.held[sender] |= beliefs.items(life, held & window)
+        return beliefs.items(life, beliefs.deny(sender, life, ~held & window))

@@ -83,7 +83,7 @@ class HoldingsReports:
         n_nodes = self._n_nodes
         statements = [self._statement(origin) for origin in range(n_nodes)]
         # Items of different origins are disjoint, so the sum is their union.
-        window = sum([self._items(statement.life, statement.listed) for statement in statements])
+        window = sum([self._beliefs.items(statement.life, statement.listed) for statement in statements])
         candidates = open_items | (window if self._codes_repairs else 0)
         me, uids = self._me, self._beliefs.uids  # own first: with equal values, nodes choose different items
         columns = sorted(members(candidates), key=lambda column: ((uids[column].origin - me) % n_nodes, uids[column]))
@@ -116,19 +116,11 @@ class HoldingsReports:
         is_known_to_all = not self._items_below(life, first) & ~self._beliefs.held_by_all()
         return OriginStatement(*life, first, length, rest & (1 << length) - 1, is_known_to_all)
 
-    def _items(self, life: Life, numbers: int) -> int:
-        """Return the item set of the known blocks with these numbers (bit mask)."""
-        items = 0
-        for number in members(numbers & (1 << self._beliefs.ends.get(life, 0)) - 1):
-            for column in self._beliefs.parts((*life, number)):
-                items |= 1 << column
-        return items
-
     def _items_below(self, life: Life, first: int) -> int:
         known, items = self._below.get(life, (0, 0))
         if known > first:
             known = items = 0
-        items |= self._items(life, (1 << first) - (1 << known))
+        items |= self._beliefs.items(life, (1 << first) - (1 << known))
         self._below[life] = first, items
         return items
 
@@ -191,7 +183,7 @@ class HoldingsReports:
         return unknown and unknown & self._reported(claim)
 
     def _reported(self, claim: OriginStatement) -> int:
-        return self._items_below(claim.life, claim.first) | self._items(claim.life, claim.listed)
+        return self._items_below(claim.life, claim.first) | self._beliefs.items(claim.life, claim.listed)
 
     def _symbol_bits(self, column: int) -> int:
         """Return the symbol size for an item's block; ``IMPOSSIBLE`` unless it is whole here."""
@@ -213,7 +205,7 @@ class HoldingsReports:
         coded: dict[tuple[int, int], bytes] = {}
         for statement in self._statements:
             for number in members(statement.listed):
-                if not self._items(statement.life, 1 << number) & content:
+                if not self._beliefs.items(statement.life, 1 << number) & content:
                     coded[statement.origin, number] = self._bytes_of((*statement.life, number))
         return coded
 
@@ -262,7 +254,7 @@ class HoldingsReports:
         for claim in self._statements:
             reported |= self._reported(claim)
         for shown in holder_sets:
-            reported |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
+            reported |= self._beliefs.items((shown.origin, shown.epoch), 1 << shown.sequence)
         self._told = reported
         over = [(origin, self._peers.epochs[origin], number) for origin, number in coded]
         self._note_brought(self._me, members(content), over, n_symbols)
@@ -387,27 +379,20 @@ class HoldingsReports:
             known = self._stated.get((peer, life), 0)
             if new := numbers & ~known:
                 self._stated[peer, life] = known | numbers
-                self._beliefs.held[peer] |= self._items(life, new)
+                self._beliefs.held[peer] |= self._beliefs.items(life, new)
 
     def _deny(self, sender: int, statement: OriginStatement) -> int:
         """Believe that a peer lacks what its statement omits; return the items (set) believed held before."""
-        life, beliefs, lacked = statement.life, self._beliefs, 0
-        end = beliefs.ends.get(life, 0)
+        life, beliefs, unheld = statement.life, self._beliefs, -1 << statement.first & ~statement.held
         # A mask of full length does not say whether items behind it are held.
         if statement.length == MOST_STATED:
-            end = min(end, statement.first + statement.length)
-        for number in range(statement.first, end):
-            parts = beliefs.parts((*life, number))
-            if not parts or statement.held >> number & 1:
-                continue
-            items = item_set(parts)
-            for column in members(items):
-                self._lacks_of(column)[sender] = 1.0
-            if items and not items & ~beliefs.held[sender] and beliefs.is_whole((*life, number)):
-                beliefs.deny(items, sender)
-                self._stated[sender, life] = self._stated.get((sender, life), 0) & ~(1 << number)
-                lacked |= items
-        return lacked
+            unheld &= (1 << statement.first + statement.length) - 1
+        for column in members(beliefs.items(life, unheld)):
+            self._lacks_of(column)[sender] = 1.0
+        denied = beliefs.deny(sender, life, unheld)
+        if denied:
+            self._stated[sender, life] = self._stated.get((sender, life), 0) & ~denied
+        return beliefs.items(life, denied)
 
     def _decoded(self, packet: Packet, slot: int, now_s: float) -> tuple[Named, ...]:
         """Return the items recovered from the symbols of this and earlier packets."""

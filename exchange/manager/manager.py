@@ -24,7 +24,7 @@ from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, Slot
 from exchange.manager.beliefs import Beliefs, Sendable, Summaries
 from exchange.manager.interests import Interests, Renewal
 from exchange.manager.peers import PeerLinks
-from exchange.manager.receiver import Parking, Receiver
+from exchange.manager.receiver import Receiver
 from exchange.manager.relaying import Relaying
 from exchange.packets import (
     Fragment,
@@ -56,6 +56,8 @@ if TYPE_CHECKING:
 OptionalPart = Literal["parking", "relaying", "summaries"]
 OPTIONAL_PARTS: tuple[OptionalPart, ...] = get_args(OptionalPart)
 """Parts that a manager can disable."""
+PARKED = "parked"
+"""Event of a peer that becomes absent."""
 SUMMARY_SHARE = 4
 """Due summaries take at most one part in this many of a packet."""
 SIGNAL_SHARE = 4
@@ -133,8 +135,8 @@ class ExchangeManager:
         """``is_of_use(facts)``: True if an attribute of these is exchanged, needed now or not."""
         evidence, frame_s = options.carrier_evidence, schedule.frame_s
         self._receiver = Receiver(model, beliefs, self._interests, policy.repeat, evidence, frame_s)
-        self.parking: Parking | None = Parking(beliefs, self._interests)
-        """Suspension for absent peers; None if disabled."""
+        self.parking = True
+        """True if items do not wait for a peer whose silence exceeds loss; it resynchronises at its next packet."""
         if not policy.repeat:
             self._receiver.relaying = Relaying(beliefs, self._receiver)
         if codec.accounts is not None:
@@ -267,7 +269,7 @@ class ExchangeManager:
     def leave_out(self, part: OptionalPart) -> None:
         """Disable an optional part."""
         if part == "parking":
-            self.parking = None
+            self.parking = False
         elif part == "relaying":
             self._receiver.relaying = None
         else:
@@ -300,9 +302,10 @@ class ExchangeManager:
             self._interests.decide(now_s)
         codec, schedule, signals = self._codec, self._schedule, self._signals
         frame, start_s = slot // self.n_nodes, slot * schedule.slot_s
-        noticed: tuple[tuple[int, str], ...] = ()
-        if self.parking is not None:
-            noticed = self.parking.look(frame, now_s)
+        away = self._peers.away
+        absent = self._peers.mark_absent(frame) if self.parking else []
+        if self._peers.away != away:
+            self._interests.settle() if absent else self._interests.reopen(now_s)
         summary: tuple[Summary, ...] = ()
         if (summaries := self._beliefs.summaries) is not None:
             summary = summaries.urgent(self._room_bits // SUMMARY_SHARE)
@@ -337,7 +340,7 @@ class ExchangeManager:
         if relaying is not None:
             relaying.rows[self._me].append(rows[self._me])
         head = Head(self._me, self._epoch, frame)
-        acks, wired = header.encode(self._me, rows, frame), packing.wired()
+        acks, (fragments, sizes) = header.encode(self._me, rows, frame), packing.wired()
         n_acks = acks[0].bit_count()
         if reports is not None and codec.accounts is not None:
             # ``_let_plan`` suspended all items outside of the plan, which would not count as open until the next slot.
@@ -347,7 +350,7 @@ class ExchangeManager:
             # Urgent summaries were deducted before the packing was made.
             left_bits = packing.left_bits - (summary_bits if is_spare else 0)
             acks = joined(acks, codec.accounts.encode(reports.account(content, slot, left_bits), self._me))
-        data = codec.assembled(head, start_s, acks, wired, signals, summary)
+        data = codec.assembled(head, start_s, acks, fragments, signals, summary)
         self._signals = ()
         return Transmission(
             slot,
@@ -355,13 +358,13 @@ class ExchangeManager:
             8 * len(data),
             tuple(items),
             n_acks,
-            tuple([(fragment.facts[0].attribute, size_bits) for fragment, _, size_bits in wired]),
+            tuple(sizes),
             signals_bits,
             tuple(status),
             signals,
             summary,
             summary_bits,
-            noticed,
+            tuple([(node, PARKED) for node in absent]) if absent else (),
         )
 
     def _let_plan(self, reports: HoldingsReports, room_bits: int) -> int:

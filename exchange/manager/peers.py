@@ -81,14 +81,14 @@ class LossEstimate:
     _lost: float = 0.0
     _weight: float = 0.0
 
-    def note(self, sample: int) -> None:
-        """Record a sample, `LOST` or `HEARD`."""
-        self._lost, self._weight, self._n = KEPT * self._lost + sample, KEPT * self._weight + 1.0, self._n + 1
+    def note(self, sample: int, times: int = 1) -> None:
+        """Record a sample, `LOST` or `HEARD`, so many times."""
+        for _ in range(times):
+            self._lost, self._weight, self._n = KEPT * self._lost + sample, KEPT * self._weight + 1.0, self._n + 1
 
     def note_heard(self, n_lost: int) -> None:
         """Record a packet received after ``n_lost`` lost ones; the last ``MOST_SAMPLES`` count."""
-        for _ in range(min(n_lost, MOST_SAMPLES)):
-            self.note(LOST)
+        self.note(LOST, min(n_lost, MOST_SAMPLES))
         self.note(HEARD)
 
     @property
@@ -114,7 +114,8 @@ class PeerStates:
         self._me = me
         self._n_nodes = n_nodes
         frames, nodes = range(kind.period_frames), range(n_nodes)
-        self._answering = [[kind.carries(n_nodes, frame, node, node, me) for node in nodes] for frame in frames]
+        self.answering = [[kind.carries(n_nodes, frame, node, node, me) for node in nodes] for frame in frames]
+        """By frame, modulo the policy's period, and sender: True if its packet acknowledges this node's last one."""
         self.epochs = [0] * n_nodes
         """Newest epoch received, by node."""
         self.away = 0
@@ -140,16 +141,28 @@ class PeerStates:
         """Return the loss estimates of the links from and to a peer."""
         return PeerLinks(self._incoming[peer].link, self._outgoing[peer].link)
 
-    def silences(self, frame: int) -> list[tuple[int, int]]:
-        """Return present peers silent for more than ``SHORTEST_SILENCE`` frames, with that number."""
+    def mark_absent(self, frame: int) -> list[int]:
+        """Mark present peers as absent whose silence exceeds loss; return them.
+
+        Silence of all peers is a fault of the own receiver or distance, rather than the absence of all: none is marked
+        then, and the next peer counts as returning.
+        """
         if self._since_frame is None:
             self._since_frame = frame
-        passed_over, silent = self.away | 1 << self._me, list[tuple[int, int]]()
+        present, absent = self._all & ~(self.away | 1 << self._me), list[int]()
         for node, heard_frame in enumerate(self.heard_frame):
             silence = frame - (self._since_frame if heard_frame is None else heard_frame)
-            if silence > SHORTEST_SILENCE and not passed_over >> node & 1:
-                silent.append((node, silence))
-        return silent
+            if silence > SHORTEST_SILENCE and present >> node & 1 and silence > self.longest_silence(node):
+                absent.append(node)
+        if not absent:
+            return absent
+        self.away |= sum([1 << node for node in absent])
+        others = self._all & ~(1 << self._me)
+        if self.away == others:
+            self.away, self.is_alone, absent = 0, True, []
+            self.heard_frame[:] = [frame] * self._n_nodes
+        self.awaited = others if self.is_alone else self.away
+        return absent
 
     def longest_silence(self, peer: int) -> int:
         """Frames of silence of a peer that loss explains."""
@@ -198,8 +211,7 @@ class PeerStates:
         incoming = self._incoming[sender]
         # A silence too long for loss is absence, which says nothing about the link.
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
-            for _ in range(n_missed):
-                incoming.note(LOST)
+            incoming.note(LOST, n_missed)
 
     def heed(self, sender: int, own: int, frame: int, is_answer: bool) -> int:
         """Record the receptions ``own`` of a peer; return the nodes (bit mask) whose acknowledgements count.
@@ -215,10 +227,6 @@ class PeerStates:
     def reception(self, peer: int) -> float:
         """Return the estimated delivery rate of the link to a peer."""
         return self._outgoing[peer].reception
-
-    def answers(self, sender: int, frame: int) -> bool:
-        """True if a peer's packet in that frame acknowledges this vehicle's last packet."""
-        return self._answering[frame % len(self._answering)][sender]
 
     # Duplicate node ids --------------------------------------------------------------------------
 

@@ -91,36 +91,38 @@ class Receiver:
         packet, beliefs, peers, log = decoded.packet, self._beliefs, self._peers, self._beliefs.log
         frame, sender = packet.frame, packet.sender
         conflict: int | None = None
-        begun: Sequence[tuple[int, int]] = ()
         if is_second or decoded.concerns >> self._me & 1:
             conflict = self._twin(packet, is_second, now_s)
-        is_new_life = packet.epoch != peers.epochs[sender]
+        is_new_life = met is Met.NEW_LIFE
         for origin, epoch in decoded.lives:
             is_new_life |= epoch > peers.epochs[origin]
-        if is_new_life:
-            begun = self._lives_told(packet)
-        for node, epoch in begun:
-            self._begin(node, epoch)
-        # After ``_begin``, since beliefs that a new incarnation restores are no gain of this packet.
+        has_begun = is_new_life and self._begin_lives(packet)
+        # After these, since beliefs that a new incarnation restores are no gain of this packet.
         beliefs.before = beliefs.held.copy()
         missed = decoded.heard & ~(log.heard | 1 << sender | 1 << self._me)
         evidence = self._told(packet, missed, now_s) if missed or decoded.relays else ()
         taken = _Taken()
-        content = self._take_in(decoded.items or decoded.statuses, taken, now_s)
-        lacked = 0
+        content = lacked = 0
+        if decoded.items:
+            content = self._take_in(decoded.items, taken, now_s)
+        else:
+            taken.blocks += decoded.statuses
         is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
         if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
-            is_late, own, answers = slot < log.slot, packet.rows[sender], peers.answers(sender, frame)
+            is_late, own, answers = (
+                slot < log.slot,
+                packet.rows[sender],
+                peers.answering[frame % len(peers.answering)][sender],
+            )
             # A frame or more after the own packet, the bit is about a later own slot, which passed without one.
             is_answer = answers and log.sent_slot is not None and 0 < slot - log.sent_slot < beliefs.n_nodes
             is_answer = is_answer and not (is_late and log.own_slot > slot)
             heeded = peers.heed(sender, own, frame, is_answer)
             if answers and not is_late and self.relaying is not None:
                 self.relaying.rows[sender].append(own)
-            log.note(slot, content)
             if content:
                 beliefs.take(content, sender if self._carrier_evidence else None)
-            log.learn(slot, decoded.facts, heeded, beliefs.held)
+            log.learn(slot, content, decoded.facts, heeded, beliefs.held)
             if self.reports is not None:
                 recovered, lacked = self.reports.hear(packet, slot, is_answer, answers, heeded, now_s)
                 if recovered:
@@ -129,23 +131,18 @@ class Receiver:
         for status in decoded.statuses if self._relayed else ():
             if self._relayed >> status.origin & 1 and self._is_news(status):
                 self._interests.take_status(status)
-        if begun or met is Met.BACK:
+        if has_begun or met is Met.BACK:
             self._catch_up(sender, now_s)
         elif lacked:
             self._interests.reopen(now_s)
         if self.reports is not None:
             self.reports.note_news(packet, slot)
         gained = beliefs.gained() if beliefs.held != beliefs.before else ()
-        settled = self._interests.settle() if gained or begun else ()
+        settled = self._interests.settle() if gained or has_begun else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), gained, settled, tuple(taken.aside),
             met=met, conflict=conflict, told=evidence,
         )  # fmt: skip
-
-    def _begin(self, node: int, epoch: int) -> None:
-        self._beliefs.begin(node, epoch)
-        if self.reports is not None:
-            self.reports.forget(node)
 
     def _take_summaries(self, packet: Packet, now_s: float) -> int:
         """Apply the summaries of a packet; return the items (set) that its sender lacks."""
@@ -236,15 +233,20 @@ class Receiver:
             return False
         return self._beliefs.fragment(fragment.uid) != fragment
 
-    def _lives_told(self, packet: Packet) -> list[tuple[int, int]]:
-        """Return nodes with a new incarnation, by the packet's head and its unknown items."""
+    def _begin_lives(self, packet: Packet) -> bool:
+        """Start the new incarnations of nodes by the packet's head and its unknown items; True if there is one."""
         lives, epochs = {packet.sender: packet.epoch}, self._peers.epochs
         for fragment in packet.fragments:
             origin = fragment.origin
             is_newer = fragment.epoch > epochs[origin] and origin not in lives and origin != self._me
             if is_newer and fragment.sequence != STATUS and fragment.uid not in self._beliefs.column_of:
                 lives[origin] = fragment.epoch
-        return [(node, epoch) for node, epoch in lives.items() if epoch != epochs[node]]
+        begun = [(node, epoch) for node, epoch in lives.items() if epoch != epochs[node]]
+        for node, epoch in begun:
+            self._beliefs.begin(node, epoch)
+            if self.reports is not None:
+                self.reports.forget(node)
+        return bool(begun)
 
     def _take_in(self, received: Sequence[Named | Block], taken: _Taken, now_s: float) -> int:
         """Take received items and statuses; return the items (set) with unchanged content, known ones too."""
@@ -291,40 +293,3 @@ class Receiver:
         self._interests.reopen(now_s)
         if self._beliefs.summaries is not None:
             self._beliefs.summaries.urge()
-
-
-PARKED = "parked"
-"""Event of a peer that becomes absent."""
-
-
-class Parking:
-    """Suspension for absent peers: items do not wait for a peer whose silence exceeds loss.
-
-    The peer resynchronises at its next packet. If no peer is received, this vehicle is deaf or far away: it suspends
-    none, and treats the next peer as returning.
-    """
-
-    def __init__(self, beliefs: Beliefs, interests: Interests) -> None:
-        self._all = (1 << beliefs.n_nodes) - 1 & ~(1 << beliefs.me)
-        self._peers = beliefs.peers
-        self._interests = interests
-
-    def look(self, frame: int, now_s: float) -> tuple[tuple[int, str], ...]:
-        """Mark peers as absent whose silence exceeds loss; return them with the event."""
-        peers, silent = self._peers, self._peers.silences(frame)
-        if not silent:
-            return ()
-        parked = tuple([node for node, n in silent if n > peers.longest_silence(node)])
-        if not parked:
-            return ()
-        before = peers.away
-        peers.away |= sum([1 << node for node in parked])
-        is_alone = self._all and peers.away == self._all
-        # Silence of all peers is a fault of the own receiver or distance, rather than the absence of all.
-        if is_alone:
-            peers.away, peers.is_alone = 0, True
-            peers.heard_frame[:] = [frame] * len(peers.heard_frame)
-        peers.awaited = self._all if peers.is_alone else peers.away
-        if peers.away != before:
-            self._interests.reopen(now_s) if is_alone else self._interests.settle()
-        return () if is_alone else tuple([(node, PARKED) for node in parked])

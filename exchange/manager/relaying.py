@@ -63,12 +63,11 @@ class Relaying:
         """Evaluate the links between others and update the relayed origins."""
         self.due_frame = frame + LOOK_FRAMES
         for receiver, rows in enumerate(self.rows):
+            lost_of = self._lost[receiver]
             for row in rows:
                 self._weight[receiver] = KEPT * self._weight[receiver] + 1.0
-                self._lost[receiver] = [
-                    KEPT * lost + (HEARD if row >> sender & 1 else LOST)
-                    for sender, lost in enumerate(self._lost[receiver])
-                ]
+                for sender in self._nodes:
+                    lost_of[sender] = KEPT * lost_of[sender] + (HEARD if row >> sender & 1 else LOST)
             rows.clear()
         lost = [[loss_of(n, self._weight[receiver]) for n in self._lost[receiver]] for receiver in self._nodes]
         between = [share for node, shares in enumerate(lost) for other, share in enumerate(shares) if node != other]
@@ -81,7 +80,8 @@ class Relaying:
         ways = ways_from(tree, self._me)
         for receiver in self._nodes:
             if receiver != self._me and not away >> receiver & 1:
-                relayed |= self._cut_off_from(worth[receiver], joined(tree, self._me, 1 << receiver), away)
+                near = [node for node, path in ways if receiver not in (node, *path)]
+                relayed |= self._cut_off_from(worth[receiver], sum([1 << node for node in near], 1 << self._me), away)
         cut_off = [(peer, path) for peer, path in ways if worth[peer][path[-1]] > FAVOUR * worth[peer][self._me]]
         # Any node of the path will do: each that passes on an item has it on its way to the peer.
         self.left = [(peer, by) for peer, path in cut_off for by in path]
@@ -158,19 +158,3 @@ def ways_from(tree: list[int], start: int) -> list[tuple[int, list[int]]]:
     for node, path in ways:
         ways += [(beyond, [*path, node]) for beyond in members(tree[node]) if beyond not in path]
     return ways[1:]
-
-
-def joined(tree: list[int], start: int, without: int) -> int:
-    """Nodes (bit mask) connected to ``start`` in a tree after removal of ``without``.
-
-    >>> joined([2, 5, 2], 0, without=0b010)
-    1
-    """
-    reached = frontier = 1 << start
-    while frontier:
-        neighbours = 0
-        for node in members(frontier):
-            neighbours |= tree[node]
-        frontier = neighbours & ~(reached | without)
-        reached |= frontier
-    return reached

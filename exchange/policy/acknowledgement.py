@@ -171,15 +171,6 @@ class PacketLog:
         """Return the item set of a node's last packet; empty if this node missed it."""
         return self._items[(self.slot - (self.slot - node) % self.n_nodes) % self._ring]
 
-    def note(self, slot: int, items: int) -> None:
-        """Record the item set of a packet received or sent."""
-        place, sender = slot % self._ring, slot % self.n_nodes
-        self._items[place] = items
-        self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
-        if sender != self.me:
-            self.heard |= 1 << sender
-            self._received |= 1 << place
-
     def compose(self, slot: int, items: int, held: Sequence[int]) -> list[int]:
         """Record the own packet of the open slot; return its acknowledgement matrix.
 
@@ -202,8 +193,12 @@ class PacketLog:
                 row = nodes.bit_length() - 1
                 nodes ^= 1 << row
                 rows[row] |= 1 << place % n_nodes
-        self.note(slot, items)
+        self._record(slot % ring, items)
         return rows
+
+    def _record(self, place: int, items: int) -> None:
+        self._items[place] = items
+        self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
 
     def _inferred(self, may: int, held: Sequence[int]) -> int:
         """Return the nodes, of those at each place, that are believed to hold all items of the packet."""
@@ -214,14 +209,18 @@ class PacketLog:
                     inferred |= 1 << place * self.n_nodes + node
         return inferred
 
-    def learn(self, slot: int, facts: int, heeded: int, held: list[int]) -> None:
-        """Apply the acknowledgements ``facts`` of the packet of a slot to ``held``, see `compose`.
+    def learn(self, slot: int, items: int, facts: int, heeded: int, held: list[int]) -> None:
+        """Record a received packet with ``items`` (set); apply its acknowledgements ``facts`` to ``held``.
 
         5.: "if a packet sent by node A is acknowledged by node B, another node receiving that ACK (either A or C) will
         know that the ACKing peer now holds the information in the ACKed packet".
 
         Acknowledgements of the nodes in ``heeded`` (bit mask) count.
         """
+        place = slot % self._ring
+        self._record(place, items)
+        self.heard |= 1 << slot % self.n_nodes
+        self._received |= 1 << place
         heeded, places = heeded & self._all, self._loaded
         # The packet may arrive late, when later slots have made some of its facts void.
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):

@@ -120,8 +120,8 @@ class AccountCodec:
     def block_bytes(self, block: Block) -> bytes:
         """Encode a block independently of any packet."""
         # The closing 1 bit separates the block from the zeros that pad it in symbols of longer blocks.
-        facts = self._fragments.facts.of_all(block.facts)
-        return padded(joined(self._fragments.encode_time(block.time_s), facts, (1, 1)))
+        bits, size_bits, _ = self._fragments.facts.of_all(block.facts)
+        return padded(joined(self._fragments.encode_time(block.time_s), (bits, size_bits), (1, 1)))
 
     def block_of(self, data: bytes, guid: Guid) -> Block:
         """Decode a recovered block; raise PeerFault unless its encoding matches ``data``."""

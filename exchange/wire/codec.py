@@ -18,10 +18,10 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
               [| uncertain 1 [| uncertainty]]
 
 Absent sections cost no bits. A truncated packet lacks its end marker and is refused. Ages count from the start of the
-slot; `exchange.wire.codes` defines the codes of ages and sequences. Per origin and epoch, the first sequence of a
-packet is absolute, the others are steps from their predecessor. A status has no sequence: a whole block is a status if,
-and only if, all its attributes are latest-only. A fragment is relayed unless it belongs to the sender in its present
-epoch. Values out of range are sent exactly.
+slot. Per origin and epoch, the first sequence of a packet is absolute, the others are steps from their predecessor; see
+`exchange.wire.fragmentcodec` for both codes. A status has no sequence: a whole block is a status if, and only if, all
+its attributes are latest-only. A fragment is relayed unless it belongs to the sender in its present epoch. Values out
+of range are sent exactly.
 
 The hash covers grammar, TBox and all widths in 32 bits; the packet of frame k carries byte k mod 4, so different
 definitions show within four frames (`exchange.wire.definitions`). The byte is XORed with the higher bits of the frame
@@ -57,7 +57,7 @@ from exchange.wire import codes
 from exchange.wire.accounts import AccountCodec
 from exchange.wire.codes import Bits, FieldSize, Reader, joined, padded, width
 from exchange.wire.factcodec import FactCodec
-from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Life, Packing, Wired, refuse_epoch
+from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Life, Packing, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
@@ -181,12 +181,15 @@ class SideCodec:
             FieldSize("summary", "mask", MASK_BITS, "which of those behind the first gap are held"),
         )
 
-    def encode_signal(self, signal: InfluenceSignal) -> Bits:
-        """Encode a signal; raise ConfigurationError outside -128..127."""
-        if not -128 <= signal.value <= 127:
-            raise ConfigurationError(f"influence signal {signal.value}: a signed byte holds -128 to 127")
-        bits = (SIGNAL_BITS[0] << self._role_bits | signal.role) << SIGNAL_VALUE_BITS | signal.value & 0xFF
-        return bits, self.signal_bits
+    def encode_signals(self, signals: Iterable[InfluenceSignal]) -> Bits:
+        """Encode signals; raise ConfigurationError for one outside -128..127."""
+        bits = size_bits = 0
+        for role, value in signals:
+            if not -128 <= value <= 127:
+                raise ConfigurationError(f"influence signal {value}: a signed byte holds -128 to 127")
+            bits = (bits << SIGNAL_BITS[1] | SIGNAL_BITS[0]) << self._role_bits | role
+            bits, size_bits = bits << SIGNAL_VALUE_BITS | value & 0xFF, size_bits + self.signal_bits
+        return bits, size_bits
 
     def _encode_summary(self, summary: Summary) -> Bits:
         refuse_epoch(summary.epoch)
@@ -196,8 +199,8 @@ class SideCodec:
 
     def read_signal(self, reader: Reader) -> InfluenceSignal:
         """Decode the next signal."""
-        reader.left -= SIGNAL_BITS[1]
-        role, value = reader.take(self._role_bits), reader.take(SIGNAL_VALUE_BITS)
+        word = reader.take(self.signal_bits)
+        role, value = word >> SIGNAL_VALUE_BITS & (1 << self._role_bits) - 1, word & 0xFF
         return InfluenceSignal(role, value - 256 if value > 127 else value)
 
     def read_summary(self, reader: Reader) -> Summary:
@@ -350,30 +353,29 @@ class Codec:
         selects the header layout; ``slot_start_s`` the start of the sender's slot in it. ``account`` is ignored if the
         policy does not report received sets. Raises ConfigurationError if a value, epoch or signal has no wire format.
         """
-        base = self.fragments.base_of(slot_start_s)
-        bodies = [(fragment, *self.fragments.encode(fragment, sender, epoch, base)) for fragment in fragments]
-        wired = self.fragments.in_sequence(bodies, sender, epoch)
+        packing = self.packing(sender, epoch, slot_start_s, 1 << 40)
+        for fragment in fragments:
+            packing.add(fragment)
         head, acks = Head(sender, epoch, frame), self.header.encode(sender, rows, frame)
         if self.accounts is not None:
             acks = joined(acks, self.accounts.encode(account, sender))
-        return self.assembled(head, slot_start_s, acks, wired, signals, summary)
+        return self.assembled(head, slot_start_s, acks, packing.wired()[0], signals, summary)
 
     def assembled(
         self,
         head: Head,
         slot_start_s: float,
         acks: Bits,
-        wired: Iterable[Wired],
+        fragments: Bits,
         signals: Iterable[InfluenceSignal],
         summary: Iterable[Summary],
     ) -> bytes:
-        """Assemble a packet; ``head`` has whole frame and epoch numbers, ``wired`` is in wire order.
+        """Assemble a packet; ``head`` has whole frame and epoch numbers.
 
         Raises ConfigurationError for a signal outside -128..127 or an invalid epoch.
         """
-        fragments = [(bits, size_bits) for _, bits, size_bits in wired]
-        beside = [*map(self._side.encode_signal, signals), *map(self._side.encode_summary, summary), END_BITS]
-        data = padded(joined((self.encode_head(head), self.head_bits), acks, *fragments, *beside))
+        beside = self._side.encode_signals(signals), *map(self._side.encode_summary, summary), END_BITS
+        data = padded(joined((self.encode_head(head), self.head_bits), acks, fragments, *beside))
         if self._seal is not None:
             nonce = nonce_of(head.sender, head.epoch, head.frame, slot_start_s, self._hash)
             clear = data[: self._clear_bytes]

@@ -47,10 +47,6 @@ Take = Callable[[int], int]
 LENGTH_BITS = 6
 LARGEST = 1 << 50
 """Largest magnitude on the wire; a double still separates neighbouring grid steps."""
-NEAR_STEP_BITS = 4
-NEAR_STEPS = 1 << NEAR_STEP_BITS
-FAR_AGE_BITS = 3
-"""Extra bits of a far age over a near one."""
 
 
 class Reader:
@@ -162,65 +158,6 @@ def read_beyond(take: Take, width_bits: int) -> int:
     return -rest - 1 if is_below else rest + (1 << width_bits) - 1
 
 
-def step(before: int, number: int, width_bits: int) -> Bits:
-    """Encode a sequence by its predecessor: +1 in 1 bit, 0 and 2..16 in 6 bits, else absolute.
-
-    >>> [step(40, number, 12)[1] for number in (41, 40, 56, 57, 39)]
-    [1, 6, 6, 14, 14]
-    """
-    ahead = number - before
-    if ahead == 1:
-        return 0, 1
-    if 0 <= ahead <= NEAR_STEPS:
-        # A step of 1 has the short code, so that its place here stands for 0: a further part of the same block.
-        return 0b10 << NEAR_STEP_BITS | (ahead - 1 if ahead else 0), 2 + NEAR_STEP_BITS
-    bits, size_bits = natural(number, width_bits)
-    return 0b11 << size_bits | bits, 2 + size_bits
-
-
-def read_further(take: Take, before: int, width_bits: int) -> int:
-    """Decode ``step`` behind a first bit of 1; raise PeerFault if a shorter form exists."""
-    if not take(1):
-        near = take(NEAR_STEP_BITS)
-        return before + near + 1 if near else before
-    number = read_natural(take, width_bits)
-    if 0 <= number - before <= NEAR_STEPS:
-        raise PeerFault(f"sequence {number} has a shorter form behind {before}")
-    return number
-
-
-def age(base: int, index: int, near_bits: int, width_bits: int) -> Bits:
-    """Encode a time index by its distance before ``base``: near, far, or absolute.
-
-    >>> [age(1000, index, 5, 12)[1] for index in (1000, 969, 968, 713, 712, 1001)]
-    [6, 6, 10, 10, 14, 14]
-    """
-    ago = base - index
-    near = 1 << near_bits
-    if 0 <= ago < near:
-        return ago, 1 + near_bits
-    far_bits = near_bits + FAR_AGE_BITS
-    if 0 <= ago < near + (1 << far_bits):
-        return 0b10 << far_bits | ago - near, 2 + far_bits
-    bits, size_bits = natural(index, width_bits)
-    return 0b11 << size_bits | bits, 2 + size_bits
-
-
-def read_age(take: Take, base: int, near_bits: int, width_bits: int) -> int:
-    """Decode ``age``; raise PeerFault for a negative time or if a shorter form exists."""
-    if not take(1):
-        index = base - take(near_bits)
-    elif not take(1):
-        index = base - (1 << near_bits) - take(near_bits + FAR_AGE_BITS)
-    else:
-        index = read_natural(take, width_bits)
-        if 0 <= base - index < (1 << near_bits) + (1 << near_bits + FAR_AGE_BITS):
-            raise PeerFault(f"time {index} has a shorter form at {base}")
-    if index < 0:
-        raise PeerFault(f"a time {-index} steps before the mission began")
-    return index
-
-
 class AttributeNames:
     """Wire names of attributes 0..n_attributes-1.
 
@@ -246,10 +183,8 @@ class AttributeNames:
         self.sizes = tuple(self.short_bits if uid in short else self.other_bits for uid in range(n_attributes))
         """Name size by uid (bits)."""
 
-    def uid_of(self, name: int, take: Take) -> int:
-        """Return the uid of a short or escaped name; raise PeerFault if not canonical."""
-        if name < len(self.exchanged):
-            return self.exchanged[name]
+    def read_other(self, name: int, take: Take) -> int:
+        """Return the uid behind an escape that replaces a short name; raise PeerFault if not canonical."""
         if not self.has_others or name > len(self.exchanged):
             raise PeerFault(f"attribute {name} is not in the TBox")
         uid = take(width(self.n_attributes))

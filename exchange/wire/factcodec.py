@@ -50,7 +50,7 @@ class FactCodec:
         self._readers = [self._reader_of(attribute) for attribute in tbox.attributes]
         self._uncertain = {attribute.uid: attribute for attribute in tbox.attributes if attribute.uncertainty}
         self.of_all = lru_cache(maxsize=CACHED)(self._of_all)
-        """Encode facts, each followed by a continuation bit (cached)."""
+        """Encode facts, each followed by a continuation bit; return also whether all are latest-only (cached)."""
 
     def _count_of(self, attribute: Attribute) -> int:
         if attribute.fields:
@@ -83,9 +83,13 @@ class FactCodec:
 
     # To bits -------------------------------------------------------------------------------------
 
-    def _of_all(self, facts: Sequence[PropertyValue]) -> Bits:
-        bits, size_bits = joined(*[part for fact in facts for part in (self._of_one(fact), (1, 1))])
-        return bits & ~1, size_bits
+    def _of_all(self, facts: Sequence[PropertyValue]) -> tuple[int, int, bool]:
+        bits, size_bits, are_latest_only = 0, 0, True
+        for fact in facts:
+            part, part_bits = self._of_one(fact)
+            bits, size_bits = (bits << part_bits | part) << 1 | 1, size_bits + part_bits + 1
+            are_latest_only = are_latest_only and fact.attribute in self.latest_only
+        return bits & ~1, size_bits, are_latest_only
 
     def _of_one(self, fact: PropertyValue) -> Bits:
         """Encode a fact; raise ConfigurationError if it has no wire format."""
@@ -127,15 +131,15 @@ class FactCodec:
 
     def read_one(self, reader: Reader) -> PropertyValue:
         """Decode the next fact; raise PeerFault if invalid."""
-        take, names = reader.take, self.names
-        word = take(self.subject_bits + names.short_bits)
+        names = self.names
+        word = reader.take(self.subject_bits + names.short_bits)
         subject, name = word >> names.short_bits, word & (1 << names.short_bits) - 1
-        uid = names.uid_of(name, take)
+        uid = names.exchanged[name] if name < len(names.exchanged) else names.read_other(name, reader.take)
         if subject >= self.n_instances:
             raise PeerFault(f"instance {subject} is not one of {self.n_instances}")
         value = self._readers[uid](reader)
         if uid in self._uncertain:
-            return PropertyValue(subject, uid, value, _read_uncertainty(self._uncertain[uid], take))
+            return PropertyValue(subject, uid, value, _read_uncertainty(self._uncertain[uid], reader.take))
         return PropertyValue(subject, uid, value)
 
     def _reader_of(self, attribute: Attribute) -> Callable[[Reader], Value]:
@@ -188,19 +192,16 @@ def _read_text(reader: Reader, attribute: Attribute, n_bytes: int) -> str:
 
 
 def _read_numbers(fields: Sequence[Field], reader: Reader) -> Value:
-    numbers = tuple([_read_number(field, reader) for field in fields])
-    return numbers if len(numbers) > 1 else numbers[0]  # type: ignore[return-value]
-
-
-def _read_number(field: Field, reader: Reader) -> float:
-    size_bits = field.size_bits
-    steps = reader.take(size_bits)
-    if steps == (1 << size_bits) - 1:
-        steps = read_beyond(reader.take, size_bits)
-    # Recorded only: an escaped number may be valid, so the codec checks all values of such a packet afterwards.
-    if not 0 <= steps < field.n_values:
-        reader.is_beyond = True
-    return field.grid.value_at(steps)
+    numbers = []
+    for field in fields:
+        steps = reader.take(field.size_bits)
+        if steps == (1 << field.size_bits) - 1:
+            steps = read_beyond(reader.take, field.size_bits)
+        # Recorded only: an escaped number may be valid, so the codec checks all values of such a packet afterwards.
+        if not 0 <= steps < field.n_values:
+            reader.is_beyond = True
+        numbers.append(field.grid.value_at(steps))
+    return tuple(numbers) if len(numbers) > 1 else numbers[0]  # type: ignore[return-value]
 
 
 def _uncertainty_bits(attribute: Attribute, uncertainty: float | None) -> Bits:

@@ -8,14 +8,13 @@ and epoch. Callers therefore offer fragments to a `Packing`, which accepts those
 from __future__ import annotations
 
 from bisect import bisect_left, insort
-from collections.abc import Iterable, Sequence
+from operator import itemgetter
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment
-from exchange.wire import codes
-from exchange.wire.codes import Bits, FieldSize, Reader, joined, width
+from exchange.wire.codes import Bits, FieldSize, Reader, joined, natural, read_natural, width
 from exchange.wire.factcodec import FactCodec
-from worldmodel import EPOCHS, STATUS, Field, PropertyValue
+from worldmodel import EPOCHS, STATUS, Field
 from worldmodel.facts import MOST_ITEMS
 
 EPOCH_BITS = 2
@@ -24,13 +23,50 @@ INDEX_BITS = 4
 LONGEST_KIND_BITS = 3
 """Longest prefix that announces a fragment."""
 OWN_BITS, RELAYED_BITS = (0b100, 3), (0b101, 3)
+NEAR_STEP_BITS = 4
+NEAR_STEPS = 1 << NEAR_STEP_BITS
+FAR_AGE_BITS = 3
+"""Extra bits of a far age over a near one."""
 
 Life = tuple[int, int]
 """An origin and its epoch."""
 Before = dict[Life, int]
 """Last sequence by origin and epoch in a packet."""
-Wired = tuple[Fragment, int, int]
-"""A fragment, its bits and their number."""
+
+
+def step(before: int | None, number: int, width_bits: int) -> Bits:
+    """Encode a sequence by its predecessor, None for the first: +1 in 1 bit, 0 and 2..16 in 6 bits, else absolute.
+
+    >>> [step(40, number, 12)[1] for number in (41, 40, 56, 57, 39)]
+    [1, 6, 6, 14, 14]
+    """
+    if before is None:
+        return natural(number, width_bits)
+    ahead = number - before
+    if ahead == 1:
+        return 0, 1
+    if 0 <= ahead <= NEAR_STEPS:
+        # A step of 1 has the short code, so that its place here stands for 0: a further part of the same block.
+        return 0b10 << NEAR_STEP_BITS | (ahead - 1 if ahead else 0), 2 + NEAR_STEP_BITS
+    bits, size_bits = natural(number, width_bits)
+    return 0b11 << size_bits | bits, 2 + size_bits
+
+
+def age(base: int, index: int, near_bits: int, width_bits: int) -> Bits:
+    """Encode a time index by its distance before ``base``: near, far, or absolute.
+
+    >>> [age(1000, index, 5, 12)[1] for index in (1000, 969, 968, 713, 712, 1001)]
+    [6, 6, 10, 10, 14, 14]
+    """
+    ago = base - index
+    near = 1 << near_bits
+    if 0 <= ago < near:
+        return ago, 1 + near_bits
+    far_bits = near_bits + FAR_AGE_BITS
+    if 0 <= ago < near + (1 << far_bits):
+        return 0b10 << far_bits | ago - near, 2 + far_bits
+    bits, size_bits = natural(index, width_bits)
+    return 0b11 << size_bits | bits, 2 + size_bits
 
 
 def refuse_epoch(epoch: int) -> None:
@@ -65,28 +101,26 @@ class FragmentCodec:
 
     def encode_time(self, time_s: float) -> Bits:
         """Encode a time independently of a slot."""
-        return codes.natural(self.time.grid.index_of(time_s), self._time_bits)
+        return natural(self.time.grid.index_of(time_s), self._time_bits)
 
     def read_time(self, reader: Reader) -> float:
         """Decode ``encode_time``."""
-        return self.time.grid.value_at(codes.read_natural(reader.take, self._time_bits))
+        return self.time.grid.value_at(read_natural(reader.take, self._time_bits))
 
     def most_bits(self, fragment: Fragment, relayed: bool = True) -> int:
         """Return an upper bound of a fragment's size in any packet, by default as a relay sends it."""
-        size = 2 + self.encode_time(fragment.time_s)[1]
-        size += 0 if fragment.sequence == STATUS else 2 + self.encode_sequence(fragment.sequence, None)[1]
-        if not relayed and fragment.count == 1 and len(fragment.facts) == 1:
-            return size + self.facts.of_all(fragment.facts)[1]
-        size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
-        if relayed:
-            size += self.encode_life(fragment.origin, fragment.epoch)[1]
-        return size + self.facts.of_all(fragment.facts)[1]
+        size = 2 + self.encode_time(fragment.time_s)[1] + self.facts.of_all(fragment.facts)[1]
+        if fragment.sequence != STATUS:
+            size += 2 + natural(fragment.sequence, self.sequence_bits)[1]
+        if relayed or fragment.count > 1 or len(fragment.facts) > 1:
+            size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
+        return size + (self.encode_life(fragment.origin, fragment.epoch)[1] if relayed else 0)
 
     def listing(self) -> tuple[FieldSize, ...]:
         """List the fields of a fragment in wire order, without facts."""
         part, step_s, near = "if part of a larger block", self.time.resolution, 1 << self.near_bits
-        far = near + (near << codes.FAR_AGE_BITS)
-        far_bits = 2 + self.near_bits + codes.FAR_AGE_BITS
+        far = near + (near << FAR_AGE_BITS)
+        far_bits = 2 + self.near_bits + FAR_AGE_BITS
         other_times = f"of any other time, from 0 to {self.time.maximum:g} s; more bits beyond"
         return (
             FieldSize("fragment", "own single fact", 1, "a whole block of the sender's own"),
@@ -101,7 +135,7 @@ class FragmentCodec:
             FieldSize("fragment", "count", INDEX_BITS, part),
             FieldSize("fragment", "first sequence", self.sequence_bits, "of an origin, if an item; more bits beyond"),
             FieldSize("fragment", "next sequence", 1, "one more than the one before it"),
-            FieldSize("fragment", "near sequence", 2 + codes.NEAR_STEP_BITS, f"up to {codes.NEAR_STEPS} more"),
+            FieldSize("fragment", "near sequence", 2 + NEAR_STEP_BITS, f"up to {NEAR_STEPS} more"),
             FieldSize("fragment", "other sequence", 2 + self.sequence_bits),
         )
 
@@ -113,23 +147,23 @@ class FragmentCodec:
         ``base`` belongs to the slot, see ``base_of``.
         """
         facts, count, sequence = fragment.facts, fragment.count, fragment.sequence
-        if sequence < STATUS or (sequence == STATUS) != self._is_status(facts, count):
+        bits, size_bits, are_latest_only = self.facts.of_all(facts)
+        if sequence < STATUS or (sequence == STATUS) != (count == 1 and are_latest_only):
             raise _nameless(fragment)
         if not 0 <= fragment.epoch < EPOCHS:
             refuse_epoch(fragment.epoch)
-        time = self.time.grid.index_of(fragment.time_s)
-        if time < 0:
+        index = self.time.grid.index_of(fragment.time_s)
+        if index < 0:
             raise ConfigurationError(f"a fact of {fragment.time_s} s: times are counted from the mission's beginning")
-        age = codes.age(base, time, self.near_bits, self._time_bits)
-        bits, size_bits = self.facts.of_all(facts)
+        time = age(base, index, self.near_bits, self._time_bits)
         if fragment.origin != sender or fragment.epoch != epoch:
             if not 0 <= fragment.origin < self.n_nodes:
                 raise ConfigurationError(f"origin {fragment.origin} is not one of {self.n_nodes} nodes")
-            parts = [RELAYED_BITS, self.encode_life(fragment.origin, fragment.epoch), age]
+            parts = [RELAYED_BITS, self.encode_life(fragment.origin, fragment.epoch), time]
         elif count == 1 and len(facts) == 1:
-            return age[0] << size_bits - 1 | bits >> 1, age[1] + size_bits  # a 0 in front, no continuation bit
+            return time[0] << size_bits - 1 | bits >> 1, time[1] + size_bits  # a 0 in front, no continuation bit
         else:
-            parts = [OWN_BITS, age]
+            parts = [OWN_BITS, time]
         parts.append((int(count > 1), 1))
         if count > 1:
             parts += [(fragment.index, INDEX_BITS), (count - 1, INDEX_BITS)]
@@ -137,41 +171,13 @@ class FragmentCodec:
 
     def encode_life(self, origin: int, epoch: int) -> Bits:
         """Encode an origin and its epoch."""
-        return joined((origin, self.origin_bits), codes.natural(epoch, EPOCH_BITS))
-
-    def encode_sequence(self, sequence: int, before: int | None) -> Bits:
-        """Encode a sequence by its predecessor of the same origin and epoch; None for the first."""
-        if before is None:
-            return codes.natural(sequence, self.sequence_bits)
-        return codes.step(before, sequence, self.sequence_bits)
-
-    def in_sequence(self, bodies: Iterable[Wired], sender: int, epoch: int) -> list[Wired]:
-        """Add sequences to ``bodies`` and sort by origin, epoch and sequence, own fragments first."""
-
-        def place(body: Wired) -> tuple[bool, int, int, int, int]:
-            origin, sequence, _, _, index, _, of_epoch = body[0]
-            return origin != sender or of_epoch != epoch, origin, of_epoch, sequence, index
-
-        before: Before = {}
-        wired: list[Wired] = []
-        for fragment, bits, size_bits in sorted(bodies, key=place):
-            sequence, step, step_bits = fragment.sequence, 0, 0
-            if sequence != STATUS:
-                life = fragment.origin, fragment.epoch
-                step, step_bits = self.encode_sequence(sequence, before.get(life))
-                before[life] = sequence
-            wired.append((fragment, bits << step_bits | step, size_bits + step_bits))
-        return wired
-
-    def _is_status(self, facts: Sequence[PropertyValue], count: int) -> bool:
-        latest_only = self.facts.latest_only
-        return count == 1 and facts[0].attribute in latest_only and all(fact.attribute in latest_only for fact in facts)
+        return joined((origin, self.origin_bits), natural(epoch, EPOCH_BITS))
 
     # From bits -----------------------------------------------------------------------------------
 
     def read_life(self, reader: Reader) -> Life:
         """Decode an origin and its epoch; raise PeerFault if invalid."""
-        origin, epoch = reader.take(self.origin_bits), codes.read_natural(reader.take, EPOCH_BITS)
+        origin, epoch = reader.take(self.origin_bits), read_natural(reader.take, EPOCH_BITS)
         if origin >= self.n_nodes:
             raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
         if epoch >= EPOCHS:
@@ -179,16 +185,37 @@ class FragmentCodec:
         return origin, epoch
 
     def _read_time(self, reader: Reader, base: int) -> float:
-        return self.time.grid.value_at(codes.read_age(reader.take, base, self.near_bits, self._time_bits))
+        """Decode ``age``; raise PeerFault for a negative time or if a shorter form exists."""
+        near_bits = self.near_bits
+        number = reader.take(1 + near_bits)
+        if number >> near_bits == 0:
+            index = base - number
+        else:
+            reader.left += near_bits  # a longer form
+            if not reader.take(1):
+                index = base - (1 << near_bits) - reader.take(near_bits + FAR_AGE_BITS)
+            else:
+                index = read_natural(reader.take, self._time_bits)
+                if 0 <= base - index < (1 << near_bits) + (1 << near_bits + FAR_AGE_BITS):
+                    raise PeerFault(f"time {index} has a shorter form at {base}")
+        if index < 0:
+            raise PeerFault(f"a time {-index} steps before the mission began")
+        return self.time.grid.value_at(index)
 
     def _read_sequence(self, reader: Reader, life: Life, before: Before) -> int:
-        last = before.get(life)
+        """Decode ``step``; raise PeerFault if it is too large or a shorter form exists."""
+        last, take = before.get(life), reader.take
         if last is None:
-            sequence = codes.read_natural(reader.take, self.sequence_bits)
-        elif not reader.take(1):
+            sequence = read_natural(take, self.sequence_bits)
+        elif not take(1):
             sequence = last + 1
+        elif not take(1):
+            near = take(NEAR_STEP_BITS)
+            sequence = last + near + 1 if near else last
         else:
-            sequence = codes.read_further(reader.take, last, self.sequence_bits)
+            sequence = read_natural(take, self.sequence_bits)
+            if 0 <= sequence - last <= NEAR_STEPS:
+                raise PeerFault(f"sequence {sequence} has a shorter form behind {last}")
         if sequence >= MOST_ITEMS:
             raise PeerFault(f"item {sequence}: allowed are 0 to {MOST_ITEMS - 1}")
         before[life] = sequence
@@ -216,7 +243,8 @@ class FragmentCodec:
         facts = self.facts.read_all(reader)
         if life == own and (is_relayed or (count == 1 and len(facts) == 1)):
             raise PeerFault("an own fragment in a longer form than it has")
-        sequence = STATUS if self._is_status(facts, count) else self._read_sequence(reader, life, before)
+        is_status = count == 1 and all(fact.attribute in self.facts.latest_only for fact in facts)
+        sequence = STATUS if is_status else self._read_sequence(reader, life, before)
         return Fragment(life[0], sequence, time_s, facts, index, count, life[1])
 
 
@@ -229,40 +257,50 @@ class Packing:
         self._epoch = epoch
         self._base = codec.base_of(slot_start_s)
         self.left_bits = room_bits
-        self._bodies: list[Wired] = []
+        # Place in the packet, attribute of the first fact, bits and their number.
+        self._bodies: list[tuple[tuple[bool, int, int, int, int], int, int, int]] = []
         self._sequences: dict[Life, list[int]] = {}
-
-    @property
-    def fragments(self) -> list[Fragment]:
-        """Accepted fragments in order of acceptance."""
-        return [fragment for fragment, _, _ in self._bodies]
 
     def size_bits(self, fragment: Fragment, body_bits: int) -> int:
         """Return the growth of the packet by an item of ``body_bits`` without its sequence."""
         taken, sequence = self._sequences.get((fragment.origin, fragment.epoch), ()), fragment.sequence
-        index = bisect_left(taken, sequence)
+        width_bits, index = self._codec.sequence_bits, bisect_left(taken, sequence)
         before = taken[index - 1] if index else None
-        sequence_bits = self._codec.encode_sequence(sequence, before)[1]
+        size_bits = body_bits + step(before, sequence, width_bits)[1]
         if index < len(taken):  # its successor gets another predecessor
-            behind = self._codec.encode_sequence
-            sequence_bits += behind(taken[index], sequence)[1] - behind(taken[index], before)[1]
-        return body_bits + sequence_bits
+            size_bits += step(sequence, taken[index], width_bits)[1] - step(before, taken[index], width_bits)[1]
+        return size_bits
 
     def add(self, fragment: Fragment) -> bool:
         """Accept a fragment; return False without a change if it does not fit."""
-        body = self._codec.encode(fragment, self._sender, self._epoch, self._base)
-        size_bits = body[1] if fragment.sequence == STATUS else self.size_bits(fragment, body[1])
-        if size_bits > self.left_bits:
+        bits, size_bits = self._codec.encode(fragment, self._sender, self._epoch, self._base)
+        origin, sequence, _, facts, index, _, epoch = fragment
+        growth_bits = size_bits if sequence == STATUS else self.size_bits(fragment, size_bits)
+        if growth_bits > self.left_bits:
             return False
-        self.left_bits -= size_bits
-        self._bodies.append((fragment, *body))
-        if fragment.sequence != STATUS:
-            insort(self._sequences.setdefault((fragment.origin, fragment.epoch), []), fragment.sequence)
+        self.left_bits -= growth_bits
+        is_relayed = origin != self._sender or epoch != self._epoch
+        self._bodies.append(((is_relayed, origin, epoch, sequence, index), facts[0].attribute, bits, size_bits))
+        if sequence != STATUS:
+            insort(self._sequences.setdefault((origin, epoch), []), sequence)
         return True
 
-    def wired(self) -> list[Wired]:
-        """Return the accepted fragments in wire order."""
-        return self._codec.in_sequence(self._bodies, self._sender, self._epoch)
+    def wired(self) -> tuple[Bits, list[tuple[int, int]]]:
+        """Return the accepted fragments by origin, epoch and sequence, own ones first.
+
+        A list has the attribute of the first fact and the size (bits) of each.
+        """
+        before: Before = {}
+        parts: list[Bits] = []
+        sizes: list[tuple[int, int]] = []
+        for (_, origin, epoch, sequence, _), attribute, bits, size_bits in sorted(self._bodies, key=itemgetter(0)):
+            number = 0, 0
+            if sequence != STATUS:
+                number = step(before.get((origin, epoch)), sequence, self._codec.sequence_bits)
+                before[origin, epoch] = sequence
+            parts += (bits, size_bits), number
+            sizes.append((attribute, size_bits + number[1]))
+        return joined(*parts), sizes
 
 
 def _nameless(fragment: Fragment) -> ConfigurationError:

@@ -1,4 +1,4 @@
-"""Switch ``communication.parking = false``: no suspension (``exchange.manager.receiver``)."""
+"""Switch ``communication.parking = false``: no suspension (``exchange.manager.peers``)."""
 
 from missions.feature import on_unless_off
 from remoras.events import LeavingOut

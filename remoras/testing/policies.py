@@ -78,11 +78,10 @@ class Nodes:
         facts = acknowledged(sender.log.compose(slot, content, sender.held), n_nodes, slot)
         for node, member in enumerate(self.nodes):
             if node != owner and heard_by >> node & 1:
-                member.log.note(slot, content)
                 for column in columns:
                     for holder in (node, self.origins[column], owner if self.carrier_evidence else node):
                         member.held[holder] |= 1 << column
-                member.log.learn(slot, facts, ALL, member.held)
+                member.log.learn(slot, content, facts, ALL, member.held)
 
     def play_all(self, exchange: Exchange) -> Iterator[list[list[int]]]:
         """Play an exchange; yield the beliefs after each slot."""

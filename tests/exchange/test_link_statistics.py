@@ -6,8 +6,8 @@ import random
 import pytest
 
 from benchmarks.manager_fleet import ManagerFleet
+from exchange.manager.manager import PARKED
 from exchange.manager.peers import HEARD, KEPT, LOST, SHORTEST_SILENCE, UNLIKELY, LossEstimate
-from exchange.manager.receiver import PARKED
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
 """Samples of equal weight that tell as much as very many whose weights fall by ``KEPT``: 127."""

@@ -13,7 +13,7 @@ import pytest
 
 from exchange.manager import manager, receiver
 from exchange.manager.beliefs import Beliefs
-from exchange.manager.receiver import Parking
+from exchange.manager.peers import PeerStates
 from exchange.wire.definitions import N_AT_ONCE, ComparedDefinitions, Introductions
 from exchange.wire.sealing import Checksum
 from missions.meeting.meeting import Meeting
@@ -119,7 +119,7 @@ def close_what_one_peer_holds(patch: Patch) -> None:
 
 
 def never_park(patch: Patch) -> None:
-    patch.setattr(Parking, "look", lambda self, frame, now_s: ())
+    patch.setattr(PeerStates, "mark_absent", lambda self, frame: [])
 
 
 def grant_everything(patch: Patch) -> None:
