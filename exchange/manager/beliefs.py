@@ -79,7 +79,8 @@ class Beliefs:
         """Item set by origin, recorded in its present incarnation."""
         self.ends: dict[Life, int] = {}
         """Highest known sequence plus 1, by origin and epoch."""
-        self._parts: dict[Guid, tuple[int, ...]] = {}  # of blocks of several
+        self.parts: dict[Guid, int] = {}
+        """Known items (set) of each block."""
         self.blocks: dict[Life, int] = {}
         """Received set of this vehicle: whole blocks (bit set of sequences) by origin and epoch."""
         self.discarded: dict[Life, set[int]] = {}
@@ -106,23 +107,13 @@ class Beliefs:
             entry = self.sendable[column] = Sendable(fragment, fragment.facts)
         return entry
 
-    def parts(self, guid: Guid) -> tuple[int, ...]:
-        """Return the columns of the known parts of a block."""
-        parts = self._parts.get(guid)
-        if parts is None:
-            origin, epoch, sequence = guid
-            column = self.column_of.get(ItemUid(origin, sequence, 0, epoch))
-            return () if column is None else (column,)
-        return parts
-
     def add(self, item: Named, entry: Sendable | None = None) -> int:
         """Add a new item; return its column."""
         column, (fragment, uid, guid, _) = len(self.fragments), item
         origin, epoch, sequence = guid
-        if fragment.count > 1:
-            parts = self.parts(guid)
-            if not parts or self.fragments[parts[0]].count == fragment.count:  # else of another block of that name
-                self._parts[guid] = *parts, column
+        parts = self.parts.get(guid, 0)
+        if not parts or self._count(parts) == fragment.count:  # else of another block of that name
+            self.parts[guid] = parts | 1 << column
         self.column_of[uid] = column
         self.uids.append(uid)
         self.fragments.append(fragment)
@@ -139,16 +130,20 @@ class Beliefs:
 
     def is_whole(self, guid: Guid) -> bool:
         """True if every part of a block is known."""
-        parts = self.parts(guid)
-        return bool(parts) and len(parts) == self.fragments[parts[0]].count
+        parts = self.parts.get(guid, 0)
+        return parts.bit_count() == self._count(parts)
+
+    def _count(self, parts: int) -> int:
+        """Number of parts of the block to which these items (set) belong; -1 for none."""
+        return self.fragments[parts.bit_length() - 1].count if parts else -1
 
     def half_blocks(self) -> list[Guid]:
         """Return the blocks with some parts known, others not."""
-        return [guid for guid in self._parts if not self.is_whole(guid)]
+        return [guid for guid in self.parts if not self.is_whole(guid)]
 
     def block(self, guid: Guid) -> Block:
         """Join a block from its parts, all of which are known."""
-        fragments = [self.fragments[column] for column in self.parts(guid)]
+        fragments = [self.fragments[column] for column in members(self.parts[guid])]
         return joined_block(sorted(fragments, key=lambda fragment: fragment.index))
 
     # Holders -------------------------------------------------------------------------------------
@@ -163,15 +158,14 @@ class Beliefs:
         """Return the items (set) of the known blocks of an incarnation with these numbers (bit set)."""
         items = 0
         for number in members(numbers & (1 << self.ends.get(life, 0)) - 1):
-            for column in self.parts((*life, number)):
-                items |= 1 << column
+            items |= self.parts.get((*life, number), 0)
         return items
 
     def deny(self, node: int, life: Life, numbers: int) -> int:
         """Believe that a node lacks those of its blocks that are whole here; return their numbers (bit set)."""
         denied = 0
         for number in members(numbers & (1 << self.ends.get(life, 0)) - 1):
-            items = self.items(life, 1 << number)
+            items = self.parts.get((*life, number), 0)
             # A block of which the peer holds some parts is no contradiction: it reports whole blocks only.
             if items and not items & ~self.held[node] and self.is_whole((*life, number)):
                 self.held[node] &= ~items
@@ -443,5 +437,7 @@ class Summaries:
             return 0
         window, n_held = (1 << end) - (1 << first), min(summary.highest + 1, end)
         held = (1 << n_held) - 1 | summary.mask << n_held + 1
-        beliefs.held[sender] |= beliefs.items(life, held & window)
-        return beliefs.items(life, beliefs.deny(sender, life, ~held & window))
+        if numbers := held & window:
+            beliefs.held[sender] |= beliefs.items(life, numbers)
+        denied = beliefs.deny(sender, life, ~held & window) if ~held & window else 0
+        return beliefs.items(life, denied) if denied else 0

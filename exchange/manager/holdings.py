@@ -13,7 +13,7 @@ from operator import mul
 from typing import TYPE_CHECKING
 
 from exchange.errors import PeerFault
-from exchange.manager.beliefs import Beliefs, Life, item_set
+from exchange.manager.beliefs import Beliefs, Life
 from exchange.packets import Account, Fragment, HolderSet, Named, OriginStatement, Packet, name_of_item
 from exchange.policy.acknowledgement import members
 from exchange.policy.coding import Decoder, added, coefficient, scaled, symbol, symbol_key
@@ -106,7 +106,7 @@ class HoldingsReports:
         # A discarded block may lie below the cached number.
         first = 0 if self._beliefs.discarded.get(life) else self._first.get(life, 0)
         lacked = self._beliefs.lacked(self._beliefs.origins[origin])
-        while held >> first & 1 and not item_set(self._beliefs.parts((*life, first))) & lacked:
+        while held >> first & 1 and not self._beliefs.parts.get((*life, first), 0) & lacked:
             first += 1
         self._first[life] = first
         rest = held >> first
@@ -229,8 +229,7 @@ class HoldingsReports:
             guid = origin, epoch, sequence
             if column not in news or guid[:2] in beliefs.shared or not beliefs.is_whole(guid):
                 continue
-            parts = beliefs.parts(guid)  # all are needed; the one with the latest news comes first
-            items = item_set(parts)
+            items = beliefs.parts[guid]  # all are needed; the one with the latest news comes first
             holders = sum([1 << node for node, held in enumerate(beliefs.held) if not items & ~held])
             if holders & ~(1 << self._me):
                 holder_set = HolderSet(*guid, holders)
@@ -238,7 +237,7 @@ class HoldingsReports:
                 if left_bits < 0:
                     return
                 learned, _, n_passed = news[column]
-                for part in parts:
+                for part in members(items):
                     news.pop(part, None)
                 if n_passed + 1 < MOST_PASSED:
                     news[column] = learned, slot, n_passed + 1
@@ -282,13 +281,15 @@ class HoldingsReports:
         return self._lacks.setdefault(column, [1.0] * self._n_nodes)
 
     def _columns_held(self, guids: Iterable[Guid]) -> Iterator[int]:
-        return chain.from_iterable([self._beliefs.parts(guid) for guid in guids if self._beliefs.is_whole(guid)])
+        return chain.from_iterable(
+            [members(self._beliefs.parts[guid]) for guid in guids if self._beliefs.is_whole(guid)]
+        )
 
     def _lacked_of_code(self, over: Sequence[Guid], peer: int) -> float:
         """Return the expected number of covered blocks that a peer lacks."""
         beliefs, known, lacked = self._beliefs, self._beliefs.held[peer] | self._spared(peer), 0.0
         for guid in over:
-            parts = beliefs.parts(guid) if beliefs.is_whole(guid) else ()
+            parts = members(beliefs.parts[guid]) if beliefs.is_whole(guid) else ()
             lacked += max([0.0 if known >> part & 1 else self._lacks_of(part)[peer] for part in parts], default=1.0)
         return lacked
 

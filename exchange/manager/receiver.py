@@ -276,7 +276,7 @@ class Receiver:
                 content |= 1 << column
                 if beliefs.discarded and (again := beliefs.come_again(guid)) is not None:
                     taken.blocks.append(again)
-                    taken.items += [beliefs.uids[part] for part in beliefs.parts(guid)]
+                    taken.items += [beliefs.uids[part] for part in members(beliefs.parts[guid])]
             elif guid[:2] in beliefs.shared:
                 taken.is_ambiguous = True
             elif (other := _contradiction(fragment, beliefs)) is not None:

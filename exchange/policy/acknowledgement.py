@@ -193,12 +193,10 @@ class PacketLog:
                 row = nodes.bit_length() - 1
                 nodes ^= 1 << row
                 rows[row] |= 1 << place % n_nodes
-        self._record(slot % ring, items)
-        return rows
-
-    def _record(self, place: int, items: int) -> None:
+        place = slot % ring
         self._items[place] = items
         self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
+        return rows
 
     def _inferred(self, may: int, held: Sequence[int]) -> int:
         """Return the nodes, of those at each place, that are believed to hold all items of the packet."""
@@ -218,7 +216,8 @@ class PacketLog:
         Acknowledgements of the nodes in ``heeded`` (bit mask) count.
         """
         place = slot % self._ring
-        self._record(place, items)
+        self._items[place] = items
+        self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
         self.heard |= 1 << slot % self.n_nodes
         self._received |= 1 << place
         heeded, places = heeded & self._all, self._loaded
