@@ -124,8 +124,7 @@ class Beliefs:
         if epoch == self.peers.epochs[origin]:
             self.origins[origin] |= 1 << column
         if self.summaries is not None:
-            for peer in members(self.summaries.holders(uid)):
-                self.held[peer] |= 1 << column
+            self.summaries.believe(uid, 1 << column)
         return column
 
     def is_whole(self, guid: Guid) -> bool:
@@ -211,8 +210,8 @@ class Beliefs:
         """Return sorted pairs of peer and item with belief gained since ``before``."""
         gained: list[tuple[int, ItemUid]] = []
         for peer, (held, before) in enumerate(zip(self.held, self.before, strict=True)):
-            if held != before and peer != self.me:
-                gained += [(peer, self.uids[column]) for column in members(held & ~before)]
+            for column in members(held & ~before) if held != before and peer != self.me else ():
+                gained.append((peer, self.uids[column]))
         return tuple(gained)
 
     def ease(self, column: int) -> bool:
@@ -231,8 +230,8 @@ class Beliefs:
         if self.summaries is not None:
             self.summaries.forget(node)
         own = [column for column, uid in enumerate(self.uids) if (uid.origin, uid.epoch) == (node, epoch)]
-        self.held[node] |= item_set(own)
-        self.origins[node] = item_set(own)
+        self.origins[node] = sum([1 << column for column in own])
+        self.held[node] |= self.origins[node]
 
     def forget(self, node: int) -> None:
         """Clear beliefs about the items and packets of a node."""
@@ -316,11 +315,6 @@ class Beliefs:
         return self.block(guid)
 
 
-def item_set(columns: Iterable[int]) -> int:
-    """Return the bit set of distinct columns."""
-    return sum([1 << column for column in columns])
-
-
 # Summaries ----------------------------------------------------------------------------------------
 
 
@@ -353,9 +347,9 @@ _NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
 class Summaries:
     """Summaries of one vehicle: its own as they are due, and those of its peers."""
 
-    def __init__(self, beliefs: Beliefs, size_bits: Callable[[Summary], int]) -> None:
+    def __init__(self, beliefs: Beliefs, encode: Callable[[Summary], tuple[int, int]]) -> None:
         self._beliefs = beliefs
-        self._size_bits = size_bits
+        self._encode = encode
         self._due: dict[Life, None] = {}
         self._told: dict[Life, _Told] = {}  # oldest first
         self._alarms: dict[Life, None] = {}
@@ -371,25 +365,27 @@ class Summaries:
         """Make the summaries of these incarnations (default: all) due."""
         self._due |= dict.fromkeys(lives or sorted(self._beliefs.blocks))
 
-    def urgent(self, room_bits: int) -> tuple[Summary, ...]:
-        """Return the due summaries that fit, at least one; the others stay due."""
+    def urgent(self, room_bits: int) -> tuple[tuple[Summary, ...], int]:
+        """Return the due summaries that fit, at least one, and their size (bits); the others stay due."""
         chosen: list[Summary] = []
+        size_bits = 0
         for life in (*self._alarms, *self._due):
             is_alarm = life in self._alarms
             if life in self._beliefs.shared and not is_alarm:
                 self._due.pop(life, None)
                 continue
             summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._beliefs.blocks.get(life, 0))
-            room_bits -= self._size_bits(summary)
-            if room_bits < 0 and chosen:
+            _, more_bits = self._encode(summary)
+            if size_bits + more_bits > room_bits and chosen:
                 break
+            size_bits += more_bits
             self._alarms.pop(life, None)
             self._take(life, summary)
             chosen.append(summary)
-        return tuple(chosen)
+        return tuple(chosen), size_bits
 
-    def spare(self, room_bits: int) -> tuple[Summary, ...]:
-        """Return one summary that fits and was changed, or sent less than ``TIMES_TOLD`` times.
+    def spare(self, room_bits: int) -> tuple[tuple[Summary, ...], int]:
+        """Return one summary that fits and was changed, or sent less than ``TIMES_TOLD`` times, and its size (bits).
 
         A summary that reports a discarded block is repeated until the block arrives, in case its sender missed it.
         """
@@ -402,11 +398,13 @@ class Summaries:
                 continue
             summary = summary_of(life, held)
             is_asked_for = given_up and any(summary.holds(sequence) is False for sequence in given_up)
-            is_known = is_told and before.summary == summary and not is_asked_for
-            if not is_known and self._size_bits(summary) <= room_bits:
+            if is_told and before.summary == summary and not is_asked_for:
+                continue
+            _, size_bits = self._encode(summary)
+            if size_bits <= room_bits:
                 self._take(life, summary)
-                return (summary,)
-        return ()
+                return (summary,), size_bits
+        return (), 0
 
     def _take(self, life: Life, summary: Summary) -> None:
         self._due.pop(life, None)
@@ -416,10 +414,12 @@ class Summaries:
 
     # Reception -----------------------------------------------------------------------------------
 
-    def holders(self, uid: ItemUid) -> int:
-        """Return peers (bit mask) whose summaries cover an item that is new here."""
-        life, noted = (uid.origin, uid.epoch), self._noted
-        return sum([1 << peer for peer in noted if life in noted[peer] and noted[peer][life].holds(uid.sequence)])
+    def believe(self, uid: ItemUid, items: int) -> None:
+        """Believe that peers hold an item that is new here (as a set) if their summaries cover it."""
+        for peer, noted in self._noted.items():
+            summary = noted.get((uid.origin, uid.epoch))
+            if summary is not None and summary.holds(uid.sequence):
+                self._beliefs.held[peer] |= items
 
     def forget(self, *peers: int) -> None:
         """Discard the summaries of these peers (default: all)."""

@@ -126,7 +126,7 @@ class ExchangeManager:
         """Size of the fleet."""
         kind = policy.acknowledgement
         self._beliefs = beliefs = Beliefs(me, self.n_nodes, kind, self._epoch)
-        beliefs.summaries = Summaries(beliefs, codec.summary_bits)
+        beliefs.summaries = Summaries(beliefs, codec.encode_summary)
         self._peers = beliefs.peers
         self.queue = Queue(options.value, options.queue_limit)
         """Queued entries, with the reasons for entries not sent or discarded."""
@@ -307,14 +307,14 @@ class ExchangeManager:
         if self._peers.away != away:
             self._interests.settle() if absent else self._interests.reopen(now_s)
         summary: tuple[Summary, ...] = ()
+        summary_bits = 0
         if (summaries := self._beliefs.summaries) is not None:
-            summary = summaries.urgent(self._room_bits // SUMMARY_SHARE)
+            summary, summary_bits = summaries.urgent(self._room_bits // SUMMARY_SHARE)
         if (relaying := self._receiver.relaying) is not None and (relaying.left or self.queue.resting):
             self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
         header = codec.header
         spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits
-        summary_bits = sum(map(codec.summary_bits, summary))
         # ``_room_bits`` assumes the largest header; a smaller one leaves its bits to the sections.
         room_bits = self._room_bits + spared_bits - signals_bits - summary_bits
         if (reports := self._receiver.reports) is not None:
@@ -323,8 +323,7 @@ class ExchangeManager:
         chosen = self.queue.choose(packing, now_s)
         is_spare = not summary
         if summaries is not None and is_spare:
-            summary = summaries.spare(packing.left_bits)
-            summary_bits = sum(map(codec.summary_bits, summary))
+            summary, summary_bits = summaries.spare(packing.left_bits)
         content = 0
         items: list[ItemUid] = []
         status: list[StatusUid] = []

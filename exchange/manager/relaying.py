@@ -62,6 +62,7 @@ class Relaying:
     def look(self, frame: int, now_s: float) -> None:
         """Evaluate the links between others and update the relayed origins."""
         self.due_frame = frame + LOOK_FRAMES
+        least, most = 1.0, 0.0
         for receiver, rows in enumerate(self.rows):
             lost_of = self._lost[receiver]
             for row in rows:
@@ -69,12 +70,13 @@ class Relaying:
                 for sender in self._nodes:
                     lost_of[sender] = KEPT * lost_of[sender] + (HEARD if row >> sender & 1 else LOST)
             rows.clear()
-        lost = [[loss_of(n, self._weight[receiver]) for n in self._lost[receiver]] for receiver in self._nodes]
-        between = [share for node, shares in enumerate(lost) for other, share in enumerate(shares) if node != other]
-        if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is that much better than another
+            others, weight = lost_of[:receiver] + lost_of[receiver + 1 :], self._weight[receiver]
+            least, most = min(least, loss_of(min(others), weight)), max(most, loss_of(max(others), weight))
+        if FAVOUR * (1.0 - most) >= 1.0 - least:  # no link is that much better than another
             self.left = []
             self._receiver.relay(0, now_s)
             return
+        lost = [[loss_of(n, self._weight[receiver]) for n in self._lost[receiver]] for receiver in self._nodes]
         worth = [[1.0 - max(lost[node][other], lost[other][node]) for other in self._nodes] for node in self._nodes]
         tree, away, relayed = tree_of(worth), self._peers.away, 0
         ways = ways_from(tree, self._me)

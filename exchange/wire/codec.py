@@ -53,9 +53,8 @@ from exchange.packets import (
 )
 from exchange.policy.acknowledgement import Acknowledgement, acknowledged, fields
 from exchange.policy.policies import AckPolicy, bits_beside
-from exchange.wire import codes
 from exchange.wire.accounts import AccountCodec
-from exchange.wire.codes import Bits, FieldSize, Reader, joined, padded, width
+from exchange.wire.codes import Bits, FieldSize, Reader, joined, natural, padded, read_natural, width
 from exchange.wire.factcodec import FactCodec
 from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Life, Packing, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
@@ -157,60 +156,6 @@ class AckHeader:
         return tuple(rows)
 
 
-class SideCodec:
-    """Codec of influence signals and summaries."""
-
-    def __init__(self, fragments: FragmentCodec) -> None:
-        self._fragments = fragments
-        self._role_bits = fragments.facts.subject_bits
-        self.signal_bits = SIGNAL_BITS[1] + self._role_bits + SIGNAL_VALUE_BITS
-        """Size of one influence signal."""
-        self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
-        """Encode a summary (cached, since its size is asked before); raise ConfigurationError for an invalid epoch."""
-
-    def listing(self) -> tuple[FieldSize, ...]:
-        """List the fields of signals and summaries in wire order."""
-        return (
-            FieldSize("signal", "signal", SIGNAL_BITS[1], "one comes"),
-            FieldSize("signal", "role", self._role_bits, "its instance"),
-            FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
-            FieldSize("summary", "summary", SUMMARY_BITS[1], "one comes"),
-            FieldSize("summary", "origin", self._fragments.origin_bits, "whose items"),
-            FieldSize("summary", "origin's epoch", EPOCH_BITS, "more bits from 3 on"),
-            FieldSize("summary", "highest", self._fragments.sequence_bits, "all up to it are held; more bits beyond"),
-            FieldSize("summary", "mask", MASK_BITS, "which of those behind the first gap are held"),
-        )
-
-    def encode_signals(self, signals: Iterable[InfluenceSignal]) -> Bits:
-        """Encode signals; raise ConfigurationError for one outside -128..127."""
-        bits = size_bits = 0
-        for role, value in signals:
-            if not -128 <= value <= 127:
-                raise ConfigurationError(f"influence signal {value}: a signed byte holds -128 to 127")
-            bits = (bits << SIGNAL_BITS[1] | SIGNAL_BITS[0]) << self._role_bits | role
-            bits, size_bits = bits << SIGNAL_VALUE_BITS | value & 0xFF, size_bits + self.signal_bits
-        return bits, size_bits
-
-    def _encode_summary(self, summary: Summary) -> Bits:
-        refuse_epoch(summary.epoch)
-        life = self._fragments.encode_life(summary.origin, summary.epoch)
-        highest = codes.natural(summary.highest + 1, self._fragments.sequence_bits)
-        return joined(SUMMARY_BITS, life, highest, (summary.mask, MASK_BITS))
-
-    def read_signal(self, reader: Reader) -> InfluenceSignal:
-        """Decode the next signal."""
-        word = reader.take(self.signal_bits)
-        role, value = word >> SIGNAL_VALUE_BITS & (1 << self._role_bits) - 1, word & 0xFF
-        return InfluenceSignal(role, value - 256 if value > 127 else value)
-
-    def read_summary(self, reader: Reader) -> Summary:
-        """Decode the next summary; raise PeerFault for an invalid origin or epoch."""
-        reader.left -= SUMMARY_BITS[1]
-        origin, epoch = self._fragments.read_life(reader)
-        number = codes.read_natural(reader.take, self._fragments.sequence_bits)
-        return Summary(origin, epoch, number - 1, reader.take(MASK_BITS))
-
-
 class Codec:
     """Packet codec of one fleet: fixed TBox, node count, instance count and policy.
 
@@ -243,8 +188,8 @@ class Codec:
         """Codec of fragments."""
         self.fragment_bits = self.fragments.most_bits
         """``fragment_bits(fragment, relayed=True)``: upper bound of a fragment's size in any packet."""
-        self._side = SideCodec(self.fragments)
-        self.signal_bits = self._side.signal_bits
+        self._role_bits = self._facts.subject_bits
+        self.signal_bits = SIGNAL_BITS[1] + self._role_bits + SIGNAL_VALUE_BITS
         """Size of one influence signal."""
         self._node_bits = width(n_nodes)
         self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS
@@ -265,6 +210,8 @@ class Codec:
         guard_bits = sum(guard.size_bits for guard in (self._checksum, self._seal) if guard is not None)
         self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
         """Bits of a packet without sections, with the largest acknowledgement header."""
+        self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
+        """Encode a summary (cached, since its size is asked before); raise ConfigurationError for an invalid epoch."""
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
         self.head = lru_cache(maxsize=32)(self._head)
         """``head(data) -> Head``, epoch and frame modulo 4; raises PeerFault if invalid."""
@@ -273,10 +220,6 @@ class Codec:
 
         Raises DefinitionFault if the hash byte is that of another definition, frame or era of the sender.
         """
-
-    def summary_bits(self, summary: Summary) -> int:
-        """Return the size of a summary."""
-        return self._side.encode_summary(summary)[1]
 
     @property
     def definition(self) -> bytes:
@@ -311,7 +254,14 @@ class Codec:
             *_guard_listing(self._seal, self.head_bits - self._clear_bits, self._checksum),
             *self.fragments.listing(),
             *self._facts.listing(),
-            *self._side.listing(),
+            FieldSize("signal", "signal", SIGNAL_BITS[1], "one comes"),
+            FieldSize("signal", "role", self._role_bits, "its instance"),
+            FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
+            FieldSize("summary", "summary", SUMMARY_BITS[1], "one comes"),
+            FieldSize("summary", "origin", self.fragments.origin_bits, "whose items"),
+            FieldSize("summary", "origin's epoch", EPOCH_BITS, "more bits from 3 on"),
+            FieldSize("summary", "highest", self.fragments.sequence_bits, "all up to it are held; more bits beyond"),
+            FieldSize("summary", "mask", MASK_BITS, "which of those behind the first gap are held"),
         )
 
     # To bits -------------------------------------------------------------------------------------
@@ -334,6 +284,21 @@ class Codec:
         bits = (first << self._node_bits | head.sender) << EPOCH_BITS | head.epoch & EPOCH_MASK
         bits = bits << FRAME_BITS | head.frame % FRAMES
         return bits << self.head_bits - self._clear_bits
+
+    def _encode_signals(self, signals: Iterable[InfluenceSignal]) -> Bits:
+        bits = size_bits = 0
+        for role, value in signals:
+            if not -128 <= value <= 127:
+                raise ConfigurationError(f"influence signal {value}: a signed byte holds -128 to 127")
+            bits = (bits << SIGNAL_BITS[1] | SIGNAL_BITS[0]) << self._role_bits | role
+            bits, size_bits = bits << SIGNAL_VALUE_BITS | value & 0xFF, size_bits + self.signal_bits
+        return bits, size_bits
+
+    def _encode_summary(self, summary: Summary) -> Bits:
+        refuse_epoch(summary.epoch)
+        life = self.fragments.encode_life(summary.origin, summary.epoch)
+        highest = natural(summary.highest + 1, self.fragments.sequence_bits)
+        return joined(SUMMARY_BITS, life, highest, (summary.mask, MASK_BITS))
 
     def encode(
         self,
@@ -374,7 +339,7 @@ class Codec:
 
         Raises ConfigurationError for a signal outside -128..127 or an invalid epoch.
         """
-        beside = self._side.encode_signals(signals), *map(self._side.encode_summary, summary), END_BITS
+        beside = self._encode_signals(signals), *map(self.encode_summary, summary), END_BITS
         data = padded(joined((self.encode_head(head), self.head_bits), acks, fragments, *beside))
         if self._seal is not None:
             nonce = nonce_of(head.sender, head.epoch, head.frame, slot_start_s, self._hash)
@@ -400,24 +365,25 @@ class Codec:
     def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> DecodedPacket:
         packet, is_beyond = self._read(data, frame, slot_start_s, era)
         wrong = self._out_of_range(packet.fragments) if is_beyond else None
-        latest_s, concerns, relays, statuses, lives = -math.inf, 0, False, [], set[Life]()
+        latest_s, concerns, relays, lives = -math.inf, 0, False, set[Life]()
+        items: list[Named | Block] = []
+        statuses: list[Block] = []
         for fragment in packet.fragments:
             latest_s, concerns = max(latest_s, fragment.time_s), concerns | 1 << fragment.origin
             relays = relays or fragment.origin != packet.sender
             if fragment.sequence == STATUS:
                 statuses.append(fragment.block)
+                items.append(statuses[-1])
             else:
+                items.append(name_of_item(fragment))
                 lives.add((fragment.origin, fragment.epoch))
         for summary in packet.summary:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
-        items: tuple[Named | Block, ...] = ()
-        if len(statuses) < len(packet.fragments):
-            items = tuple([f.block if f.sequence == STATUS else name_of_item(f) for f in packet.fragments])
         heard = 0
         for row in packet.rows:
             heard |= row
         facts = acknowledged(packet.rows, self._n_nodes, frame * self._n_nodes + packet.sender)
-        of_items = items, heard, facts, frozenset(lives)
+        of_items = tuple(items) if lives else (), heard, facts, frozenset(lives)
         return DecodedPacket(packet, wrong, latest_s, concerns, relays, tuple(statuses), *of_items)
 
     def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
@@ -457,16 +423,24 @@ class Codec:
             elif prefix < 0b1100:
                 fragments.append(self.fragments.read_other(reader, own, base, before))
             elif prefix == SIGNAL_BITS[0]:
-                signals.append(self._side.read_signal(reader))
+                word = reader.take(self.signal_bits)
+                role, value = word >> SIGNAL_VALUE_BITS & (1 << self._role_bits) - 1, word & 0xFF
+                signals.append(InfluenceSignal(role, value - 256 if value > 127 else value))
             elif prefix == SUMMARY_BITS[0]:
-                summary.append(self._side.read_summary(reader))
+                summary.append(self._read_summary(reader))
             else:
                 break
         reader.left -= END_BITS[1]
-        if not reader.padding_is_clean():
+        if reader.left >= 8 or reader.bits & (1 << reader.left) - 1:
             raise PeerFault("bits left over behind the packet")
         beside = tuple(signals), epoch, frame, tuple(summary), account
         return Packet(head.sender, rows, tuple(fragments), *beside), reader.is_beyond
+
+    def _read_summary(self, reader: Reader) -> Summary:
+        reader.left -= SUMMARY_BITS[1]
+        origin, epoch = self.fragments.read_life(reader)
+        number = read_natural(reader.take, self.fragments.sequence_bits)
+        return Summary(origin, epoch, number - 1, reader.take(MASK_BITS))
 
 
 def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) -> Codec:

@@ -69,10 +69,6 @@ class Reader:
             raise PeerFault("packet ends inside a field")
         return self.bits >> left & (1 << size_bits) - 1
 
-    def padding_is_clean(self) -> bool:
-        """True if less than a byte is left, all zero."""
-        return self.left < 8 and self.bits & (1 << self.left) - 1 == 0
-
 
 def joined(*parts: Bits) -> Bits:
     """Concatenate bit strings.

@@ -134,7 +134,7 @@ def test_a_packet_arrives_as_it_was_sent_with_the_size_added_up_before(made, dic
     codec, policy, n_nodes, packet = made
     start_s = 8.0 * frame
     size_bits = codec.overhead_bits - codec.header.largest_bits + codec.header.size_bits(packet.sender, frame)
-    size_bits += len(packet.signals) * codec.signal_bits + sum(map(codec.summary_bits, packet.summary))
+    size_bits += len(packet.signals) * codec.signal_bits + sum(codec.encode_summary(one)[1] for one in packet.summary)
     packing = codec.packing(packet.sender, packet.epoch, start_s, 1 << 20)
     most_bits = 0
     offered = tuple(dice.sample(packet.fragments, len(packet.fragments)))

@@ -9,7 +9,7 @@ LIFE = (2, 0)
 
 def told(queue: Summaries, packets: int) -> int:
     """In how many of so many packets with room a summary was told."""
-    return sum(bool(queue.spare(100)) for _ in range(packets))
+    return sum(bool(queue.spare(100)[0]) for _ in range(packets))
 
 
 def holding(*sequences: int) -> Beliefs:
@@ -20,15 +20,15 @@ def holding(*sequences: int) -> Beliefs:
 
 
 def test_what_does_not_change_is_told_a_few_times() -> None:
-    assert told(Summaries(holding(0, 1, 2), lambda one: 30), 20) == TIMES_TOLD
+    assert told(Summaries(holding(0, 1, 2), lambda one: (0, 30)), 20) == TIMES_TOLD
 
 
 def test_that_a_block_was_given_up_is_told_until_it_comes_again() -> None:
     beliefs = holding(0, 1, 2, 3)
-    queue = Summaries(beliefs, lambda one: 30)
+    queue = Summaries(beliefs, lambda one: (0, 30))
     assert told(queue, 20) == TIMES_TOLD
     beliefs.give_up([(*LIFE, 2)])
-    assert queue.spare(100) == (Summary(*LIFE, highest=1, mask=1),)
+    assert queue.spare(100) == ((Summary(*LIFE, highest=1, mask=1),), 30)
     assert told(queue, 20) == 20
     beliefs.complete((*LIFE, 2))
     assert told(queue, 20) == TIMES_TOLD
@@ -37,7 +37,7 @@ def test_that_a_block_was_given_up_is_told_until_it_comes_again() -> None:
 def test_what_a_summary_cannot_say_is_not_told_for_ever() -> None:
     """The mask behind the first gap does not reach the block that was given up."""
     beliefs = holding(0, *range(2, 20))
-    queue = Summaries(beliefs, lambda one: 30)
+    queue = Summaries(beliefs, lambda one: (0, 30))
     told(queue, 20)
     beliefs.give_up([(*LIFE, 15)])
     assert told(queue, 20) == 0
