@@ -391,7 +391,7 @@ class Summaries:
         """
         beliefs, sent = self._beliefs, self._told
         # First those never sent, then by time of transmission, as ``_take`` moves a summary to the end.
-        for life in (*[life for life in sorted(beliefs.blocks) if life not in sent], *sent):
+        for life in (*sorted(beliefs.blocks.keys() - sent), *sent):
             held, given_up, before = beliefs.blocks.get(life, 0), beliefs.discarded.get(life), sent.get(life, _NEVER)
             is_told = before.times == TIMES_TOLD
             if life in beliefs.shared or (is_told and before.held == held and not given_up):

@@ -193,7 +193,7 @@ class ExchangeManager:
 
     def receive(self, data: bytes, now_s: float) -> Reception:
         """Process a packet that arrives at ``now_s``; count an invalid one, without an exception."""
-        schedule = self._schedule
+        schedule, log = self._schedule, self._beliefs.log
         try:
             head = self._codec.head(data)
         except PeerFault as fault:
@@ -214,7 +214,11 @@ class ExchangeManager:
                 raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
             if sender == self._me:
                 raise SlotConflict("another speaks as this vehicle")
-            self._refuse_untimely(slot, sender, now_s)
+            if slot + self.n_nodes <= log.slot:
+                raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
+            own = slot - (slot - self._me) % self.n_nodes  # the last own slot before it
+            if own > log.slot and schedule.start_s(own) > now_s:
+                raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
             if sender not in self._definitions.trusted:
                 self._definitions.agree(sender, frame)
             if decoded.latest_s > now_s:
@@ -228,7 +232,7 @@ class ExchangeManager:
             differs = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
             is_twin = isinstance(fault, SlotConflict) and self._receiver.doubt(sender, frame, now_s)
             return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
-        self._beliefs.log.open(slot)
+        log.open(slot)
         is_second = self._peers.conflicts(sender, slot, data)
         reception = self._receiver.apply(decoded, slot, met, is_second, now_s)
         if (reports := self._receiver.reports) is not None:
@@ -239,15 +243,6 @@ class ExchangeManager:
             if frame >= relaying.due_frame:
                 relaying.look(frame, now_s)
         return reception
-
-    def _refuse_untimely(self, slot: int, sender: int, now_s: float) -> None:
-        """Raise PeerFault for a packet too old or too early to be processed."""
-        log = self._beliefs.log
-        if slot + self.n_nodes <= log.slot:
-            raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
-        own = slot - (slot - self._me) % self.n_nodes  # the last own slot before it
-        if own > log.slot and self._schedule.start_s(own) > now_s:
-            raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
 
     def _era_now(self, data: bytes, sender: int, frame: int, known: int) -> int:
         """Return the era of a peer by its packet if proven, else the known one."""

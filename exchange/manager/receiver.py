@@ -146,14 +146,15 @@ class Receiver:
 
     def _take_summaries(self, packet: Packet, now_s: float) -> int:
         """Apply the summaries of a packet; return the items (set) that its sender lacks."""
-        beliefs, lacked = self._beliefs, 0
-        if beliefs.summaries is None:
+        beliefs, peers, lacked = self._beliefs, self._peers, 0
+        if (summaries := beliefs.summaries) is None:
             return lacked
         for summary in packet.summary:
-            if summary[:2] not in beliefs.shared:
-                lacked |= beliefs.summaries.note(packet.sender, summary)
-                if not self._repeats and self._peers.is_over(*summary[:2]):
-                    self._interests.adopt(beliefs.orphans(summary[:2]), now_s)
+            origin, epoch = life = summary[:2]
+            if life not in beliefs.shared:
+                lacked |= summaries.note(packet.sender, summary)
+                if not self._repeats and (peers.away >> origin & 1 or epoch != peers.epochs[origin]):
+                    self._interests.adopt(beliefs.orphans(life), now_s)
         return lacked
 
     def _told(self, packet: Packet, missed: int, now_s: float) -> tuple[tuple[int, float], ...]:

@@ -134,7 +134,7 @@ class PacketLog:
         """Nodes whose last packet this node received (bit mask)."""
         self._items = [0] * self._ring  # item set of a packet received or sent, by place
         self._loaded = 0  # places of packets with items
-        self._received = 0  # places of packets received
+        self._received = 0  # all nodes, at the places of packets received
         self._reported = 0  # receivers reported by peers
 
     def open(self, slot: int) -> None:
@@ -150,7 +150,7 @@ class PacketLog:
             sender, place = passed % n_nodes, passed % ring
             self.heard &= ~(1 << sender)
             self._loaded &= ~(1 << place)
-            self._received &= ~(1 << place)
+            self._received &= ~(self._all << place * n_nodes)
             if self._reported:
                 self._reported &= ~self._void(passed)
             self._items[place] = 0
@@ -181,11 +181,8 @@ class PacketLog:
         carried, may = layout(kind, n_nodes, slot // n_nodes % kind.period_frames, me), 0
         for ago, nodes in carried:
             may |= nodes << (slot - ago) % ring * n_nodes
-        received = 0
-        for place in members(self._received):
-            received |= self._all << place * n_nodes
-        inferred = self._inferred(may & received, held) if kind.infers else 0
-        facts = kind.header(self._reported, self._each << me, received, inferred) & may
+        inferred = self._inferred(may & self._received, held) if kind.infers else 0
+        facts = kind.header(self._reported, self._each << me, self._received, inferred) & may
         for ago, _ in carried:
             place = (slot - ago) % ring
             nodes = facts >> place * n_nodes & self._all
@@ -219,7 +216,7 @@ class PacketLog:
         self._items[place] = items
         self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
         self.heard |= 1 << slot % self.n_nodes
-        self._received |= 1 << place
+        self._received |= self._all << place * self.n_nodes
         heeded, places = heeded & self._all, self._loaded
         # The packet may arrive late, when later slots have made some of its facts void.
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
@@ -240,7 +237,7 @@ class PacketLog:
         """Clear the receptions and packets of a node."""
         self._items[node] = self._items[node + self.n_nodes] = 0
         self._loaded &= ~(1 << node | 1 << node + self.n_nodes)
-        self._received &= ~(1 << node | 1 << node + self.n_nodes)
+        self._received &= ~(self._both << node * self.n_nodes)
         self.heard &= ~(1 << node)
         if node != self.me:
             self._reported &= ~(self._each << node)

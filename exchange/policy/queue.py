@@ -212,12 +212,18 @@ class Queue:
             if n_before <= LOOK_PAST and n_before < len(line.entries):
                 heappush(heads, self._head(line, n_before, moment))
         n_unsaid = n_waiting - len(chosen) - n_too_large
-        unsaid[Unsaid.TOO_LARGE], unsaid[Unsaid.WAITING] = n_too_large, min(n_unsaid, n_repeated)
-        unsaid[Unsaid.LOWER_VALUE] = n_unsaid - unsaid[Unsaid.WAITING]
-        unsaid[Unsaid.OVERFLOW] = self.open.bit_count() - len(self._items)
-        self.unsaid = {reason: n for reason, n in unsaid.items() if n}
-        if not chosen and not self.unsaid:
-            self.unsaid[Unsaid.NOTHING_OPEN] = 1
+        n_repeated = min(n_unsaid, n_repeated)
+        for reason, n in (
+            (Unsaid.TOO_LARGE, n_too_large),
+            (Unsaid.WAITING, n_repeated),
+            (Unsaid.LOWER_VALUE, n_unsaid - n_repeated),
+            (Unsaid.OVERFLOW, self.open.bit_count() - len(self._items)),
+        ):
+            if n:
+                unsaid[reason] = n
+        if not chosen and not unsaid:
+            unsaid[Unsaid.NOTHING_OPEN] = 1
+        self.unsaid = unsaid
         self._sent.clear()
         for candidate in chosen:
             candidate.note_sent(moment)

@@ -56,7 +56,7 @@ from exchange.policy.policies import AckPolicy, bits_beside
 from exchange.wire.accounts import AccountCodec
 from exchange.wire.codes import Bits, FieldSize, Reader, joined, natural, padded, read_natural, width
 from exchange.wire.factcodec import FactCodec
-from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Life, Packing, refuse_epoch
+from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCH_MASK, Before, FragmentCodec, Life, Packing, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
@@ -70,7 +70,6 @@ HASH_BYTES = 4
 FRAME_BITS = 2
 """Size of the frame counter (frame modulo 4)."""
 FRAMES = 1 << FRAME_BITS
-EPOCH_MASK = (1 << EPOCH_BITS) - 1
 END_BITS = (0b111, 3)
 SIGNAL_VALUE_BITS = 8
 ERAS = EPOCHS >> EPOCH_BITS
@@ -331,7 +330,7 @@ class Codec:
         head: Head,
         slot_start_s: float,
         acks: Bits,
-        fragments: Bits,
+        fragments: Iterable[Bits],
         signals: Iterable[InfluenceSignal],
         summary: Iterable[Summary],
     ) -> bytes:
@@ -340,7 +339,7 @@ class Codec:
         Raises ConfigurationError for a signal outside -128..127 or an invalid epoch.
         """
         beside = self._encode_signals(signals), *map(self.encode_summary, summary), END_BITS
-        data = padded(joined((self.encode_head(head), self.head_bits), acks, fragments, *beside))
+        data = padded(joined((self.encode_head(head), self.head_bits), acks, *fragments, *beside))
         if self._seal is not None:
             nonce = nonce_of(head.sender, head.epoch, head.frame, slot_start_s, self._hash)
             clear = data[: self._clear_bytes]

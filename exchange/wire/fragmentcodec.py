@@ -12,13 +12,14 @@ from operator import itemgetter
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment
-from exchange.wire.codes import Bits, FieldSize, Reader, joined, natural, read_natural, width
+from exchange.wire.codes import Bits, FieldSize, Reader, joined, natural, read_natural, read_rest, width
 from exchange.wire.factcodec import FactCodec
 from worldmodel import EPOCHS, STATUS, Field
 from worldmodel.facts import MOST_ITEMS
 
 EPOCH_BITS = 2
 """Bits of an epoch; a higher one is escaped."""
+EPOCH_MASK = (1 << EPOCH_BITS) - 1
 INDEX_BITS = 4
 LONGEST_KIND_BITS = 3
 """Longest prefix that announces a fragment."""
@@ -177,7 +178,10 @@ class FragmentCodec:
 
     def read_life(self, reader: Reader) -> Life:
         """Decode an origin and its epoch; raise PeerFault if invalid."""
-        origin, epoch = reader.take(self.origin_bits), read_natural(reader.take, EPOCH_BITS)
+        word = reader.take(self.origin_bits + EPOCH_BITS)
+        origin, epoch = word >> EPOCH_BITS, word & EPOCH_MASK
+        if epoch == EPOCH_MASK:
+            epoch += read_rest(reader.take)
         if origin >= self.n_nodes:
             raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
         if epoch >= EPOCHS:
@@ -285,10 +289,10 @@ class Packing:
             insort(self._sequences.setdefault((origin, epoch), []), sequence)
         return True
 
-    def wired(self) -> tuple[Bits, list[tuple[int, int]]]:
-        """Return the accepted fragments by origin, epoch and sequence, own ones first.
+    def wired(self) -> tuple[list[Bits], list[tuple[int, int]]]:
+        """Return the bits of the accepted fragments by origin, epoch and sequence, own ones first.
 
-        A list has the attribute of the first fact and the size (bits) of each.
+        A second list has the attribute of the first fact and the size (bits) of each.
         """
         before: Before = {}
         parts: list[Bits] = []
@@ -300,7 +304,7 @@ class Packing:
                 before[origin, epoch] = sequence
             parts += (bits, size_bits), number
             sizes.append((attribute, size_bits + number[1]))
-        return joined(*parts), sizes
+        return parts, sizes
 
 
 def _nameless(fragment: Fragment) -> ConfigurationError:

@@ -142,7 +142,7 @@ def test_a_packet_arrives_as_it_was_sent_with_the_size_added_up_before(made, dic
         assert packing.add(fragment)
         most_bits += codec.fragment_bits(fragment, is_relayed(fragment, packet))
     fragments_bits = (1 << 20) - packing.left_bits
-    assert fragments_bits == packing.wired()[0][1] <= most_bits
+    assert fragments_bits == sum(size for _, size in packing.wired()[1]) <= most_bits
     data = codec.encode(
         packet.sender, packet.rows, offered, packet.signals, frame, packet.epoch, start_s, packet.summary
     )
