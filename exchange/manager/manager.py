@@ -226,14 +226,13 @@ class ExchangeManager:
             if decoded.wrong is not None:  # the world model would refuse its block
                 raise PeerFault(decoded.wrong)
             # Last of the checks, since it counts the packet as presence of its sender and as a sample of the link.
-            met = self._peers.meet(sender, packet.epoch, frame)
+            met, is_second = self._peers.meet(sender, packet.epoch, frame, data)
         except PeerFault as fault:
             self.n_faults += 1
             differs = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
             is_twin = isinstance(fault, SlotConflict) and self._receiver.doubt(sender, frame, now_s)
             return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
         log.open(slot)
-        is_second = self._peers.conflicts(sender, slot, data)
         reception = self._receiver.apply(decoded, slot, met, is_second, now_s)
         if (reports := self._receiver.reports) is not None:
             self.n_faults, reports.n_refused = self.n_faults + reports.n_refused, 0

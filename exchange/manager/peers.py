@@ -127,7 +127,7 @@ class PeerStates:
         self._all = (1 << n_nodes) - 1
         self._informed_of = [self._all] * n_nodes  # by peer: nodes whose present epoch it received
         self._older = [(0, 0)] * n_nodes  # older epoch received, times in succession
-        self._heard: list[tuple[int, bytes]] = [(-1, b"")] * n_nodes  # slot and bytes of the last packet
+        self._heard: list[tuple[int, bytes]] = [(-1, b"")] * n_nodes  # frame and bytes of the last packet
         self.heard_frame: list[int | None] = [None] * n_nodes
         """TDMA frame of the last packet, by node."""
         self._incoming = [LossEstimate() for _ in range(n_nodes)]
@@ -170,8 +170,11 @@ class PeerStates:
 
     # Reception -----------------------------------------------------------------------------------
 
-    def meet(self, sender: int, epoch: int, frame: int) -> Met:
-        """Update presence and link of a sender; raise PeerFault for an earlier incarnation."""
+    def meet(self, sender: int, epoch: int, frame: int, data: bytes) -> tuple[Met, bool]:
+        """Update presence and link of a sender; raise PeerFault for an earlier incarnation.
+
+        Return also whether another packet of the sender in that frame differed.
+        """
         known = self.epochs[sender]
         if epoch < known:
             before, n_before = self._older[sender]
@@ -191,9 +194,9 @@ class PeerStates:
             self.is_alone = False
             self.away &= ~(1 << sender)
             self.awaited = self.away
-        if epoch != known:
-            return Met.NEW_LIFE
-        return Met.BACK if was_away else Met.USUAL
+        (last_frame, last_data), self._heard[sender] = self._heard[sender], (frame, data)
+        met = Met.NEW_LIFE if epoch != known else Met.BACK if was_away else Met.USUAL
+        return met, last_frame == frame and last_data != data
 
     def begin(self, node: int, epoch: int) -> None:
         """Start a new incarnation of a node."""
@@ -233,11 +236,6 @@ class PeerStates:
     def is_doubted(self, node: int, frame: int) -> bool:
         """True while a node id may be duplicate."""
         return frame <= self._doubted_until[node]
-
-    def conflicts(self, sender: int, slot: int, data: bytes) -> bool:
-        """Record a packet; return True if it differs from one of the same sender and slot."""
-        (last_slot, last_data), self._heard[sender] = self._heard[sender], (slot, data)
-        return last_slot == slot and last_data != data
 
     def doubt(self, node: int, frame: int) -> bool:
         """Record a duplicate node id; return True if it was not ambiguous before."""

@@ -162,7 +162,9 @@ class Receiver:
 
         ``missed`` has the nodes (bit mask) whose last packets only others received.
         """
-        evidence = [(node, now_s - self._frame_s) for node in members(missed)] if missed else []
+        evidence: list[tuple[int, float]] = []
+        for node in members(missed):
+            evidence.append((node, now_s - self._frame_s))
         for fragment in packet.fragments:
             if fragment.origin not in (packet.sender, self._me):
                 evidence.append((fragment.origin, min(fragment.time_s, now_s)))

@@ -284,15 +284,6 @@ class Codec:
         bits = bits << FRAME_BITS | head.frame % FRAMES
         return bits << self.head_bits - self._clear_bits
 
-    def _encode_signals(self, signals: Iterable[InfluenceSignal]) -> Bits:
-        bits = size_bits = 0
-        for role, value in signals:
-            if not -128 <= value <= 127:
-                raise ConfigurationError(f"influence signal {value}: a signed byte holds -128 to 127")
-            bits = (bits << SIGNAL_BITS[1] | SIGNAL_BITS[0]) << self._role_bits | role
-            bits, size_bits = bits << SIGNAL_VALUE_BITS | value & 0xFF, size_bits + self.signal_bits
-        return bits, size_bits
-
     def _encode_summary(self, summary: Summary) -> Bits:
         refuse_epoch(summary.epoch)
         life = self.fragments.encode_life(summary.origin, summary.epoch)
@@ -338,8 +329,13 @@ class Codec:
 
         Raises ConfigurationError for a signal outside -128..127 or an invalid epoch.
         """
-        beside = self._encode_signals(signals), *map(self.encode_summary, summary), END_BITS
-        data = padded(joined((self.encode_head(head), self.head_bits), acks, *fragments, *beside))
+        parts = [(self.encode_head(head), self.head_bits), acks, *fragments]
+        for role, value in signals:
+            if not -128 <= value <= 127:
+                raise ConfigurationError(f"influence signal {value}: a signed byte holds -128 to 127")
+            word = (SIGNAL_BITS[0] << self._role_bits | role) << SIGNAL_VALUE_BITS | value & 0xFF
+            parts.append((word, self.signal_bits))
+        data = padded(joined(*parts, *map(self.encode_summary, summary), END_BITS))
         if self._seal is not None:
             nonce = nonce_of(head.sender, head.epoch, head.frame, slot_start_s, self._hash)
             clear = data[: self._clear_bytes]

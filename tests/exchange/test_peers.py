@@ -9,20 +9,20 @@ from exchange.policy.policies import ACK
 
 def test_an_older_epoch_counts_only_when_it_is_heard_twice_in_a_row() -> None:
     peers = PeerStates(0, 3, ACK)
-    assert peers.meet(1, 2, 0) is Met.NEW_LIFE
+    assert peers.meet(1, 2, 0, b"")[0] is Met.NEW_LIFE
     peers.begin(1, 2)
     for _ in range(2):
         with pytest.raises(PeerFault, match="node 1 in its epoch 1, after its epoch 2"):
-            peers.meet(1, 1, 1)
-        assert peers.meet(1, 2, 2) is Met.USUAL
+            peers.meet(1, 1, 1, b"")
+        assert peers.meet(1, 2, 2, b"")[0] is Met.USUAL
     with pytest.raises(PeerFault):
-        peers.meet(1, 1, 3)
-    assert peers.meet(1, 1, 4) is Met.NEW_LIFE
+        peers.meet(1, 1, 3, b"")
+    assert peers.meet(1, 1, 4, b"")[0] is Met.NEW_LIFE
 
 
 def test_silence_counts_from_the_last_packet_even_of_the_first_frame() -> None:
     peers = PeerStates(0, 3, ACK)
-    peers.meet(1, 0, 0)
+    peers.meet(1, 0, 0, b"")
     longest = peers.longest_silence(1)
     assert peers.mark_absent(2) == []  # the node begins to count in frame 2
     assert peers.mark_absent(longest) == []
