@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from exchange.policy.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits, policy_named
     from exchange.schedule import TdmaSchedule
     from exchange.wire.codec import Codec
-    from exchange.wire.codes import FieldSize
+    from exchange.wire.factcodec import FieldSize
 
 __all__ = [
     "ACKNOWLEDGEMENTS",

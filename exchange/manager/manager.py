@@ -44,8 +44,8 @@ from exchange.policy.policies import AckPolicy
 from exchange.policy.queue import Queue
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, refuse_longer_texts
-from exchange.wire.codes import joined
 from exchange.wire.definitions import ComparedDefinitions, ProvenDefinitions
+from exchange.wire.factcodec import joined
 from exchange.wire.fragmentcodec import EPOCH_BITS
 from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid

@@ -9,8 +9,7 @@ from __future__ import annotations
 from exchange.errors import PeerFault
 from exchange.packets import Account, HolderSet, OriginStatement
 from exchange.policy.planning import COUNT_BITS, LENGTH_BITS, SIZE_BITS
-from exchange.wire import codes
-from exchange.wire.codes import Bits, Reader, joined, padded
+from exchange.wire.factcodec import Bits, Reader, joined, natural, padded, read_natural
 from exchange.wire.fragmentcodec import EPOCH_BITS, FragmentCodec
 from worldmodel import EPOCHS, Block
 from worldmodel.facts import MOST_ITEMS, Guid
@@ -31,8 +30,8 @@ class AccountCodec:
         is_usual = content.epoch == 0 and content.is_known_to_all
         parts = [(1, 1), (content.origin, self._fragments.origin_bits), (int(is_usual), 1)]
         if not is_usual:
-            parts += [codes.natural(content.epoch, EPOCH_BITS), (int(content.is_known_to_all), 1)]
-        parts += [codes.natural(content.first, self._fragments.sequence_bits), (content.length, LENGTH_BITS)]
+            parts += [natural(content.epoch, EPOCH_BITS), (int(content.is_known_to_all), 1)]
+        parts += [natural(content.first, self._fragments.sequence_bits), (content.length, LENGTH_BITS)]
         if content.origin != sender:
             parts.append((content.mask, content.length))
         return joined(*parts)
@@ -41,10 +40,10 @@ class AccountCodec:
         """Encode a holder set with its leading presence bit."""
         parts = [(1, 1), (content.origin, self._fragments.origin_bits), (int(content.epoch == 0), 1)]
         if content.epoch:
-            parts.append(codes.natural(content.epoch, EPOCH_BITS))
+            parts.append(natural(content.epoch, EPOCH_BITS))
         # The bit of the sender, itself a holder, is left out.
         others = content.holders >> sender + 1 << sender | content.holders & (1 << sender) - 1
-        number = codes.natural(content.sequence, self._fragments.sequence_bits)
+        number = natural(content.sequence, self._fragments.sequence_bits)
         return joined(*parts, number, (others, self._n_nodes - 1))
 
     def encode(self, account: Account, sender: int) -> Bits:
@@ -68,7 +67,7 @@ class AccountCodec:
         return origin, bool(reader.take(1))
 
     def _read_epoch(self, reader: Reader) -> int:
-        epoch = codes.read_natural(reader.take, EPOCH_BITS)
+        epoch = read_natural(reader.take, EPOCH_BITS)
         if epoch >= EPOCHS:
             raise PeerFault(f"an account of epoch {epoch}: there are {EPOCHS}")
         return epoch
@@ -80,7 +79,7 @@ class AccountCodec:
             epoch, is_known = self._read_epoch(reader), bool(reader.take(1))
             if epoch == 0 and is_known:
                 raise PeerFault("a usual statement in a longer form than it has")
-        first = codes.read_natural(reader.take, self._fragments.sequence_bits)
+        first = read_natural(reader.take, self._fragments.sequence_bits)
         length = reader.take(LENGTH_BITS)
         if first + length > MOST_ITEMS:
             raise PeerFault(f"an account of {first + length} items: allowed are up to {MOST_ITEMS}")
@@ -92,7 +91,7 @@ class AccountCodec:
         epoch = 0 if is_usual else self._read_epoch(reader)
         if epoch == 0 and not is_usual:
             raise PeerFault("a usual holder set in a longer form than it has")
-        sequence = codes.read_natural(reader.take, self._fragments.sequence_bits)
+        sequence = read_natural(reader.take, self._fragments.sequence_bits)
         if sequence >= MOST_ITEMS:
             raise PeerFault(f"holders of item {sequence}: allowed are 0 to {MOST_ITEMS - 1}")
         others = reader.take(self._n_nodes - 1)

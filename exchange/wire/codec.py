@@ -54,8 +54,7 @@ from exchange.packets import (
 from exchange.policy.acknowledgement import Acknowledgement, acknowledged, fields
 from exchange.policy.policies import AckPolicy, bits_beside
 from exchange.wire.accounts import AccountCodec
-from exchange.wire.codes import Bits, FieldSize, Reader, joined, natural, padded, read_natural, width
-from exchange.wire.factcodec import FactCodec
+from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, padded, read_natural, width
 from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCH_MASK, Before, FragmentCodec, Life, Packing, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox

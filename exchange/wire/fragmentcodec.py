@@ -12,8 +12,7 @@ from operator import itemgetter
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment
-from exchange.wire.codes import Bits, FieldSize, Reader, joined, natural, read_natural, read_rest, width
-from exchange.wire.factcodec import FactCodec
+from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, read_natural, read_rest, width
 from worldmodel import EPOCHS, STATUS, Field
 from worldmodel.facts import MOST_ITEMS
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.errors import PeerFault
-from exchange.wire.codes import AttributeNames, width
+from exchange.wire.factcodec import AttributeNames, width
 
 
 class Taker:
@@ -20,13 +20,18 @@ class Taker:
         return self.bits >> self.left & (1 << size) - 1
 
 
+def uid_in(names: AttributeNames, take: Taker) -> int:
+    name = take(names.short_bits)
+    return names.exchanged[name] if name < len(names.exchanged) else names.read_other(name, take)
+
+
 @given(st.data(), st.integers(1, 80))
 def test_every_attribute_is_read_as_it_was_written(data: st.DataObject, n: int) -> None:
     exchanged = data.draw(st.none() | st.sets(st.integers(0, n - 1)))
     names = AttributeNames(n, exchanged)
     for uid in range(n):
         take = Taker(names.names[uid], names.sizes[uid])
-        assert names.uid_of(take(names.short_bits), take) == uid
+        assert uid_in(names, take) == uid
         assert take.left == 0
 
 
@@ -50,4 +55,4 @@ def test_more_attributes_cost_those_nothing_that_are_exchanged() -> None:
 def test_names_of_nothing_are_a_peers_fault(bits: int, size: int) -> None:
     names = AttributeNames(6, exchanged=(0, 4))  # 0, 1, then 2 for others; 3 is free
     with pytest.raises(PeerFault, match="is not in the TBox"):
-        names.uid_of((taker := Taker(bits, size))(names.short_bits), taker)
+        uid_in(names, Taker(bits, size))
