@@ -192,20 +192,6 @@ class Beliefs:
                 served &= held | self.spared[node]
         return items ^ served
 
-    def held_by_all(self) -> int:
-        """Return the items (set) that all nodes are believed to hold."""
-        items = -1
-        for held in self.held:
-            items &= held
-        return items
-
-    def news(self) -> int:
-        """Return the items (set) with new holders since ``before``."""
-        items = 0
-        for held, before in zip(self.held, self.before, strict=True):
-            items |= held & ~before
-        return items
-
     def gained(self) -> tuple[tuple[int, ItemUid], ...]:
         """Return sorted pairs of peer and item with belief gained since ``before``."""
         gained: list[tuple[int, ItemUid]] = []

@@ -113,7 +113,8 @@ class HoldingsReports:
         # A statement of own items has no mask, so it ends at the first gap.
         length = rest.bit_length() if origin != self._me else (~rest & rest + 1).bit_length() - 1
         length = min(length, MOST_STATED) if life not in self._beliefs.shared else 0
-        is_known_to_all = not self._items_below(life, first) & ~self._beliefs.held_by_all()
+        below = self._items_below(life, first)
+        is_known_to_all = not any(below & ~of_node for of_node in self._beliefs.held)
         return OriginStatement(*life, first, length, rest & (1 << length) - 1, is_known_to_all)
 
     def _items_below(self, life: Life, first: int) -> int:
@@ -344,8 +345,9 @@ class HoldingsReports:
                 if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
                     beliefs.held[peer] |= 1 << column
         self._note_heard(packet)  # last: known holders lack nothing
-        for column in members(beliefs.news()):
-            self._learned[column] = slot, -1, 0
+        for held, before in zip(beliefs.held, beliefs.before, strict=True):
+            for column in members(held & ~before):
+                self._learned[column] = slot, -1, 0
 
     def _note_fate(self, peer: int, received: int) -> None:
         """Update link and lack estimates by a peer's acknowledgement of the own last packet."""
@@ -353,7 +355,7 @@ class HoldingsReports:
             self._confirmed |= self._told & self._beliefs.origins[peer]
         self._reckon_fate(peer, self._me, bool(received))
         # After the correction, which needs the delivery rate that the lack was estimated with.
-        self._reception[peer] = self._peers.reception(peer)
+        self._reception[peer] = self._peers.outgoing[peer].reception
 
     def _reckon_fate(self, peer: int, sender: int, is_received: bool) -> None:
         """Correct the lack estimates of a peer by its acknowledgement of a sender's last packet."""

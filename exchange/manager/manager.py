@@ -47,7 +47,7 @@ from exchange.wire.codec import Codec, refuse_longer_texts
 from exchange.wire.definitions import ComparedDefinitions, ProvenDefinitions
 from exchange.wire.factcodec import joined
 from exchange.wire.fragmentcodec import EPOCH_BITS
-from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
+from worldmodel import STATUS, Block, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
 
 if TYPE_CHECKING:
@@ -116,6 +116,7 @@ class ExchangeManager:
         self._schedule = schedule
         self._room_bits = payload_bits - codec.overhead_bits
         self._signal_room_bits = max(codec.signal_bits, self._room_bits // SIGNAL_SHARE)
+        self._fragment_room_bits = self._room_bits - self._signal_room_bits
         if self._room_bits < 2 * codec.signal_bits:
             raise ConfigurationError(
                 f"a packet of {payload_bits} bits has no room behind the header of {codec.overhead_bits} bits "
@@ -160,21 +161,27 @@ class ExchangeManager:
         """
         items: list[Fragment] = []
         for change in changes:
-            block = change.block
-            if block.sequence == STATUS:
-                self._interests.take_status(block)
-                continue
-            room_bits = self._room_bits - self._signal_room_bits
-            for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
-                entry = Sendable(fragment, block.facts, addressed=sum([1 << peer for peer in addressed]))
-                self._receiver.register(name_of_item(fragment), block.time_s, entry)
-                items.append(fragment)
-            self._beliefs.complete(block.guid)
+            if change.block.sequence == STATUS:
+                self._interests.take_status(change.block)
+            else:
+                items += self._register(change.block, change.block.time_s, sum([1 << peer for peer in addressed]))
         return tuple(items)
+
+    def _register(self, block: Block, now_s: float, addressed: int = 0) -> tuple[Fragment, ...]:
+        """Register a whole block in fragments that fit packets; return them."""
+        fragments = fragments_of(block, self._fragment_room_bits, self._codec.fragment_bits)
+        for fragment in fragments:
+            self._receiver.register(name_of_item(fragment), now_s, Sendable(fragment, block.facts, addressed=addressed))
+        self._beliefs.complete(block.guid)
+        return fragments
 
     def resume(self, now_s: float) -> None:
         """Register the content of the world model after a restart; its holders are unknown."""
-        self._receiver.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
+        for guid, block in self._model.items():
+            if block is None:
+                self._beliefs.complete(guid)
+            else:
+                self._register(block, now_s)
         self._interests.adopt(self._beliefs.orphans(), now_s)
         if self._beliefs.summaries is not None:
             self._beliefs.summaries.urge()
@@ -182,7 +189,7 @@ class ExchangeManager:
     def fits(self, facts: Iterable[Stated]) -> bool:
         """True if a block of these facts fits one packet, beside influence signals."""
         whole = Fragment(self._me, 0, 0.0, tuple(PropertyValue(*fact) for fact in facts))
-        return self._codec.fragment_bits(whole) <= self._room_bits - self._signal_room_bits
+        return self._codec.fragment_bits(whole) <= self._fragment_room_bits
 
     def offer_signals(self, signals: Sequence[InfluenceSignal]) -> None:
         """Replace the influence signals for the next own slot; if too many, slots alternate."""
@@ -275,7 +282,7 @@ class ExchangeManager:
 
     def links(self, peer: int) -> PeerLinks:
         """Return the loss estimates of the links from and to a peer."""
-        return self._peers.links(peer)
+        return PeerLinks(self._peers.incoming[peer].link, self._peers.outgoing[peer].link)
 
     def renew(self, now_s: float) -> Renewal:
         """Evaluate all items again after a change of needs."""
@@ -327,7 +334,7 @@ class ExchangeManager:
                 content |= 1 << candidate.column
             else:
                 status.append(candidate.uid)
-        is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
+        is_doubted = frame <= self._peers.doubted_until[self._me]
         # While the own id is ambiguous, an acknowledgement may be for the other vehicle's packet: record no items.
         rows = self._beliefs.log.compose(slot, 0 if is_doubted else content, self._beliefs.held)
         if relaying is not None:

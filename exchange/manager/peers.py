@@ -130,16 +130,15 @@ class PeerStates:
         self._heard: list[tuple[int, bytes]] = [(-1, b"")] * n_nodes  # frame and bytes of the last packet
         self.heard_frame: list[int | None] = [None] * n_nodes
         """TDMA frame of the last packet, by node."""
-        self._incoming = [LossEstimate() for _ in range(n_nodes)]
-        self._outgoing = [LossEstimate() for _ in range(n_nodes)]
+        self.incoming = [LossEstimate() for _ in range(n_nodes)]
+        """Links from each node."""
+        self.outgoing = [LossEstimate() for _ in range(n_nodes)]
+        """Links to each node."""
         self._since_frame: int | None = None
-        self._doubted_until = [-1] * n_nodes  # frame
+        self.doubted_until = [-1] * n_nodes
+        """Last frame in which each node id may be duplicate."""
         self.trusted_from = 0
         """First frame from which no node id is ambiguous."""
-
-    def links(self, peer: int) -> PeerLinks:
-        """Return the loss estimates of the links from and to a peer."""
-        return PeerLinks(self._incoming[peer].link, self._outgoing[peer].link)
 
     def mark_absent(self, frame: int) -> list[int]:
         """Mark present peers as absent whose silence exceeds loss; return them.
@@ -152,7 +151,7 @@ class PeerStates:
         present, absent = self._all & ~(self.away | 1 << self._me), list[int]()
         for node, heard_frame in enumerate(self.heard_frame):
             silence = frame - (self._since_frame if heard_frame is None else heard_frame)
-            if silence > SHORTEST_SILENCE and present >> node & 1 and silence > self.longest_silence(node):
+            if silence > SHORTEST_SILENCE and present >> node & 1 and silence > self.incoming[node].longest_silence:
                 absent.append(node)
         if not absent:
             return absent
@@ -163,10 +162,6 @@ class PeerStates:
             self.heard_frame[:] = [frame] * self._n_nodes
         self.awaited = others if self.is_alone else self.away
         return absent
-
-    def longest_silence(self, peer: int) -> int:
-        """Frames of silence of a peer that loss explains."""
-        return self._incoming[peer].longest_silence
 
     # Reception -----------------------------------------------------------------------------------
 
@@ -188,7 +183,7 @@ class PeerStates:
         if last is None or frame > last:
             if last is not None and frame > last + 1:
                 self._note_missed(sender, frame - last - 1)
-            self._incoming[sender].note(HEARD)
+            self.incoming[sender].note(HEARD)
         was_away = self.awaited >> sender & 1
         if was_away:
             self.is_alone = False
@@ -211,7 +206,7 @@ class PeerStates:
         return epoch != self.epochs[origin] or bool(self.away >> origin & 1)
 
     def _note_missed(self, sender: int, n_missed: int) -> None:
-        incoming = self._incoming[sender]
+        incoming = self.incoming[sender]
         # A silence too long for loss is absence, which says nothing about the link.
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
             incoming.note(LOST, n_missed)
@@ -224,22 +219,14 @@ class PeerStates:
         """
         self._informed_of[sender] |= own
         if is_answer:
-            self._outgoing[sender].note(HEARD if own >> self._me & 1 else LOST)
+            self.outgoing[sender].note(HEARD if own >> self._me & 1 else LOST)
         return 1 << sender | (self._informed_of[sender] if frame >= self.trusted_from else 0)
-
-    def reception(self, peer: int) -> float:
-        """Return the estimated delivery rate of the link to a peer."""
-        return self._outgoing[peer].reception
 
     # Duplicate node ids --------------------------------------------------------------------------
 
-    def is_doubted(self, node: int, frame: int) -> bool:
-        """True while a node id may be duplicate."""
-        return frame <= self._doubted_until[node]
-
     def doubt(self, node: int, frame: int) -> bool:
         """Record a duplicate node id; return True if it was not ambiguous before."""
-        is_new = not self.is_doubted(node, frame)
-        self._doubted_until[node] = frame + DOUBT_FRAMES
-        self.trusted_from = max(self._doubted_until) + 1
+        is_new = frame > self.doubted_until[node]
+        self.doubted_until[node] = frame + DOUBT_FRAMES
+        self.trusted_from = max(self.doubted_until) + 1
         return is_new

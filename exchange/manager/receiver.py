@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -17,9 +17,7 @@ from exchange.packets import (
     Named,
     Packet,
     Reception,
-    fragments_of,
     joined_block,
-    name_of_item,
 )
 from exchange.policy.acknowledgement import members
 from worldmodel import STATUS, Block, WorldModel
@@ -107,7 +105,7 @@ class Receiver:
             content = self._take_in(decoded.items, taken, now_s)
         else:
             taken.blocks += decoded.statuses
-        is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
+        is_trusted = frame > peers.doubted_until[sender]
         if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
             is_late, own, answers = (
                 slot < log.slot,
@@ -190,14 +188,6 @@ class Receiver:
             self._interests.adopt(members(self._beliefs.lacked(self._beliefs.origins[origin])), now_s)
         if origins:  # the node that should send these may have poor links as well
             self._interests.adopt(self._beliefs.orphans(of_others=True), now_s)
-
-    def resume(self, room_bits: int, size_bits: Callable[[Fragment], int], now_s: float) -> None:
-        """Register the blocks of the world model, in fragments of at most ``room_bits``."""
-        for guid, block in self._model.items():
-            self._beliefs.complete(guid)
-            if block is not None:
-                for fragment in fragments_of(block, room_bits, size_bits):
-                    self.register(name_of_item(fragment), now_s, Sendable(fragment, block.facts))
 
     def _twin(self, packet: Packet, is_second: bool, now_s: float) -> int | None:
         """Return a duplicate node id if this packet is the first evidence; else None."""

@@ -101,7 +101,7 @@ class Relaying:
         peers, beliefs, left = self._peers, self._beliefs, list[tuple[int, int]]()
         for peer, by in self.left:
             heard_frame = peers.heard_frame[by]
-            if heard_frame is not None and frame - heard_frame <= peers.longest_silence(by):
+            if heard_frame is not None and frame - heard_frame <= peers.incoming[by].longest_silence:
                 left.append((peer, by))
         resting = items
         for peer in members((1 << beliefs.n_nodes) - 1 & ~peers.away):

@@ -23,7 +23,7 @@ def test_an_older_epoch_counts_only_when_it_is_heard_twice_in_a_row() -> None:
 def test_silence_counts_from_the_last_packet_even_of_the_first_frame() -> None:
     peers = PeerStates(0, 3, ACK)
     peers.meet(1, 0, 0, b"")
-    longest = peers.longest_silence(1)
+    longest = peers.incoming[1].longest_silence
     assert peers.mark_absent(2) == []  # the node begins to count in frame 2
     assert peers.mark_absent(longest) == []
     assert peers.mark_absent(longest + 1) == [1]
