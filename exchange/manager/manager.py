@@ -313,11 +313,9 @@ class ExchangeManager:
             summary, summary_bits = summaries.urgent(self._room_bits // SUMMARY_SHARE)
         if (relaying := self._receiver.relaying) is not None and (relaying.left or self.queue.resting):
             self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
-        header = codec.header
-        spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits
         # ``_room_bits`` assumes the largest header; a smaller one leaves its bits to the sections.
-        room_bits = self._room_bits + spared_bits - signals_bits - summary_bits
+        room_bits = self._room_bits + codec.spare_bits(self._me, frame) - signals_bits - summary_bits
         if (reports := self._receiver.reports) is not None:
             room_bits -= self._let_plan(reports, room_bits)
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
@@ -340,7 +338,7 @@ class ExchangeManager:
         if relaying is not None:
             relaying.rows[self._me].append(rows[self._me])
         head = Head(self._me, self._epoch, frame)
-        acks, (fragments, sizes) = header.encode(self._me, rows, frame), packing.wired()
+        acks, (fragments, sizes) = codec.encode_acks(self._me, rows, frame), packing.wired()
         n_acks = acks[0].bit_count()
         if reports is not None and codec.accounts is not None:
             # ``_let_plan`` suspended all items outside of the plan, which would not count as open until the next slot.

@@ -51,8 +51,8 @@ from exchange.packets import (
     Summary,
     name_of_item,
 )
-from exchange.policy.acknowledgement import Acknowledgement, acknowledged, fields
-from exchange.policy.policies import AckPolicy, bits_beside
+from exchange.policy.acknowledgement import acknowledged, fields
+from exchange.policy.policies import AckPolicy, bits_beside, header_bits
 from exchange.wire.accounts import AccountCodec
 from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, padded, read_natural, width
 from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCH_MASK, Before, FragmentCodec, Life, Packing, refuse_epoch
@@ -117,43 +117,6 @@ def _guard_listing(seal: Seal | None, head_padding_bits: int, checksum: Checksum
     return sizes
 
 
-class AckHeader:
-    """Acknowledgement header of every sender and TDMA frame, over the policy's period."""
-
-    def __init__(self, kind: Acknowledgement, n_nodes: int) -> None:
-        self._n_nodes = n_nodes
-        self._fields = [
-            [fields(kind, n_nodes, frame, sender) for sender in range(n_nodes)] for frame in range(kind.period_frames)
-        ]
-        sizes = {len(of_sender) for of_frame in self._fields for of_sender in of_frame}
-        self._beside_bits = bits_beside(kind)
-        self.largest_bits = max(sizes) + self._beside_bits
-        """Size of the largest header."""
-        self.varies = len(sizes) > 1
-        """True if headers differ in size."""
-
-    def size_bits(self, sender: int, frame: int) -> int:
-        """Return the header size of ``sender`` in a TDMA frame."""
-        return len(self._fields[frame % len(self._fields)][sender]) + self._beside_bits
-
-    def encode(self, sender: int, rows: Sequence[int], frame: int) -> Bits:
-        """Encode the carried bits of the acknowledgement matrix, first row most significant."""
-        bits, fields = 0, self._fields[frame % len(self._fields)][sender]
-        for i, j in fields:
-            bits = bits << 1 | (rows[i] >> j & 1)
-        return bits, len(fields)
-
-    def decode(self, sender: int, frame: int, take: Callable[[int], int]) -> tuple[int, ...]:
-        """Decode acknowledgement rows, with zeros for bits that the header does not carry."""
-        rows = [0] * self._n_nodes
-        fields = self._fields[frame % len(self._fields)][sender]
-        bits = take(len(fields))
-        for i, j in reversed(fields):
-            rows[i] |= (bits & 1) << j
-            bits >>= 1
-        return tuple(rows)
-
-
 class Codec:
     """Packet codec of one fleet: fixed TBox, node count, instance count and policy.
 
@@ -192,12 +155,12 @@ class Codec:
         self._node_bits = width(n_nodes)
         self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS
         self._clear_bytes = -(-self._clear_bits // 8)
-        self.header = AckHeader(policy.acknowledgement, n_nodes)
-        """Layout of the acknowledgements."""
-        kind = policy.acknowledgement
+        self._kind = kind = policy.acknowledgement
+        self._acks_bits = header_bits(policy, n_nodes)
+        self._most_acks = self._acks_bits - bits_beside(kind)
         self.accounts = AccountCodec(self.fragments, n_nodes, kind.codes) if kind.states else None
         """Codec of holdings sections; None if the policy does not report received sets."""
-        fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
+        fleet = tbox.hash, n_instances, n_nodes, n_items, self._acks_bits
         times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
         shape = GRAMMAR, *fleet, *times, crc_bits, key is not None
         shape = *shape, *(((kind.name, kind.codes),) if kind.states else ())
@@ -206,11 +169,14 @@ class Codec:
         self.head_bits = 8 * self._clear_bytes if self._seal is not None else self._clear_bits
         """Bits before the acknowledgements; whole bytes if the remainder is encrypted."""
         guard_bits = sum(guard.size_bits for guard in (self._checksum, self._seal) if guard is not None)
-        self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
+        self.overhead_bits = self.head_bits + self._acks_bits + END_BITS[1] + guard_bits
         """Bits of a packet without sections, with the largest acknowledgement header."""
         self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
         """Encode a summary (cached, since its size is asked before); raise ConfigurationError for an invalid epoch."""
-        self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
+        self.is_sealed = key is not None
+        """True if a key encrypts the packets."""
+        self.definition = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
+        """Definition hash (4 bytes) of grammar, TBox, fleet, policy and widths."""
         self.head = lru_cache(maxsize=32)(self._head)
         """``head(data) -> Head``, epoch and frame modulo 4; raises PeerFault if invalid."""
         self.decode = lru_cache(maxsize=32)(self._decode)
@@ -219,35 +185,31 @@ class Codec:
         Raises DefinitionFault if the hash byte is that of another definition, frame or era of the sender.
         """
 
-    @property
-    def definition(self) -> bytes:
-        """Definition hash (4 bytes) of grammar, TBox, fleet, policy and widths."""
-        return self._hash
-
-    @property
-    def is_sealed(self) -> bool:
-        """True if a key encrypts the packets."""
-        return self._seal is not None
-
     # Sizes ---------------------------------------------------------------------------------------
 
     def packing(self, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> Packing:
         """Return an empty packing for the fragments of a packet."""
         return Packing(self.fragments, sender, epoch, slot_start_s, room_bits)
 
+    def spare_bits(self, sender: int, frame: int) -> int:
+        """Return the bits that the acknowledgements of ``sender`` in a TDMA frame leave of the largest header."""
+        return self._most_acks - len(fields(self._kind, self._n_nodes, frame % self._kind.period_frames, sender))
+
     def listing(self) -> tuple[FieldSize, ...]:
         """List every field in wire order with its size in this fleet.
 
         Group ``packet`` occurs once per packet, ``fragment`` per fragment, ``fact`` per fact.
         """
-        policy = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
+        frames, senders = range(self._kind.period_frames), range(self._n_nodes)
+        varies = any(self.spare_bits(sender, frame) for frame in frames for sender in senders)
+        policy = f"policy {self._policy.name}" + (", the largest" if varies else "")
         of_hash = f"of {8 * HASH_BYTES} bits a byte in turn: grammar, TBox, fleet, policy"
         return (
             FieldSize("packet", "definition hash", HASH_BITS, of_hash),
             FieldSize("packet", "sender", self._node_bits, f"one of {self._n_nodes} nodes"),
             FieldSize("packet", "epoch", EPOCH_BITS, "of the sender: which of its lives; in fours by the hash byte"),
             FieldSize("packet", "frame", FRAME_BITS, f"TDMA frame modulo {FRAMES}: with the sender it names the slot"),
-            FieldSize("packet", "acknowledgements", self.header.largest_bits, policy),
+            FieldSize("packet", "acknowledgements", self._acks_bits, policy),
             FieldSize("packet", "end", END_BITS[1], "behind all that follows"),
             *_guard_listing(self._seal, self.head_bits - self._clear_bits, self._checksum),
             *self.fragments.listing(),
@@ -266,13 +228,20 @@ class Codec:
 
     def _hash_byte(self, frame: int, era: int) -> int:
         number = frame % HASH_BYTES
-        return self._hash[number] ^ (frame // FRAMES & 0xFF) ^ (era * ERA_FACTORS[number] & 0xFF)
+        return self.definition[number] ^ (frame // FRAMES & 0xFF) ^ (era * ERA_FACTORS[number] & 0xFF)
 
     def era_of(self, data: bytes, frame: int) -> int | None:
         """Return the sender's era by the hash byte of a packet of that frame; None if invalid."""
         number = frame % HASH_BYTES
         era = (data[0] ^ self._hash_byte(frame, 0)) * ERA_INVERSES[number] & 0xFF
         return era if era < ERAS else None
+
+    def encode_acks(self, sender: int, rows: Sequence[int], frame: int) -> Bits:
+        """Encode the carried bits of the acknowledgement matrix, first row most significant."""
+        bits, carried = 0, fields(self._kind, self._n_nodes, frame % self._kind.period_frames, sender)
+        for i, j in carried:
+            bits = bits << 1 | (rows[i] >> j & 1)
+        return bits, len(carried)
 
     def encode_head(self, head: Head) -> int:
         """Encode the head in ``head_bits`` bits from whole frame and epoch numbers."""
@@ -310,7 +279,7 @@ class Codec:
         packing = self.packing(sender, epoch, slot_start_s, 1 << 40)
         for fragment in fragments:
             packing.add(fragment)
-        head, acks = Head(sender, epoch, frame), self.header.encode(sender, rows, frame)
+        head, acks = Head(sender, epoch, frame), self.encode_acks(sender, rows, frame)
         if self.accounts is not None:
             acks = joined(acks, self.accounts.encode(account, sender))
         return self.assembled(head, slot_start_s, acks, packing.wired()[0], signals, summary)
@@ -336,7 +305,7 @@ class Codec:
             parts.append((word, self.signal_bits))
         data = padded(joined(*parts, *map(self.encode_summary, summary), END_BITS))
         if self._seal is not None:
-            nonce = nonce_of(head.sender, head.epoch, head.frame, slot_start_s, self._hash)
+            nonce = nonce_of(head.sender, head.epoch, head.frame, slot_start_s, self.definition)
             clear = data[: self._clear_bytes]
             data = clear + self._seal.sealed(head.sender, clear, data[self._clear_bytes :], nonce)
         if self._checksum is not None:
@@ -397,12 +366,12 @@ class Codec:
         head, clear_bits = self.head(data), self._clear_bits
         epoch = era << EPOCH_BITS | head.epoch
         if self._seal is not None:
-            nonce, clear_bits = nonce_of(head.sender, epoch, frame, slot_start_s, self._hash), 0
+            nonce, clear_bits = nonce_of(head.sender, epoch, frame, slot_start_s, self.definition), 0
             data = self._seal.opened(head.sender, data[: self._clear_bytes], data[self._clear_bytes :], nonce)
         reader = Reader(data, clear_bits)
         if head.frame != frame % FRAMES:
             raise PeerFault(f"a packet of frame {head.frame} modulo {FRAMES} in frame {frame}")
-        rows = self.header.decode(head.sender, frame, reader.take)
+        rows = self._read_acks(reader, head.sender, frame)
         account = NO_ACCOUNT if self.accounts is None else self.accounts.read(reader, head.sender)
         base, own = self.fragments.base_of(slot_start_s), (head.sender, epoch)
         before: Before = {}
@@ -429,6 +398,16 @@ class Codec:
             raise PeerFault("bits left over behind the packet")
         beside = tuple(signals), epoch, frame, tuple(summary), account
         return Packet(head.sender, rows, tuple(fragments), *beside), reader.is_beyond
+
+    def _read_acks(self, reader: Reader, sender: int, frame: int) -> tuple[int, ...]:
+        """Decode acknowledgement rows, with zeros for bits that the header does not carry."""
+        carried = fields(self._kind, self._n_nodes, frame % self._kind.period_frames, sender)
+        rows = [0] * self._n_nodes
+        bits = reader.take(len(carried))
+        for i, j in reversed(carried):
+            rows[i] |= (bits & 1) << j
+            bits >>= 1
+        return tuple(rows)
 
     def _read_summary(self, reader: Reader) -> Summary:
         reader.left -= SUMMARY_BITS[1]

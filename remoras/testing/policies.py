@@ -146,7 +146,7 @@ def check_header_bits(policy: AckPolicy) -> None:
                 assert header_bits(policy, n_nodes) >= promised, f"{where} is larger than the largest"
                 repeated = header_bits(policy, n_nodes, frame + kind.period_frames, sender)
                 assert repeated == promised, f"{where} does not repeat after period_frames = {kind.period_frames}"
-                size_bits = codec.overhead_bits - codec.header.largest_bits + promised
+                size_bits = codec.overhead_bits - header_bits(policy, n_nodes) + promised
                 sent = len(codec.encode(sender, [ALL] * n_nodes, [], (), frame))
                 assert sent == -(-size_bits // 8), f"{where} takes another number of bits on the wire than promised"
 

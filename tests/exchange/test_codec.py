@@ -133,7 +133,7 @@ def test_a_packet_arrives_as_it_was_sent_with_the_size_added_up_before(made, dic
     """In whatever order fragments are offered to the packing, at whatever ages; none takes more than its most."""
     codec, policy, n_nodes, packet = made
     start_s = 8.0 * frame
-    size_bits = codec.overhead_bits - codec.header.largest_bits + codec.header.size_bits(packet.sender, frame)
+    size_bits = codec.overhead_bits - codec.spare_bits(packet.sender, frame)
     size_bits += len(packet.signals) * codec.signal_bits + sum(codec.encode_summary(one)[1] for one in packet.summary)
     packing = codec.packing(packet.sender, packet.epoch, start_s, 1 << 20)
     most_bits = 0
@@ -285,10 +285,8 @@ def test_a_packet_is_of_one_frame_in_1024():
 def test_acknowledgement_headers_have_the_sizes_of_the_paper(n_nodes: int):
     """A vector of N - 1 bits, a matrix of N (N - 1); and the packet grows by as much."""
     vector, matrix = codec_of(n_nodes, "ack"), codec_of(n_nodes, "m-ack")
-    assert vector.header.largest_bits == n_nodes - 1
-    assert (
-        matrix.header.largest_bits == codec_of(n_nodes, "mps-ack-repeat").header.largest_bits == n_nodes * (n_nodes - 1)
-    )
+    assert vector.overhead_bits - vector.head_bits - 3 == n_nodes - 1
+    assert matrix.overhead_bits == codec_of(n_nodes, "mps-ack-repeat").overhead_bits
     assert matrix.overhead_bits - vector.overhead_bits == (n_nodes - 1) ** 2
 
 
