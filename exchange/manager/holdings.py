@@ -63,7 +63,6 @@ class HoldingsReports:
         self._learned: dict[int, tuple[int, int, int]] = {}  # by column: slots of last news and report, reports since
         self._stated: dict[tuple[int, Life], int] = {}  # by peer and incarnation: bit set of blocks held
         self._first: dict[Life, int] = {}  # number of the first block that is not settled here
-        self._below: dict[Life, tuple[int, int]] = {}  # such a number, and the items of the blocks below it
         # By sender: blocks covered by the symbols of its last packet, expected share delivered by peer.
         self._coded_last: dict[int, tuple[Sequence[Guid], Sequence[float]]] = {}
         self._decoder: Decoder[Guid] = Decoder()
@@ -113,17 +112,11 @@ class HoldingsReports:
         # A statement of own items has no mask, so it ends at the first gap.
         length = rest.bit_length() if origin != self._me else (~rest & rest + 1).bit_length() - 1
         length = min(length, MOST_STATED) if life not in self._beliefs.shared else 0
-        below = self._items_below(life, first)
-        is_known_to_all = not any(below & ~of_node for of_node in self._beliefs.held)
+        lacked = 0
+        for of_node in self._beliefs.held:
+            lacked |= self._beliefs.origins[origin] & ~of_node
+        is_known_to_all = all(self._beliefs.uids[column].sequence >= first for column in members(lacked))
         return OriginStatement(*life, first, length, rest & (1 << length) - 1, is_known_to_all)
-
-    def _items_below(self, life: Life, first: int) -> int:
-        known, items = self._below.get(life, (0, 0))
-        if known > first:
-            known = items = 0
-        items |= self._beliefs.items(life, (1 << first) - (1 << known))
-        self._below[life] = first, items
-        return items
 
     def _gathered(self, columns: Sequence[int], window: int, statements: Sequence[OriginStatement]) -> PacketPlan:
         """Return the planning input for candidates; ``window`` has the items that statements report."""
@@ -142,7 +135,7 @@ class HoldingsReports:
                 lacks.append(0.0 if is_held else 1.0 if reckoned is None else max(LEAST_LACK, reckoned[peer]))
                 if is_held or (reckoned is not None and reckoned[peer] < 1.0):
                     new &= ~(1 << column)
-        owed = [sum(map(self._priority_here, members(self._owed(statement)))) / most for statement in statements]
+        owed = [sum(map(self._priority_here, self._owed(statement))) / most for statement in statements]
         symbol_bits = [self._symbol_bits(column) if self._codes_repairs else IMPOSSIBLE for column in columns]
         away = self._peers.away | 1 << me
         return PacketPlan(
@@ -174,22 +167,19 @@ class HoldingsReports:
         """Return the items (set) that do not wait for a peer, which is absent or does not need them."""
         return -1 if self._peers.away >> peer & 1 else self._beliefs.spared[peer]
 
-    def _owed(self, claim: OriginStatement) -> int:
-        """Return the unreported acknowledgements (item set) that a statement brings its origin."""
+    def _owed(self, claim: OriginStatement) -> list[int]:
+        """Return the items (columns) whose unreported acknowledgements a statement brings its origin."""
         origin = claim.origin
         if origin == self._me or self._peers.away >> origin & 1:
-            return 0
+            return []
         # Less what the acknowledgement vector reports anyway. Items beyond the statement wait for a later one.
         unknown = self._beliefs.origins[origin] & ~self._confirmed & ~self._beliefs.log.last(origin)
-        return unknown and unknown & self._reported(claim)
-
-    def _reported(self, claim: OriginStatement) -> int:
-        return self._items_below(claim.life, claim.first) | self._beliefs.items(claim.life, claim.listed)
+        uids, held = self._beliefs.uids, claim.held
+        return [column for column in members(unknown) if held >> uids[column].sequence & 1]
 
     def _symbol_bits(self, column: int) -> int:
         """Return the symbol size for an item's block; ``IMPOSSIBLE`` unless it is whole here."""
-        uid = self._beliefs.uids[column]
-        guid = uid.origin, uid.epoch, uid.sequence
+        guid = self._beliefs.fragments[column].guid
         if not self._beliefs.is_whole(guid):
             return IMPOSSIBLE
         size = len(self._bytes_of(guid))
@@ -252,7 +242,7 @@ class HoldingsReports:
         for origin in members(beliefs.log.heard):
             reported |= beliefs.log.last(origin) & beliefs.origins[origin]
         for claim in self._statements:
-            reported |= self._reported(claim)
+            reported |= self._beliefs.items(claim.life, claim.held)
         for shown in holder_sets:
             reported |= self._beliefs.items((shown.origin, shown.epoch), 1 << shown.sequence)
         self._told = reported
