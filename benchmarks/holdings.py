@@ -62,11 +62,11 @@ def compose_in_order(case: Case, fleet: Fleet, statements: Statements, slot: Slo
             statements.brought[owner, n_sent] = column
             left -= case.item_bits
             n_sent += 1
-    statements.n_plain[owner] = n_sent
+    statements.n_brought[owner] = n_sent
     state_holdings(case, fleet, statements, owner, place, 0)
     stating.show_holders(case, fleet, statements, owner, slot.number, left)
     note_told(case, fleet, statements, owner, slot.number)
-    note_brought(case, fleet, statements, owner, owner, 0)
+    note_brought(case, fleet, statements, owner, slot, 0)
     return n_sent, 0
 
 

@@ -8,38 +8,21 @@ which determine what a node can decode.
 Plain Python that `exchange.study.compiler` compiles.
 """
 
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exchange.policy import planning
 from exchange.policy.coding import LOGS, MOST_ROWS, POWERS, coefficient, inverse, symbol_key
-from exchange.policy.planning import (
-    COUNT_BITS,
-    END_BITS,
-    IMPOSSIBLE,
-    KEPT,
-    LEAST_LACK,
-    MOST_PASSED,
-    MOST_STATED,
-    SIZE_BITS,
-    PacketPlan,
-    Shares,
-    holder_set_bits,
-    holder_set_rank,
-    kept_of_lack,
-    lack_after,
-    plan_packet,
-    reception_of,
-    share_of_symbols,
-    statement_bits,
-)
 from exchange.study import trials
 from exchange.study.lanes import Bytes, Case, Floats, Ints, allocated, count, n_columns_of, sizes_of
 from exchange.study.trials import Fleet, Header, Slot, slot_of
 
 UNKNOWN = -1
 """Slot of an event that never happened; bit that a header does not carry."""
+
+BELOW, STATED, DENIED = 1, 2, 3
+"""Content of statements about an item: held by all, held by the sender, not held by the sender."""
 
 _PRODUCTS = np.array(POWERS, np.uint8)[np.add.outer(LOGS, LOGS)]
 _PRODUCTS[0] = _PRODUCTS[:, 0] = 0
@@ -49,7 +32,7 @@ _INVERSES = np.array([0, *map(inverse, range(1, 256))], np.uint8)
 class Statements(NamedTuple):
     """State of nodes beside `Fleet`; item sets are flags by column."""
 
-    plan: PacketPlan  # of the packet under construction
+    plan: planning.PacketPlan  # of the packet under construction
     confirmed: Annotated[Ints, "node", "column"]  # acknowledgements that the origin is known to have
     told: Annotated[Ints, "node", "column"]  # items that the last own packet reported as held
     lacks: Annotated[Floats, "node", "column", "peer"]  # probability that the peer lacks the item
@@ -57,27 +40,23 @@ class Statements(NamedTuple):
     weight: Annotated[Floats, "node", "peer"]  # weighted number of own packets
     learned_slot: Annotated[Ints, "node", "column"]  # of the last news about holders of the item
     passed_slot: Annotated[Ints, "node", "column"]  # of its last report of a holder set
-    n_passed: Annotated[Ints, "node", "column"]  # reports since the last news; `MOST_PASSED` without news
+    n_passed: Annotated[Ints, "node", "column"]  # reports since the last news; the most allowed without news
     n_rows: Annotated[Ints, "node"]  # undecoded symbols
-    rows: Annotated[Bytes, "node", "row", "column"]  # their coefficients
-    pivots: Annotated[Ints, "node", "row"]  # the first column of each that is not 0
-    brought: Annotated[Ints, "node", "column"]  # items of its last packet, then those in its symbols
-    n_plain: Annotated[Ints, "node"]  # the former
-    n_coded: Annotated[Ints, "node"]  # the latter
+    rows: Annotated[Bytes, "node", "row", "column"]  # their coefficients, in reduced form
+    n_brought: Annotated[Ints, "node"]
+    brought: Annotated[Ints, "node", "column"]  # so many items of its last packet, those in its symbols included
     number: Annotated[Ints, "column"]  # sequence given by the origin; `UNKNOWN` without an item
     n_numbers: Annotated[Ints, "node"]  # items generated
     share: Annotated[Floats, "node", "sender", "peer"]  # probability that its last symbols delivered an item
     # Packet under construction:
     first: Annotated[Ints, "origin"]  # number that its statement begins with
     end: Annotated[Ints, "origin"]  # number behind its range
-    stated: Annotated[Ints, "column"]  # items that statements report as held
-    below: Annotated[Ints, "column"]  # items that statements report as held by all
-    denied: Annotated[Ints, "column"]  # items that statements cover and omit
+    report: Annotated[Ints, "column"]  # content of its statements about the item
     shown: Annotated[Ints, "column"]  # items with a holder set
     received: Annotated[Ints, "sender"]  # 1 if the packet acknowledges the last one of that sender
     columns: Annotated[Ints, "column"]  # of each candidate
     vector: Annotated[Bytes, "column"]  # scratch: a symbol
-    before: Annotated[Ints, "column", "peer"]  # scratch
+    n_holders: Annotated[Ints, "column"]  # scratch: known holders before a packet
 
 
 def new_statements(case: Case) -> Statements:
@@ -85,35 +64,34 @@ def new_statements(case: Case) -> Statements:
     return allocated(Statements, sizes_of(case) | {"row": MOST_ROWS}, new_plan(case.n_nodes * n_columns_of(case)))
 
 
-def new_plan(n: int) -> PacketPlan:
+def new_plan(n: int) -> planning.PacketPlan:
     """Allocate the plan of a packet: ``n`` entries in each field, the most that any needs."""
-    kinds = get_type_hints(PacketPlan).values()
-    plan = PacketPlan._make(np.zeros(n, np.float64 if kind is Shares else np.int64) for kind in kinds)
+    kinds = get_type_hints(planning.PacketPlan).values()
+    plan = planning.PacketPlan._make(np.zeros(n, np.float64 if kind is planning.Shares else np.int64) for kind in kinds)
     return plan._replace(weight=np.ones(n))
 
 
-def forget_all(statements: Statements) -> None:
-    """Clear the state of all nodes."""
-    statements.lost[:] = 0.0
-    statements.weight[:] = 0.0
-    statements.number[:] = UNKNOWN
-    statements.n_rows[:] = 0
-    statements.n_plain[:] = 0
-    statements.n_coded[:] = 0
-    statements.share[:] = 0.0
-    statements.n_numbers[:] = 0
-
-
-def number_item(statements: Statements, origin: int, column: int) -> None:
-    """Number a new item of the origin; clear the state of the column's old item."""
-    for node in range(len(statements.confirmed)):
-        statements.confirmed[node, column] = statements.told[node, column] = 0
-        statements.n_passed[node, column] = MOST_PASSED
-        statements.passed_slot[node, column] = UNKNOWN
-        for peer in range(len(statements.confirmed)):
-            statements.lacks[node, column, peer] = 1.0
-    statements.number[column] = statements.n_numbers[origin]
-    statements.n_numbers[origin] += 1
+def number_items(case: Case, fleet: Fleet, statements: Statements, slot: int) -> None:
+    """Number the items that are new in a slot; forget those whose column is free, and all in the first slot."""
+    if slot == 0:
+        statements.number[:] = UNKNOWN
+        for numbers in (statements.n_numbers, statements.n_rows, statements.n_brought):
+            numbers[:] = 0
+        for shares in (statements.lost, statements.weight):
+            shares[:] = 0.0
+        statements.share[:] = 0.0
+    for column in range(n_columns_of(case)):
+        if fleet.lanes.free_slot[0, column] <= slot:
+            statements.number[column] = UNKNOWN
+        elif fleet.lanes.born_slot[0, column] == slot:
+            origin = column // case.columns_per_source
+            statements.number[column] = statements.n_numbers[origin]
+            statements.n_numbers[origin] += 1
+            statements.confirmed[:, column] = 0
+            statements.told[:, column] = 0
+            statements.n_passed[:, column] = planning.MOST_PASSED
+            statements.passed_slot[:, column] = UNKNOWN
+            statements.lacks[:, column] = 1.0
 
 
 def columns_of(case: Case, origin: int) -> range:
@@ -132,14 +110,23 @@ def has_item(fleet: Fleet, node: int, column: int) -> bool:
     return bool(fleet.holders[node, column, node] & 1)
 
 
-def place_of_last(n_nodes: int, node: int, slot: int) -> int:
+def n_known_holders(fleet: Fleet, node: int, column: int) -> int:
+    """Number of nodes that a node believes to hold the item."""
+    number = 0
+    for holder in range(len(fleet.known)):
+        number += fleet.holders[node, column, holder] & 1
+    return number
+
+
+def place_of_last(fleet: Fleet, node: int, slot: int) -> int:
     """Ring place of a node's last packet before or in a slot."""
+    n_nodes = len(fleet.known)
     return (slot - (slot - node) % n_nodes) % (2 * n_nodes)
 
 
-def knows_last(n_nodes: int, fleet: Fleet, node: int, sender: int, slot: int) -> bool:
-    """True if a node received the last packet of a sender before a slot."""
-    return bool(fleet.known[node, place_of_last(n_nodes, sender, slot)] & 1)
+def delivery_rate(statements: Statements, node: int, peer: int) -> float:
+    """Delivery rate from a node to a peer, by the node's estimate."""
+    return planning.reception_of(statements.lost[node, peer], statements.weight[node, peer])
 
 
 # Packet composition -------------------------------------------------------------------------------
@@ -150,7 +137,7 @@ def look_through(case: Case, fleet: Fleet, statements: Statements, owner: int) -
 
     The range starts at the first unsettled item and ends after the last held one; at most ``MOST_STATED`` numbers.
     """
-    for origin in range(len(statements.first)):
+    for origin in range(case.n_nodes):
         first, end = statements.n_numbers[origin], 0
         for column in columns_of(case, origin):
             number = statements.number[column]
@@ -158,23 +145,25 @@ def look_through(case: Case, fleet: Fleet, statements: Statements, owner: int) -
                 first = min(first, number)
             if is_alive(statements, column) and has_item(fleet, owner, column):
                 end = max(end, number + 1)
-        statements.first[origin], statements.end[origin] = first, min(max(first, end), first + MOST_STATED)
+        statements.first[origin] = first
+        statements.end[origin] = min(max(first, end), first + planning.MOST_STATED)
 
 
 def count_owed(case: Case, fleet: Fleet, statements: Statements, owner: int, slot: int) -> None:
     """Count the unreported acknowledgements to each origin, and the size of a statement."""
-    n_nodes, plan = len(statements.first), statements.plan
-    for origin in range(n_nodes):
-        plan.owed[origin], plan.statement_bits[origin] = 0.0, IMPOSSIBLE
-        last, is_known = place_of_last(n_nodes, origin, slot), knows_last(n_nodes, fleet, owner, origin, slot)
+    plan = statements.plan
+    for origin in range(case.n_nodes):
+        plan.owed[origin], plan.statement_bits[origin] = 0.0, planning.IMPOSSIBLE
+        last = place_of_last(fleet, origin, slot)
+        is_known = fleet.known[owner, last] & 1
         for column in columns_of(case, origin if origin != owner else case.n_sources):
-            is_told = statements.confirmed[owner, column] or (is_known and fleet.loaded[last, column] & 1)
+            is_told = statements.confirmed[owner, column] | is_known & fleet.loaded[last, column]
             if is_alive(statements, column) and has_item(fleet, owner, column) and not is_told:
                 plan.owed[origin] += int(statements.number[column] < statements.end[origin])
         length = statements.end[origin] - statements.first[origin]
         if length > 0 or plan.owed[origin] > 0:
             length = 0 if origin == owner else length
-            plan.statement_bits[origin] = statement_bits(n_nodes, case.number_bits, length)
+            plan.statement_bits[origin] = planning.statement_bits(case.n_nodes, case.number_bits, length)
 
 
 def gather(case: Case, fleet: Fleet, statements: Statements, owner: int) -> int:
@@ -193,7 +182,7 @@ def gather(case: Case, fleet: Fleet, statements: Statements, owner: int) -> int:
             for peer in range(n_nodes):
                 lack = 0.0
                 if peer != owner and not fleet.holders[owner, column, peer] & 1:
-                    lack = max(LEAST_LACK, statements.lacks[owner, column, peer])
+                    lack = max(planning.LEAST_LACK, statements.lacks[owner, column, peer])
                 if peer != owner and lack < 1.0:
                     plan.is_new[c] = 0
                 plan.lacks[c * n_nodes + peer] = lack
@@ -203,46 +192,37 @@ def gather(case: Case, fleet: Fleet, statements: Statements, owner: int) -> int:
 
 def compose_packet(case: Case, fleet: Fleet, statements: Statements, slot: Slot, n_bits: int) -> tuple[int, int]:
     """Compose the owner's packet behind a header of ``n_bits``; return its items and symbols."""
-    n_nodes, plan = case.n_nodes, statements.plan
-    owner, place = slot.owner, slot.place
+    owner, plan = slot.owner, statements.plan
     look_through(case, fleet, statements, owner)
     count_owed(case, fleet, statements, owner, slot.number)
     n_candidates = gather(case, fleet, statements, owner)
-    for peer in range(n_nodes):
-        reception = reception_of(statements.lost[owner, peer], statements.weight[owner, peer])
-        plan.reception[peer] = 0.0 if peer == owner else reception
-    left = case.capacity_bits - END_BITS - n_bits
-    if case.codes:
-        left -= COUNT_BITS
-    n_symbols = plan_packet(plan, n_nodes, n_candidates, left, case.codes, slot.frame % 2 == 1)
-    fleet.loaded[place, :] = 0
+    for peer in range(case.n_nodes):
+        plan.reception[peer] = 0.0 if peer == owner else delivery_rate(statements, owner, peer)
+    left = case.capacity_bits - planning.END_BITS - n_bits - (planning.COUNT_BITS if case.codes else 0)
+    n_symbols = planning.plan_packet(plan, case.n_nodes, n_candidates, left, case.codes, slot.frame % 2 == 1)
+    fleet.loaded[slot.place, :] = 0
     n_sent = 0
     for c in range(n_candidates):
         if plan.takes[c] != 0:
-            column = statements.columns[c]
-            fleet.loaded[place, column] = 1
-            statements.brought[owner, n_sent] = column
+            fleet.loaded[slot.place, statements.columns[c]] = 1
+            statements.brought[owner, n_sent] = statements.columns[c]
             left -= plan.size_bits[c]
             n_sent += 1
-    statements.n_plain[owner] = n_sent
-    for origin in range(n_nodes):
-        if plan.states[origin] != 0:
-            left -= plan.statement_bits[origin]
+    statements.n_brought[owner] = n_sent
+    for origin in range(case.n_nodes):
+        left -= plan.states[origin] * plan.statement_bits[origin]
     if n_symbols > 0:
-        left -= SIZE_BITS + n_symbols * case.symbol_bits
-    state_holdings(case, fleet, statements, owner, place, n_symbols)
+        left -= planning.SIZE_BITS + n_symbols * case.symbol_bits
+    state_holdings(case, fleet, statements, owner, slot.place, n_symbols)
     show_holders(case, fleet, statements, owner, slot.number, left)
     note_told(case, fleet, statements, owner, slot.number)
-    note_brought(case, fleet, statements, owner, owner, n_symbols)
+    note_brought(case, fleet, statements, owner, slot, n_symbols)
     return n_sent, n_symbols
 
 
 def state_holdings(case: Case, fleet: Fleet, statements: Statements, owner: int, place: int, n_symbols: int) -> None:
     """Write statements, their omissions, and the items that symbols cover."""
-    n_plain, n_coded = statements.n_plain[owner], 0
-    statements.stated[:] = 0
-    statements.below[:] = 0
-    statements.denied[:] = 0
+    statements.report[:] = 0
     for origin in range(case.n_sources):
         length = statements.end[origin] - statements.first[origin]
         for column in columns_of(case, origin if statements.plan.states[origin] != 0 else case.n_sources):
@@ -250,81 +230,80 @@ def state_holdings(case: Case, fleet: Fleet, statements: Statements, owner: int,
             if not is_alive(statements, column):
                 continue
             if number < statements.first[origin]:
-                statements.below[column] = 1
+                statements.report[column] = BELOW
             elif number < statements.end[origin] and has_item(fleet, owner, column):
-                statements.stated[column] = 1
+                statements.report[column] = STATED
                 if n_symbols > 0 and not fleet.loaded[place, column]:
-                    statements.brought[owner, n_plain + n_coded] = column
-                    n_coded += 1
-            elif number < statements.end[origin] or length < MOST_STATED:
-                statements.denied[column] = 1
-    statements.n_coded[owner] = n_coded
+                    statements.brought[owner, statements.n_brought[owner]] = column
+                    statements.n_brought[owner] += 1
+            elif number < statements.end[origin] or length < planning.MOST_STATED:
+                statements.report[column] = DENIED
 
 
 def show_holders(case: Case, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int) -> None:
     """Add holder sets to the packet within its capacity, in order of ``holder_set_rank``."""
-    left, size_bits = room_bits, holder_set_bits(case.n_nodes, case.number_bits)
+    left, size_bits = room_bits, planning.holder_set_bits(case.n_nodes, case.number_bits)
+    learned, passed = statements.learned_slot[owner], statements.passed_slot[owner]
     statements.shown[:] = 0
     while left >= size_bits:
         chosen, lowest = UNKNOWN, slot
         for column in range(n_columns_of(case)):
             if can_show(fleet, statements, owner, column):
-                rank = holder_set_rank(statements.learned_slot[owner, column], statements.passed_slot[owner, column])
+                rank = planning.holder_set_rank(learned[column], passed[column])
                 if rank < lowest:
                     chosen, lowest = column, rank
         if chosen == UNKNOWN:
             return
         statements.shown[chosen] = 1
-        statements.passed_slot[owner, chosen] = slot
+        passed[chosen] = slot
         statements.n_passed[owner, chosen] += 1
         left -= size_bits
 
 
 def can_show(fleet: Fleet, statements: Statements, owner: int, column: int) -> bool:
     """True if the owner knows another holder of an item and has not reported it in this packet."""
-    is_told = statements.n_passed[owner, column] >= MOST_PASSED
+    is_told = statements.n_passed[owner, column] >= planning.MOST_PASSED
     if is_told or not is_alive(statements, column) or statements.shown[column]:
         return False
-    n_holders = 0
-    for peer in range(fleet.holders.shape[2]):
-        n_holders += fleet.holders[owner, column, peer] & 1
-    return n_holders > 1 and has_item(fleet, owner, column)
+    return has_item(fleet, owner, column) and n_known_holders(fleet, owner, column) > 1
 
 
 def note_told(case: Case, fleet: Fleet, statements: Statements, owner: int, slot: int) -> None:
     """Record what the packet reports of the owner's received set."""
-    n_nodes = len(statements.first)
+    own = place_of_last(fleet, owner, slot)
     for origin in range(case.n_sources):
-        last, is_known = place_of_last(n_nodes, origin, slot), knows_last(n_nodes, fleet, owner, origin, slot)
+        last = place_of_last(fleet, origin, slot)
+        is_known = fleet.known[owner, last] & 1
         for column in columns_of(case, origin):
-            said = statements.stated[column] | statements.below[column] | statements.shown[column]
-            said |= fleet.loaded[slot % (2 * n_nodes), column] & 1
-            if is_known:
-                said |= fleet.loaded[last, column] & 1
-            statements.told[owner, column] = said if has_item(fleet, owner, column) else 0
+            is_told = fleet.loaded[own, column] | is_known & fleet.loaded[last, column] | statements.shown[column]
+            is_told |= int(statements.report[column] in (BELOW, STATED))
+            statements.told[owner, column] = is_told & fleet.holders[owner, column, owner]
 
 
-def note_brought(case: Case, fleet: Fleet, statements: Statements, node: int, owner: int, n_symbols: int) -> None:
+def note_brought(case: Case, fleet: Fleet, statements: Statements, node: int, slot: Slot, n_symbols: int) -> None:
     """Update a node's lack estimates by the owner's packet, for items that the node holds."""
-    n_plain = statements.n_plain[owner]
+    owner = slot.owner
     for peer in range(case.n_nodes):
         statements.share[node, owner, peer] = 0.0
         if peer in (node, owner):
             continue
-        share = share_of_symbols(n_symbols, lacked_of_code(fleet, statements, node, owner, peer))
-        reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
+        share = planning.share_of_symbols(n_symbols, lacked_of_code(fleet, statements, node, slot, peer))
+        reception = delivery_rate(statements, node, peer)
         statements.share[node, owner, peer] = share
-        for place in range(n_plain + statements.n_coded[owner]):
-            column = statements.brought[owner, place]
+        for at in range(statements.n_brought[owner]):
+            column = statements.brought[owner, at]
             if has_item(fleet, node, column):
-                statements.lacks[node, column, peer] *= kept_of_lack(reception, 1.0 if place < n_plain else share)
+                kept = planning.kept_of_lack(reception, 1.0 if fleet.loaded[slot.place, column] else share)
+                statements.lacks[node, column, peer] *= kept
 
 
-def lacked_of_code(fleet: Fleet, statements: Statements, node: int, owner: int, peer: int) -> float:
+def lacked_of_code(fleet: Fleet, statements: Statements, node: int, slot: Slot, peer: int) -> float:
     """Expected number of items in the owner's symbols that a peer lacks, by a node's estimate."""
-    lacked, n_plain = 0.0, statements.n_plain[owner]
-    for place in range(n_plain, n_plain + statements.n_coded[owner]):
-        column = statements.brought[owner, place]
+    lacked = 0.0
+    for at in range(statements.n_brought[slot.owner]):
+        column = statements.brought[slot.owner, at]
+        if fleet.loaded[slot.place, column]:
+            continue
         if not has_item(fleet, node, column):
             lacked += 1.0
         elif not fleet.holders[node, column, peer] & 1:
@@ -344,171 +323,140 @@ def note_answers(fleet: Fleet, statements: Statements, slot: Slot) -> None:
             statements.received[layouts.place[slot.at, bit] % len(statements.received)] = fleet.acks[bit] & 1
 
 
-def note_fate(fleet: Fleet, statements: Statements, case: Case, node: int, owner: int) -> None:
-    """Update link and lack estimates by the owner's acknowledgement of a node's last packet."""
-    received = statements.received[node]
-    lost, weight = statements.lost[node, owner], statements.weight[node, owner]
-    statements.lost[node, owner] = KEPT * lost + (1 - received)
-    statements.weight[node, owner] = KEPT * weight + 1.0
-    for column in columns_of(case, owner if received else case.n_sources):
-        statements.confirmed[node, column] |= statements.told[node, column]
-    # With the delivery rate before this sample, which the lack was estimated with.
-    reckon_fate(fleet, statements, node, owner, node, reception_of(lost, weight))
+def note_fates(case: Case, fleet: Fleet, statements: Statements, node: int, slot: Slot) -> None:
+    """Update link and lack estimates by the owner's acknowledgements of the last packets of this node and others."""
+    owner, received = slot.owner, statements.received[node]
+    # Before its first slot a node has no packet to be acknowledged.
+    if slot.number > node:
+        # With the delivery rate before this sample, which the lack was estimated with.
+        reckon_fate(fleet, statements, node, slot, node, delivery_rate(statements, node, owner))
+        statements.lost[node, owner] = planning.KEPT * statements.lost[node, owner] + (1 - received)
+        statements.weight[node, owner] = planning.KEPT * statements.weight[node, owner] + 1.0
+        for column in columns_of(case, owner if received else case.n_sources):
+            statements.confirmed[node, column] |= statements.told[node, column]
+    reception = delivery_rate(statements, node, owner)
+    for sender in range(case.n_nodes):
+        is_known = fleet.known[node, place_of_last(fleet, sender, slot.number)] & 1
+        if sender not in (node, owner) and is_known:
+            reckon_fate(fleet, statements, node, slot, sender, reception)
 
 
-def reckon_fate(fleet: Fleet, statements: Statements, node: int, owner: int, sender: int, reception: float) -> None:
+def reckon_fate(fleet: Fleet, statements: Statements, node: int, slot: Slot, sender: int, reception: float) -> None:
     """Correct lack estimates by the owner's acknowledgement of a sender's last packet."""
-    is_received = statements.received[sender] == 1
-    n_plain, share = statements.n_plain[sender], statements.share[node, sender, owner]
-    for place in range(n_plain + statements.n_coded[sender]):
-        column, of_place = statements.brought[sender, place], 1.0 if place < n_plain else share
-        if has_item(fleet, node, column) and not (place < n_plain and is_received):
-            lack = statements.lacks[node, column, owner]
-            statements.lacks[node, column, owner] = lack_after(lack, reception, of_place, is_received)
-
-
-def note_fates_of_others(n_nodes: int, fleet: Fleet, statements: Statements, node: int, owner: int, slot: int) -> None:
-    """Apply the owner's acknowledgements of the last packets of others that the node received."""
-    reception = reception_of(statements.lost[node, owner], statements.weight[node, owner])
-    for sender in range(n_nodes):
-        if sender not in (node, owner) and knows_last(n_nodes, fleet, node, sender, slot):
-            reckon_fate(fleet, statements, node, owner, sender, reception)
+    is_received, share = statements.received[sender] == 1, statements.share[node, sender, slot.owner]
+    last, lacks = place_of_last(fleet, sender, slot.number), statements.lacks[node, :, slot.owner]
+    for at in range(statements.n_brought[sender]):
+        column = statements.brought[sender, at]
+        is_plain = fleet.loaded[last, column] != 0
+        if has_item(fleet, node, column) and not (is_plain and is_received):
+            lacks[column] = planning.lack_after(lacks[column], reception, 1.0 if is_plain else share, is_received)
 
 
 def believe_statements(case: Case, fleet: Fleet, statements: Statements, node: int, owner: int) -> None:
     """Apply the owner's statements and holder sets."""
     for column in range(n_columns_of(case)):
-        below, shown = statements.below[column], statements.shown[column]
-        fleet.holders[node, column, owner] |= statements.stated[column] | below
-        for peer in range(fleet.holders.shape[2]):
-            fleet.holders[node, column, peer] |= below | shown & fleet.holders[owner, column, peer]
-        if statements.denied[column]:
+        report, holders = statements.report[column], fleet.holders[node, column]
+        if report in (BELOW, STATED):
+            holders[owner] |= 1
+        elif report == DENIED:
             statements.lacks[node, column, owner] = 1.0
+        for peer in range(case.n_nodes):
+            holders[peer] |= int(report == BELOW) | statements.shown[column] & fleet.holders[owner, column, peer]
+
+
+def drop_known(case: Case, fleet: Fleet, statements: Statements, node: int) -> None:
+    """Eliminate known items from undecoded symbols, as `exchange.policy.coding.Decoder.learn`."""
+    n_rows = statements.n_rows[node]
+    statements.n_rows[node] = 0
+    for row in range(n_rows):
+        overwrite(statements.vector, statements.rows[node, row])
+        add_symbol(case, fleet, statements, node)
+
+
+def hear_symbols(case: Case, fleet: Fleet, statements: Statements, node: int, slot: int, n_symbols: int) -> None:
+    """Decode the symbols of a packet."""
+    vector = statements.vector
+    for place in range(n_symbols):
+        key = symbol_key(slot, place)
+        for column in range(n_columns_of(case)):
+            vector[column] = 0
+            if statements.report[column] == STATED:
+                vector[column] = coefficient(key, column // case.columns_per_source, statements.number[column])
+        add_symbol(case, fleet, statements, node)
 
 
 def add_symbol(case: Case, fleet: Fleet, statements: Statements, node: int) -> None:
-    """Add the symbol in `vector`, as `exchange.policy.coding.Decoder.add`, coefficients only."""
-    rows, pivots, vector = statements.rows[node], statements.pivots[node], statements.vector
-    n_rows = int(statements.n_rows[node])
+    """Add the symbol in `vector` to the undecoded ones of a node, as `Decoder.add`; take items that they determine."""
+    rows, vector, n_rows = statements.rows[node], statements.vector, statements.n_rows[node]
+    for column in range(n_columns_of(case)):
+        if has_item(fleet, node, column):
+            vector[column] = 0
     for row in range(n_rows):
-        take_off(vector, int(vector[pivots[row]]), rows[row], pivots[row])
-    pivot = pivot_of(vector)
-    if pivot < 0 or n_rows == MOST_ROWS:
+        eliminate(vector, rows[row], pivot_of(rows[row], 0))
+    pivot = pivot_of(vector, 0)
+    if pivot == UNKNOWN or n_rows == MOST_ROWS:
         return
     by = _INVERSES[vector[pivot]]
-    for column in range(pivot, len(vector)):
+    for column in range(n_columns_of(case)):
         vector[column] = _PRODUCTS[by, vector[column]]
     for row in range(n_rows):
-        take_off(rows[row], int(rows[row, pivot]), vector, pivot)
-    overwrite(vector, rows[n_rows])
-    pivots[n_rows] = pivot
-    statements.n_rows[node] = n_rows + 1
-    take_solved(case, fleet, statements, node)
+        eliminate(rows[row], vector, pivot)
+    overwrite(rows[n_rows], vector)
+    kept = 0
+    for row in range(n_rows + 1):
+        pivot = pivot_of(rows[row], 0)
+        if pivot_of(rows[row], pivot + 1) == UNKNOWN:
+            fleet.holders[node, pivot, node] |= 1
+            fleet.holders[node, pivot, pivot // case.columns_per_source] |= 1
+        else:
+            overwrite(rows[kept], rows[row])
+            kept += 1
+    statements.n_rows[node] = kept
 
 
-def take_off(one: Bytes, factor: int, row: Bytes, pivot: int) -> None:
-    """Subtract the factor times a row, which is zero before its pivot."""
+def eliminate(one: Bytes, row: Bytes, pivot: int) -> None:
+    """Subtract the multiple of a row whose pivot is 1 that makes this column 0."""
+    factor = int(one[pivot])
     if factor != 0:
         for column in range(pivot, len(row)):
             one[column] ^= _PRODUCTS[factor, row[column]]
 
 
-def overwrite(one: NDArray[Any], other: NDArray[Any]) -> None:
-    """Copy the first row over the second."""
-    for at in range(len(one)):
-        other[at] = one[at]
+def overwrite(one: Bytes, other: Bytes) -> None:
+    """Copy the other row into the first."""
+    for column in range(len(one)):
+        one[column] = other[column]
 
 
-def pivot_of(row: Bytes, begin: int = 0) -> int:
-    """Return the first non-zero column from `begin`; -1 if all are 0."""
+def pivot_of(row: Bytes, begin: int) -> int:
+    """Return the first non-zero column from `begin`; `UNKNOWN` if all are 0."""
     for column in range(begin, len(row)):
         if row[column] != 0:
             return column
-    return -1
-
-
-def take_solved(case: Case, fleet: Fleet, statements: Statements, node: int) -> None:
-    """Remove symbols of a single item; the node holds that item from now on."""
-    rows, pivots, kept = statements.rows[node], statements.pivots[node], 0
-    for row in range(statements.n_rows[node]):
-        pivot = pivots[row]
-        if pivot_of(rows[row], pivot + 1) < 0:
-            fleet.holders[node, pivot, node] |= 1
-            fleet.holders[node, pivot, pivot // case.columns_per_source] |= 1
-        else:
-            if kept < row:
-                overwrite(rows[row], rows[kept])
-            pivots[kept] = pivot
-            kept += 1
-    statements.n_rows[node] = kept
-
-
-def drop_known(case: Case, fleet: Fleet, statements: Statements, node: int) -> None:
-    """Eliminate known items from undecoded symbols, as `exchange.policy.coding.Decoder.learn`."""
-    n_known, n_rows = 0, int(statements.n_rows[node])
-    for row in range(n_rows):
-        for column in range(n_columns_of(case)):
-            n_known += int(statements.rows[node, row, column] != 0 and has_item(fleet, node, column))
-    if n_known > 0:
-        statements.n_rows[node] = 0
-        for row in range(n_rows):
-            for column in range(n_columns_of(case)):
-                is_known = has_item(fleet, node, column)
-                statements.vector[column] = 0 if is_known else statements.rows[node, row, column]
-            add_symbol(case, fleet, statements, node)
-
-
-def hear_symbols(case: Case, fleet: Fleet, statements: Statements, node: int, slot: int, n_symbols: int) -> None:
-    """Decode the symbols of a packet."""
-    drop_known(case, fleet, statements, node)
-    for place in range(n_symbols):
-        key, n_lacked = symbol_key(slot, place), 0
-        for column in range(n_columns_of(case)):
-            statements.vector[column] = 0
-            if statements.stated[column] and not has_item(fleet, node, column):
-                origin = column // case.columns_per_source
-                statements.vector[column] = coefficient(key, origin, statements.number[column])
-                n_lacked += 1
-        if n_lacked == 0:
-            return
-        add_symbol(case, fleet, statements, node)
+    return UNKNOWN
 
 
 def hear(case: Case, fleet: Fleet, statements: Statements, slot: Slot, node: int, n_symbols: int) -> None:
     """Process the packet of a slot at a node."""
-    n_nodes, owner = case.n_nodes, slot.owner
+    owner, n_held = slot.owner, fleet.holders[node, :, node].sum()
     for column in range(n_columns_of(case)):
-        for peer in range(n_nodes):
-            statements.before[column, peer] = fleet.holders[node, column, peer]
+        statements.n_holders[column] = n_known_holders(fleet, node, column)
     if statements.received[node] != UNKNOWN:
-        # Before its first slot a node has no packet to be acknowledged.
-        if slot.number > node:
-            note_fate(fleet, statements, case, node, owner)
-        note_fates_of_others(n_nodes, fleet, statements, node, owner, slot.number)
+        note_fates(case, fleet, statements, node, slot)
     trials.hear(case, fleet, slot, node, 1)
     believe_statements(case, fleet, statements, node, owner)
+    if fleet.holders[node, :, node].sum() > n_held:
+        drop_known(case, fleet, statements, node)
     hear_symbols(case, fleet, statements, node, slot.number, n_symbols)
-    note_brought(case, fleet, statements, node, owner, n_symbols)
+    note_brought(case, fleet, statements, node, slot, n_symbols)
     trials.settle(fleet, node)
     for column in range(n_columns_of(case)):
-        for peer in range(n_nodes):
-            if fleet.holders[node, column, peer] & ~statements.before[column, peer] & 1:
-                statements.learned_slot[node, column] = slot.number
-                statements.n_passed[node, column] = 0
+        if n_known_holders(fleet, node, column) > statements.n_holders[column]:
+            statements.learned_slot[node, column] = slot.number
+            statements.n_passed[node, column] = 0
 
 
 # One slot -----------------------------------------------------------------------------------------
-
-
-def number_items(case: Case, fleet: Fleet, statements: Statements, slot: int) -> None:
-    """Number the items that are new in a slot; forget those whose column is free."""
-    if slot == 0:
-        forget_all(statements)
-    for column in range(n_columns_of(case)):
-        if fleet.lanes.free_slot[0, column] <= slot:
-            statements.number[column] = UNKNOWN
-        elif fleet.lanes.born_slot[0, column] == slot:
-            number_item(statements, column // case.columns_per_source, column)
 
 
 def play_slot(header: Header, case: Case, fleet: Fleet, slot: Slot, heard: Ints, playing: int, noted: int) -> None:
