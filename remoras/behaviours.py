@@ -61,8 +61,7 @@ class Perception(NamedTuple):
         stimulus: 0..1; 0: nothing to do now.
         advance: progress rate, -1..1: 1 as planned, 0 none, -1 backwards. None if not applicable, or not observable
             while not performed. It enters the satisfaction of the role even if the activity is not performed. Or its
-            function of motion and picture, called at every decision while the perception is valid, unless the vehicle
-            stays or goes straight on: then it is constant.
+            function of motion and picture, called at every decision while the perception is valid.
         done: True once complete, irrevocably.
         failed: True if this vehicle cannot do it, for example by a failed sensor.
         makes_no_way: True if it failed since the vehicle does not reach the place, not by a sensor.

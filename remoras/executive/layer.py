@@ -98,6 +98,7 @@ class ExecutiveLayer:
         self._waiting: set[Call] = set()  # signals of dissatisfied emitters in roles with a job
         self._ending: dict[int, Call] = {}  # by set that ends a wait: its call
         self._perceived: Sequence[Perception] | None = None  # at the last decision
+        self._progress: Mapping[int, float | None] = NO_PROGRESS  # likewise
         self._is_weighed = False  # motivations are current, except for satisfaction that has evolved
         self._has_evolved = False
         self._given: dict[int, float | None] = {}  # advances that perceptions state
@@ -157,11 +158,13 @@ class ExecutiveLayer:
             calling = self._waiting if role in self._working else self._calling
             (calling.add if value < 0 else calling.discard)((addressed, emitter, emitter_role))
 
-    @property
-    def is_steady(self) -> bool:
-        """True if the last decision left all satisfactions as they were, and no vehicle calls or is yielded to."""
-        hears = self._calling or self._waiting or self.yields_to > 0.0 or self.is_hindered
-        return self._is_weighed and not self._has_evolved and not hears
+    def stands(self, progress: Mapping[int, float | None]) -> bool:
+        """Return whether ``decide`` with the last perceptions would change nothing: neither satisfaction nor decision.
+
+        ``progress`` is the last one as well, no vehicle calls, and none is or was in the way.
+        """
+        is_called = self._calling or self._waiting or self.yields_to > 0.0 or self.is_hindered
+        return progress is self._progress and self._is_weighed and not (self._has_evolved or is_called)
 
     def signals(self) -> list[tuple[RoleKey, int]]:
         """Return each role with the byte of its satisfaction, or of a relayed call."""
@@ -207,7 +210,7 @@ class ExecutiveLayer:
         The same list of perceptions means that nothing but deadlines has changed; ``progress`` has the advances that
         they leave open.
         """
-        self._now_s = now_s
+        self._now_s, self._progress = now_s, progress
         constants, performed = self._constants, self.decision.chosen
         if perceptions is not self._perceived:
             self._perceived, self._is_weighed = perceptions, False
@@ -244,6 +247,7 @@ class ExecutiveLayer:
         chosen = self._choice.best(motivations) if weighed else performed
         if chosen != performed:
             self.decision, self._is_weighed = self._decision(chosen), False
+        self._has_evolved = True  # as far as known
         if dt_s > 0.0:
             advances = self._advances_of({**self._given, **progress}) if progress else self._advances
             self._has_evolved = self._evolve(dt_s, advances)

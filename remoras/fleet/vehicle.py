@@ -67,6 +67,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.has_resigned = False
         self._may_have_replanned = True  # since the last rows of plans; saves 1 % of the calls of a mission
         self._weighed: tuple[ActivitySet, ...] = ()
+        self._uneventful: Sequence[Perception] = ()  # last perceptions without results
         self._organisation = self.social.organisation
         self._shared: dict[str, tuple[str, ...]] = {}  # by peer: common groups
         for tell in made:
@@ -130,17 +131,17 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def think(self, now_s: float, dt_s: float) -> None:
         """Perceive and decide, unless the last decision stands; execute at once the parts of the social layer."""
-        stands = not self.social.planner.due and self.functional.stands(self.executive.decision.chosen)
-        if not (stands and self.executive.is_steady):
-            self._decide(now_s, dt_s, stands)
-        self._infer(now_s)
-
-    def _decide(self, now_s: float, dt_s: float, stands: bool) -> None:
         functional, executive = self.functional, self.executive
         functional.picture.groups.planning_due = bool(self.social.planner.due)
-        perceptions: Sequence[Perception] = functional.perceptions
-        if not stands:
-            perceptions = self._note_events(functional.perceive(executive.decision.chosen), now_s)
+        perceptions = functional.perceive(executive.decision.chosen)
+        is_undisturbed = functional.is_at_rest or not functional.picture.body.contacts_m
+        is_as_before = perceptions is self._uneventful and not self.social.planner.due
+        if not (is_as_before and is_undisturbed and executive.stands(functional.progress)):
+            self._decide(self._note_events(perceptions, now_s), now_s, dt_s)
+        self._infer(now_s)
+
+    def _decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> None:
+        functional, executive = self.functional, self.executive
         before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s, functional.progress)
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets
@@ -181,6 +182,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if not [
             activities for activities in perceptions if activities.done or activities.failed or activities.concludes
         ]:
+            self._uneventful = perceptions
             return perceptions
         functional, executive = self.functional, self.executive
         sets = executive.sets

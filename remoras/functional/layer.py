@@ -24,6 +24,8 @@ from remoras.recorder import Table
 from remoras.sensor import Observation, Pose, Sensor
 from remoras.work import HOME_MARGIN, Point
 
+ROUNDING = 1e-9
+"""Bound on the rounding error of an advance."""
 KNOWN_M = (0.0, 0.0)
 """Position error of a vehicle that knows its position."""
 OBSERVATIONS = "a list of Observation"
@@ -172,7 +174,7 @@ class FunctionalLayer:
         guidance: may be replaced by features that add to motion.
         positioning: source of position fixes; None if the position is known.
         sigma_m: standard deviation of the position per axis (m), if a real body reports it.
-        held: last reference of the guiding behaviour, while valid; ``perceptions`` are the last ones of all.
+        held: last reference of the guiding behaviour, while valid.
         progress: by activity set, the last value of a ``Perception.advance`` that is a function.
         stranded: activity without headway, if vital or on the way to a rally point; else empty.
     """
@@ -214,10 +216,8 @@ class FunctionalLayer:
         self._n_ticks = math.inf  # as many motion ticks
         self._most_j = 0.0  # so much energy consumed
         self._beside: Sequence[Neighbour] = ()  # other vehicles than these within sonar range
-        self._steady_s = 0.0  # time with this velocity
-        self._before_s = 0.0  # time of the decision before the last one
         self.headway, self.stranded = Headway(), ""
-        self.perceptions: list[Perception] = []
+        self._perceived: list[Perception] = []
         self._rests_on: tuple[Any, ...] | None = None  # what valid perceptions depend on, as they saw it
         self._until_s = -math.inf  # the first deadline
         self._peers: list[tuple[int, str, int]] = []  # sets that wait for news of a peer, and its number of positions
@@ -262,10 +262,15 @@ class FunctionalLayer:
         return None if self._guiding is None else self._behaviours[self._guiding]
 
     @property
+    def is_at_rest(self) -> bool:
+        """True while it stays where it is, whatever nearby vehicles signal."""
+        return self._leg is not None and self._leg.way_m == 0.0
+
+    @property
     def waits(self) -> Wait | None:
         """Condition the guiding behaviour waited for at the last decision, or None."""
         guiding = self._guiding
-        return None if guiding is None or not self.perceptions else self.perceptions[guiding].waits
+        return None if guiding is None or not self._perceived else self._perceived[guiding].waits
 
     # Activities ----------------------------------------------------------------------------------
 
@@ -285,7 +290,7 @@ class FunctionalLayer:
             for activities in self._sets
         }
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
-        self.perceptions = []
+        self._perceived = []
         self.perform(())
         return self._sets
 
@@ -333,7 +338,7 @@ class FunctionalLayer:
         return sensed
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
-        """Return stimulus and progress of every activity set; the same list while nothing but deadlines changes.
+        """Return stimulus and progress of every activity set; the same objects while nothing but deadlines changes.
 
         Behaviours whose last perception is valid are not asked. Raises PluginError for a wrong answer.
         """
@@ -345,8 +350,8 @@ class FunctionalLayer:
         if due := self._due(performed):
             self._ask(due, performed)
         self._rests_on = None if waits or self.positioning is not None else basis(self.picture, performed)
-        if self._advancing:
-            self.progress = self._progress()
+        if self._advancing and not _are_close(progress := self._progress(), self.progress):
+            self.progress = progress
         is_hindered = waits or body.contacts_m  # by another vehicle, which will move
         is_stuck = self.headway.is_missing(None if is_hindered else reference, self.believed, body.now_s)
         if is_stuck and self._guiding is not None:
@@ -357,23 +362,9 @@ class FunctionalLayer:
             elif guiding.kind is ActivityKind.VITAL or isinstance(self.guiding, Homing):
                 self.stranded = guiding.name
         if waits and self._guiding is not None:  # yielding or queueing is no setback
-            self._replace(self._guiding, self.perceptions[self._guiding]._replace(advance=None))
-        self._before_s, body.decided_s = body.decided_s, body.now_s
-        return self.perceptions
-
-    def stands(self, performed: Sequence[int]) -> bool:
-        """True if ``perceive`` would return its last answer: valid, and of two decisions with this velocity."""
-        body = self.picture.body
-        is_steady = self._leg is not None and self._steady_s >= body.now_s - self._before_s
-        if not is_steady or body.decided_s <= self._before_s:
-            return False
-        self._look_after_itself()
-        if self._due(performed):
-            return False
-        if self._advancing:
-            self._progress()  # as before, and the behaviours compare the next one with this place
-        self._before_s, body.decided_s = body.decided_s, body.now_s
-        return True
+            self._replace(self._guiding, self._perceived[self._guiding]._replace(advance=None))
+        body.decided_s = body.now_s
+        return self._perceived
 
     def _look_after_itself(self) -> None:
         body, motion = self.picture.body, self.believed
@@ -388,7 +379,7 @@ class FunctionalLayer:
             return range(len(self._behaviours))
         now_s, due, reference = self.picture.body.now_s, list[int](), self.held
         if now_s >= self._until_s:
-            due = [index for index, perceived in enumerate(self.perceptions) if now_s >= perceived.until_s]
+            due = [index for index, perceived in enumerate(self._perceived) if now_s >= perceived.until_s]
         is_on_leg = reference is not None and distance_m(self.believed, reference.target_m) > reference.holds_m
         if self._guiding is not None and not is_on_leg and self._guiding not in due:
             due.append(self._guiding)
@@ -400,8 +391,8 @@ class FunctionalLayer:
 
     def _ask(self, due: Collection[int], performed: Sequence[int]) -> None:
         motion, picture = self.believed, self.picture
-        is_new = not self.perceptions
-        perceptions = [IDLE] * len(self._behaviours) if is_new else [*self.perceptions]
+        is_new = not self._perceived
+        perceptions = [IDLE] * len(self._behaviours) if is_new else [*self._perceived]
         if self._guiding in due:
             self.held = self._leg = None
         for index in due:
@@ -418,11 +409,11 @@ class FunctionalLayer:
                 perceptions[index] = perceived
         self._until_s = min([p.until_s for p in perceptions])
         if is_new:
-            self.perceptions = perceptions
+            self._perceived = perceptions
             self._advancing = [index for index, p in enumerate(perceptions) if callable(p.advance)]
             self.progress = {}
         else:  # the same list says that nothing but deadlines has changed
-            self.perceptions[:] = perceptions
+            self._perceived[:] = perceptions
         n_positions = picture.peers.n_positions
         self._peers = [(n, peer, n_positions.get(peer, 0)) for n, p in enumerate(perceptions) for peer in p.peers]
 
@@ -430,15 +421,15 @@ class FunctionalLayer:
         progress: dict[int, float | None] = {}
         for index in self._advancing:
             try:
-                progress[index] = self.perceptions[index].progress(self.believed, self.picture)
+                progress[index] = self._perceived[index].progress(self.believed, self.picture)
             except Exception as error:  # plug-in code may raise anything
                 raise self._broken(index, "the advance of perceive", PROGRESS, error) from error
         return progress
 
     def _replace(self, index: int, perception: Perception) -> None:
         # Another list, since the same one means that only deadlines have changed.
-        self.perceptions = [*self.perceptions]
-        self.perceptions[index] = perception
+        self._perceived = [*self._perceived]
+        self._perceived[index] = perception
         self.progress.pop(index, None)
         self._rests_on = None
 
@@ -448,7 +439,6 @@ class FunctionalLayer:
         goes_on = self._n_ticks > 0 and motion.energy_j < self._most_j and neighbours == self._beside
         if self._leg is not None and goes_on:
             self._n_ticks -= 1
-            self._steady_s += dt_s
             self._leg.go(motion)
             return
         if reference is not None:
@@ -460,7 +450,6 @@ class FunctionalLayer:
         if reference is None and self._guiding is not None:
             reference = self.held = self._reference(self._guiding)
         self._leg = leg = self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
-        self._steady_s = 0.0 if leg is None else self._steady_s + dt_s
         if leg is not None:
             self._beside = neighbours
             self._n_ticks, self._most_j = self._until(leg, reference)
@@ -527,6 +516,14 @@ def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
         lambda made: callable(getattr(made, "perceive", None)) and callable(getattr(made, "reference", None)),
         lambda: layer._mission.behaviour_for(activity, layer.data),
     )
+
+
+def _are_close(progress: Mapping[int, float | None], other: Mapping[int, float | None]) -> bool:
+    """Return whether advances differ by rounding alone."""
+    if progress.keys() != other.keys():
+        return False
+    pairs = ((progress[index], other[index]) for index in progress)
+    return all(a is b or (a is not None and b is not None and abs(a - b) < ROUNDING) for a, b in pairs)
 
 
 def _is_time(value: object) -> bool:

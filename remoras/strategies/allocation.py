@@ -9,7 +9,7 @@ Search: the better of two construction heuristics is improved further. The first
 vehicle, by bottleneck assignment; it suits distant jobs. The second gives the longest job to the vehicle that would
 then end first (Graham 1969, list scheduling); it suits unequal lengths. Descent moves up to two jobs between the last
 vehicle and another one while the makespan falls, or the total time at equal makespan. At a local optimum each job in
-turn is moved and the descent repeated (Lourenço, Martin, Stützle 2003, iterated local search), until
+turn is moved and the descent repeated (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS`` or
 ``MOST_EXCHANGES`` are evaluated. On 13 patches and three vehicles the makespan is within 1 % of the best of 300 random
 restarts.
 
@@ -368,8 +368,8 @@ Held = list[int]
 Effort = tuple[float, float]
 """Objective, lexicographic: makespan, then sum of all ends (s), to the millisecond."""
 
-MOST_EXCHANGES = 20_000
-"""Exchanges between two vehicles evaluated per search."""
+MOST_PATHS, MOST_EXCHANGES = 4000, 20_000
+"""New paths of single vehicles, and exchanges between two, evaluated per search; the latter bound large fleets."""
 SHAPES = ((1, 0), (1, 1), (1, 2), (2, 1))
 """Numbers of jobs that the last vehicle gives to another one and takes back."""
 
@@ -424,7 +424,11 @@ class Search:
         self._sums: dict[tuple[int, int], list[int]] = {}
         self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
         self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
-        self._n_exchanges = 0
+        self._n_paths = self._n_exchanges = 0
+
+    @property
+    def _is_over(self) -> bool:
+        return self._n_paths >= MOST_PATHS or self._n_exchanges >= MOST_EXCHANGES
 
     def found(self) -> dict[str, Roles]:
         """Return the best plan: roles of each vehicle, in order of job names."""
@@ -449,6 +453,7 @@ class Search:
         end_s = known.get(jobs)
         if end_s is not None:
             return end_s
+        self._n_paths += 1
         if any(jobs & both == both for both in self._excluding):  # incompatible roles
             known[jobs] = math.inf
             return math.inf
@@ -524,7 +529,7 @@ class Search:
         places = [(r, v) for r in range(len(self._roles)) for v in range(len(self._free)) if self._able[v] >> r & 1]
         n_useless = 0  # kicks since the last improvement
         for role, vehicle in cycle(places):
-            if self._n_exchanges >= MOST_EXCHANGES or n_useless == len(places):
+            if self._is_over or n_useless == len(places):
                 break
             n_useless += 1
             if best.held[vehicle] >> role & 1:
@@ -547,7 +552,7 @@ class Search:
         effort: Effort | None = _effort(ends_s)
         while effort is not None:
             least = effort
-            effort = self._improved(held, ends_s, least) if self._n_exchanges < MOST_EXCHANGES else None
+            effort = None if self._is_over else self._improved(held, ends_s, least)
         return Draft(held, ends_s, least)
 
     def _improved(self, held: Held, ends_s: list[float], before: Effort) -> Effort | None:

@@ -1,4 +1,4 @@
-"""Who is near whom: cells against pairs, layers, and conflicts as rows."""
+"""Sonar contacts against all pairs, layers, and conflicts as rows."""
 
 import itertools
 import random
@@ -53,6 +53,20 @@ def test_cells_find_what_pairs_find_in_the_order_of_the_nodes(seed: int) -> None
     found = Separation(fleet, 5.0).look()
     assert {node: sorted(seen) for node, seen in found.items()} == {n: sorted(seen) for n, seen in expected.items()}
     assert found == expected
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_pairs_looked_at_when_they_may_be_near_are_those_found_at_every_look(seed: int) -> None:
+    draw = random.Random(seed)
+    fleet = [at(number, draw.uniform(-300.0, 300.0), draw.uniform(-300.0, 300.0)) for number in range(12)]
+    for one in fleet:
+        one.functional.motion.heading_rad = draw.uniform(-3.0, 3.0)
+    watch = Separation(fleet, 5.0, nearer_m=2.0 * 3.0)
+    for _ in range(300):
+        assert watch.look() == by_pairs(fleet)
+        for motion in (one.functional.motion for one in fleet):
+            motion.heading_rad += draw.uniform(-0.5, 0.5)
+            motion.x_m, motion.y_m = motion.x_m + 3.0 * motion.ahead[0], motion.y_m + 3.0 * motion.ahead[1]
 
 
 def test_a_pair_that_comes_too_near_is_a_row_once_until_it_has_parted() -> None:

@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, note, settings
 from stress.schedules import Schedule, schedules
 from stress.trial import judge
 
+from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.guidance import Guidance
-from remoras.functional.layer import FunctionalLayer
 from remoras.recorder import Row
 
 CLOSE = 1e-6
@@ -42,7 +42,7 @@ def check(schedule: Schedule) -> None:
     move = Guidance.move
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Guidance, "move", lambda *arguments: move(*arguments) and None)
-        patch.setattr(FunctionalLayer, "stands", lambda *arguments: False)
+        patch.setattr(ExecutiveLayer, "stands", lambda *arguments: False)
         asked = judge(schedule, ()).tables
     assert difference(usual, asked) is None
 
