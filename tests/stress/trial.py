@@ -6,7 +6,7 @@ import hashlib
 import traceback
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 from stress import invariants_of_knowledge as knowledge
@@ -43,7 +43,7 @@ class Outcome:
     Attributes:
         broken: name of the first invariant that did not hold, time (s) and text; None if all that are promised did.
         judged: invariants that are promised under the schedule; happened: kinds of faults that changed anything.
-        tables: rows by name; digest: of these and all figures.
+        digest: of all tables and figures; tables: rows by name, of a fleet.
     """
 
     schedule: Schedule
@@ -52,8 +52,8 @@ class Outcome:
     happened: frozenset[str]
     completed: bool
     end_s: float
-    tables: Mapping[str, list[Row]]
     digest: str
+    tables: Mapping[str, list[Row]] = field(default_factory=dict)
 
 
 class _Trial:
@@ -99,7 +99,7 @@ class _Trial:
             end_s = fleet.now_s if fleet.running else fleet.ended_s
             judged = tuple(one.name for one in self.promised)
             fleet.close()
-        return Outcome(self.schedule, self.broken, judged, frozenset(happened), fleet.completed, end_s, tables, digest)
+        return Outcome(self.schedule, self.broken, judged, frozenset(happened), fleet.completed, end_s, digest, tables)
 
     def _rest(self) -> None:
         """Let the exchange go on undisturbed, and check the end."""
