@@ -58,9 +58,8 @@ def new_fleet(kind: Acknowledgement, case: Case, received: Ints) -> Fleet:
 
 def _globals_named(function: FunctionType) -> list[Any]:
     """Return the global values named in a function, also behind module names."""
-    names = function.__code__.co_names
-    values = [function.__globals__[name] for name in names if name in function.__globals__]
-    values += inspect.getclosurevars(function).nonlocals.values()
+    found, names = inspect.getclosurevars(function), function.__code__.co_names
+    values = [*found.globals.values(), *found.nonlocals.values()]
     of_modules = [getattr(v, name) for v in values if isinstance(v, ModuleType) for name in names if hasattr(v, name)]
     return [value for value in (*values, *of_modules) if not isinstance(value, ModuleType)]
 
@@ -82,23 +81,19 @@ def as_python(kind: Acknowledgement) -> SlotLoop:
 
 
 def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
-    """Return all plain functions that a kind's slot loop reaches by name, callees first.
+    """Return all plain functions that a kind's slot loop reaches by name.
 
     Functions of NumPy are excluded, since Numba replaces them globally.
     """
-    called: dict[FunctionType, None] = {}
-    visited: set[Any] = set()
-
-    def visit(function: Any) -> None:
-        is_ours = isinstance(function, FunctionType) and function.__module__.partition(".")[0] != "numpy"
-        if is_ours and function not in visited:
-            visited.add(function)
-            for value in _globals_named(function):
-                visit(value)
-            called[function] = None
-
-    visit(as_python(kind))
-    return called
+    reached: dict[FunctionType, None] = {}
+    waiting: list[Any] = [slot_rule_of(kind), kind.header, trials.run_trials]
+    while waiting:
+        function = waiting.pop()
+        is_plain = isinstance(function, FunctionType) and function.__module__.partition(".")[0] != "numpy"
+        if is_plain and function not in reached:
+            reached[function] = None
+            waiting += _globals_named(function)
+    return reached
 
 
 def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
@@ -108,7 +103,7 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
     """
     digest = hashlib.sha256(f"{sys.implementation.cache_tag} {numba_version}".encode())
     functions = functions_of(kind)
-    for source in sorted({inspect.getsourcefile(function) or "" for function in functions} - {""}):
+    for source in sorted({__file__, *(inspect.getsourcefile(function) or __file__ for function in functions)}):
         digest.update(Path(source).read_bytes())
     for function in functions:
         # Numba freezes global numbers, which may come from files that are not among the sources.
@@ -124,9 +119,6 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
         return None
 
 
-WITHOUT_MEMORY: dict[str, Any] = {"_nrt": False}
-"""Option of functions without allocation: Numba counts no references in them."""
-
 _registered: set[FunctionType] = set()
 _ready: dict[tuple[Header, bool], SlotLoop] = {}
 """Compiled loops by header rule and by whether packets report received sets."""
@@ -137,8 +129,8 @@ def make_compilable(kind: Acknowledgement) -> None:
     from numba.extending import register_jitable
 
     for function in functions_of(kind).keys() - _registered:
-        # Losses are drawn more rarely than words are used.
-        register_jitable(forceinline=function is not lanes.draw, **WITHOUT_MEMORY)(function)
+        # All is inlined but the draws, which are rarer. Without allocation (_nrt), Numba counts no references.
+        register_jitable(forceinline=function is not lanes.draw, _nrt=False)(function)
         _registered.add(function)
 
 
@@ -165,36 +157,33 @@ def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgeme
 
 def compiled(kind: Acknowledgement, say: Say) -> SlotLoop:
     """Return the compiled slot loop of a kind; raise ConfigurationError if it does not compile."""
-    # All other properties of a kind are arguments of the loop.
-    key = kind.header, kind.states
-    if key not in _ready:
-        folder = cache_folder(kind, version("numba"))
-        what = f"compiling the policy study for {kind.name}"
-        if folder is None:
-            say(f"{what}, about 5 s (each time: there is no folder to keep the machine code in)")
-        elif not any(folder.rglob("*.nbi")):
-            say(f"{what} on this machine, about 5 s (once: it is kept in {folder})")
-        _ready[key] = _compile(kind, folder)
-    return _ready[key]
-
-
-def _compile(kind: Acknowledgement, folder: Path | None) -> SlotLoop:
     import numba
     from numba.core.errors import NumbaError
 
+    # All other properties of a kind are arguments of the loop.
+    key = kind.header, kind.states
+    if key in _ready:
+        return _ready[key]
+    folder = cache_folder(kind, version("numba"))
+    what = f"compiling the policy study for {kind.name}"
+    if folder is None:
+        say(f"{what}, about 5 s (each time: there is no folder to keep the machine code in)")
+    elif not any(folder.rglob("*.nbi")):
+        say(f"{what} on this machine, about 5 s (once: it is kept in {folder})")
     make_compilable(kind)
     with _settings(numba.config, CACHE_DIR=str(folder or ""), **SETTINGS):
-        machine_code: SlotLoop = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(as_python(kind))
+        loop: SlotLoop = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(as_python(kind))
         # No trials: only the types of the arguments matter here.
         case = Case(2)
         try:
-            machine_code(case, new_fleet(kind, case, np.zeros((0, 0), np.int64)))
+            loop(case, new_fleet(kind, case, np.zeros((0, 0), np.int64)))
         except NumbaError as error:
             raise ConfigurationError(
                 f"acknowledgement {kind.name!r} cannot be compiled for the policy study; its header may use its "
                 f"arguments, ``&``, ``|``, ``~`` and functions of that kind only. Numba says: {str(error).strip()}"
             ) from error
-    return machine_code
+    _ready[key] = loop
+    return loop
 
 
 @contextmanager
