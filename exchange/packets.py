@@ -280,13 +280,13 @@ class Head(NamedTuple):
 class Packet(NamedTuple):
     """Content of a packet.
 
-    Bit j of ``rows[i]``: node i received the packet of node j (see ``exchange.policy.acknowledgement``); bits that a
-    policy does not send are zero. ``epoch`` is the sender's, ``frame`` its TDMA frame. ``summary`` has its received
-    sets about some origins, ``account`` its holdings section.
+    ``acks`` has the receivers of the packets of the last two frames, see ``exchange.policy.acknowledgement.PacketLog``;
+    bits that a policy does not send are zero. ``epoch`` is the sender's, ``frame`` its TDMA frame. ``summary`` has its
+    received sets about some origins, ``account`` its holdings section.
     """
 
     sender: int
-    rows: tuple[int, ...]
+    acks: int
     fragments: tuple[Fragment, ...]
     signals: tuple[InfluenceSignal, ...] = ()
     epoch: int = 0
@@ -304,8 +304,7 @@ class DecodedPacket(NamedTuple):
         concerns: origins (bit mask) of its items and reports; all nodes for an alarm.
         relays: True if it has items or statuses of other origins.
         items: named items and statuses in order; empty if it has no item.
-        heard: nodes (bit mask) with a packet acknowledged in it.
-        facts: its acknowledgements, see `exchange.policy.acknowledgement.acknowledged`.
+        own: nodes (bit mask) whose last packets its sender acknowledges; ``heard``: any node acknowledges.
         lives: origins and epochs of its items.
     """
 
@@ -316,8 +315,8 @@ class DecodedPacket(NamedTuple):
     relays: bool
     statuses: tuple[Block, ...]
     items: tuple[Named | Block, ...]
+    own: int
     heard: int
-    facts: int
     lives: frozenset[tuple[int, int]]
 
 

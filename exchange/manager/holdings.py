@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from exchange.errors import PeerFault
 from exchange.manager.beliefs import Beliefs, Life
-from exchange.packets import Account, Fragment, HolderSet, Named, OriginStatement, Packet, name_of_item
+from exchange.packets import Account, DecodedPacket, Fragment, HolderSet, Named, OriginStatement, Packet, name_of_item
 from exchange.policy.acknowledgement import members
 from exchange.policy.coding import Decoder, added, coefficient, scaled, symbol, symbol_key
 from exchange.policy.planning import (
@@ -301,18 +301,19 @@ class HoldingsReports:
                 lacks[peer] = 1.0
 
     def hear(
-        self, packet: Packet, slot: int, is_answer: bool, answers: bool, vouched: int, now_s: float
+        self, decoded: DecodedPacket, slot: int, is_answer: bool, answers: bool, vouched: int, now_s: float
     ) -> tuple[tuple[Named, ...], int]:
         """Apply a packet; return the decoded items, and the items (set) that its sender lacks.
 
         ``is_answer``: it acknowledges the own last packet, or its loss; ``answers``: the last packets of all nodes.
         ``vouched``: nodes (bit mask) for which third-party acknowledgements of the sender count.
         """
-        sender, account, lacked = packet.sender, packet.account, 0
+        packet, lacked = decoded.packet, 0
+        sender, account = packet.sender, packet.account
         if is_answer:
-            self._note_fate(sender, packet.rows[sender] >> self._me & 1)
+            self._note_fate(sender, decoded.own >> self._me & 1)
         if answers:
-            self._note_fates_of_others(sender, packet.rows[sender])
+            self._note_fates_of_others(sender, decoded.own)
         for statement in account.statements:
             life = statement.life
             if life in self._beliefs.shared or statement.epoch != self._peers.epochs[statement.origin]:

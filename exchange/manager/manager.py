@@ -334,12 +334,12 @@ class ExchangeManager:
                 status.append(candidate.uid)
         is_doubted = frame <= self._peers.doubted_until[self._me]
         # While the own id is ambiguous, an acknowledgement may be for the other vehicle's packet: record no items.
-        rows = self._beliefs.log.compose(slot, 0 if is_doubted else content, self._beliefs.held)
+        acks = self._beliefs.log.compose(slot, 0 if is_doubted else content, self._beliefs.held)
         if relaying is not None:
-            relaying.rows[self._me].append(rows[self._me])
+            relaying.rows[self._me].append(self._beliefs.log.heard)
         head = Head(self._me, self._epoch, frame)
-        acks, (fragments, sizes) = codec.encode_acks(self._me, rows, frame), packing.wired()
-        n_acks = acks[0].bit_count()
+        header, (fragments, sizes) = codec.encode_acks(self._me, acks, frame), packing.wired()
+        n_acks = header[0].bit_count()
         if reports is not None and codec.accounts is not None:
             # ``_let_plan`` suspended all items outside of the plan, which would not count as open until the next slot.
             self.queue.rest(self._left_to_relays)
@@ -347,8 +347,8 @@ class ExchangeManager:
             self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
             # Urgent summaries were deducted before the packing was made.
             left_bits = packing.left_bits - (summary_bits if is_spare else 0)
-            acks = joined(acks, codec.accounts.encode(reports.account(content, slot, left_bits), self._me))
-        data = codec.assembled(head, start_s, acks, fragments, signals, summary)
+            header = joined(header, codec.accounts.encode(reports.account(content, slot, left_bits), self._me))
+        data = codec.assembled(head, start_s, header, fragments, signals, summary)
         self._signals = ()
         return Transmission(
             slot,

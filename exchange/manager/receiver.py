@@ -107,22 +107,18 @@ class Receiver:
             taken.blocks += decoded.statuses
         is_trusted = frame > peers.doubted_until[sender]
         if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
-            is_late, own, answers = (
-                slot < log.slot,
-                packet.rows[sender],
-                peers.answering[frame % len(peers.answering)][sender],
-            )
+            is_late, answers = slot < log.slot, peers.answering[frame % len(peers.answering)][sender]
             # A frame or more after the own packet, the bit is about a later own slot, which passed without one.
             is_answer = answers and log.sent_slot is not None and 0 < slot - log.sent_slot < beliefs.n_nodes
             is_answer = is_answer and not (is_late and log.own_slot > slot)
-            heeded = peers.heed(sender, own, frame, is_answer)
+            heeded = peers.heed(sender, decoded.own, frame, is_answer)
             if answers and not is_late and self.relaying is not None:
-                self.relaying.rows[sender].append(own)
+                self.relaying.rows[sender].append(decoded.own)
             if content:
                 beliefs.take(content, sender if self._carrier_evidence else None)
-            log.learn(slot, content, decoded.facts, heeded, beliefs.held)
+            log.learn(slot, content, packet.acks, heeded, beliefs.held)
             if self.reports is not None:
-                recovered, lacked = self.reports.hear(packet, slot, is_answer, answers, heeded, now_s)
+                recovered, lacked = self.reports.hear(decoded, slot, is_answer, answers, heeded, now_s)
                 if recovered:
                     beliefs.take(self._take_in(recovered, taken, now_s), None)
             lacked |= self._take_summaries(packet, now_s) if packet.summary else 0

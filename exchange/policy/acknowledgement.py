@@ -14,6 +14,7 @@ item which that peer lacks.
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from itertools import permutations
 from typing import NamedTuple
 
 
@@ -86,39 +87,26 @@ def slots_ago(n_nodes: int, sender: int, row: int, column: int) -> int:
 
 
 @lru_cache(maxsize=4096)  # per header of a fleet; N * N calls of ``carries``
-def fields(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> tuple[tuple[int, int], ...]:
-    """Return row and column of each bit of a header, in wire order."""
-    nodes = range(n_nodes)
-    return tuple([(i, j) for i in nodes for j in nodes if i != j and kind.carries(n_nodes, frame, sender, i, j)])
+def fields(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> tuple[tuple[int, int, int], ...]:
+    """Return row, column and slots ago of each bit of a header, in wire order."""
+    bits = [bit for bit in permutations(range(n_nodes), 2) if kind.carries(n_nodes, frame, sender, *bit)]
+    return tuple([(row, column, slots_ago(n_nodes, sender, row, column)) for row, column in bits])
 
 
 @lru_cache(maxsize=4096)  # 0.9 % of a mission: per header of a fleet; used in every own slot
 def layout(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> tuple[tuple[int, int], ...]:
     """Return pairs of slots ago and nodes whose acknowledgement of it the header can carry."""
     carried: dict[int, int] = {}
-    for row, column in fields(kind, n_nodes, frame, sender):
-        ago = slots_ago(n_nodes, sender, row, column)
+    for row, _, ago in fields(kind, n_nodes, frame, sender):
         carried[ago] = carried.get(ago, 0) | 1 << row
     return tuple(sorted(carried.items()))
-
-
-def acknowledged(rows: Sequence[int], n_nodes: int, slot: int) -> int:
-    """Convert the matrix of a packet, whose row i has bit j for A[i][j], into facts about slots.
-
-    Bit ``place * n_nodes + node`` of the result: the node received the packet of that ring place.
-    """
-    facts, sender, ring = 0, slot % n_nodes, 2 * n_nodes
-    for row, columns in enumerate(rows):
-        for column in members(columns) if columns else ():
-            place = (slot - (sender - row) % n_nodes - (row - column) % n_nodes) % ring
-            facts |= 1 << place * n_nodes + row
-    return facts
 
 
 class PacketLog:
     """Packets of the last two frames, as one node knows them.
 
-    Sets of nodes by ring place are one integer, so that a rule applies to all slots at once: see `acknowledged`.
+    Sets of nodes by ring place are one integer, so that a rule applies to all slots at once: bit
+    ``place * n_nodes + node`` says that the node received the packet of that place.
     """
 
     def __init__(self, kind: Acknowledgement, me: int, n_nodes: int) -> None:
@@ -171,29 +159,20 @@ class PacketLog:
         """Return the item set of a node's last packet; empty if this node missed it."""
         return self._items[(self.slot - (self.slot - node) % self.n_nodes) % self._ring]
 
-    def compose(self, slot: int, items: int, held: Sequence[int]) -> list[int]:
-        """Record the own packet of the open slot; return its acknowledgement matrix.
+    def compose(self, slot: int, items: int, held: Sequence[int]) -> int:
+        """Record the own packet of the open slot; return the receivers that it reports, by ring place.
 
         ``held`` has by node the items that it is believed to hold.
         """
         kind, me, n_nodes, ring = self._kind, self.me, self.n_nodes, self._ring
-        self.sent_slot, rows = slot, [0] * n_nodes
-        carried, may = layout(kind, n_nodes, slot // n_nodes % kind.period_frames, me), 0
-        for ago, nodes in carried:
+        self.sent_slot, may = slot, 0
+        for ago, nodes in layout(kind, n_nodes, slot // n_nodes % kind.period_frames, me):
             may |= nodes << (slot - ago) % ring * n_nodes
         inferred = self._inferred(may & self._received, held) if kind.infers else 0
-        facts = kind.header(self._reported, self._each << me, self._received, inferred) & may
-        for ago, _ in carried:
-            place = (slot - ago) % ring
-            nodes = facts >> place * n_nodes & self._all
-            while nodes:
-                row = nodes.bit_length() - 1
-                nodes ^= 1 << row
-                rows[row] |= 1 << place % n_nodes
         place = slot % ring
         self._items[place] = items
         self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
-        return rows
+        return kind.header(self._reported, self._each << me, self._received, inferred) & may
 
     def _inferred(self, may: int, held: Sequence[int]) -> int:
         """Return the nodes, of those at each place, that are believed to hold all items of the packet."""
@@ -204,8 +183,8 @@ class PacketLog:
                     inferred |= 1 << place * self.n_nodes + node
         return inferred
 
-    def learn(self, slot: int, items: int, facts: int, heeded: int, held: list[int]) -> None:
-        """Record a received packet with ``items`` (set); apply its acknowledgements ``facts`` to ``held``.
+    def learn(self, slot: int, items: int, acks: int, heeded: int, held: list[int]) -> None:
+        """Record a received packet with ``items`` (set); apply its acknowledgements ``acks`` to ``held``.
 
         5.: "if a packet sent by node A is acknowledged by node B, another node receiving that ACK (either A or C) will
         know that the ACKing peer now holds the information in the ACKed packet".
@@ -220,14 +199,14 @@ class PacketLog:
         heeded, places = heeded & self._all, self._loaded
         # The packet may arrive late, when later slots have made some of its facts void.
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
-            facts &= ~self._void(later)
+            acks &= ~self._void(later)
         if self._kind.relays:
             # The product repeats the mask at each ring place.
-            self._reported |= facts & heeded * self._each
+            self._reported |= acks & heeded * self._each
         while places:
             place = places.bit_length() - 1
             places ^= 1 << place
-            nodes, items = facts >> place * self.n_nodes & heeded, self._items[place]
+            nodes, items = acks >> place * self.n_nodes & heeded, self._items[place]
             while nodes:
                 node = nodes.bit_length() - 1
                 nodes ^= 1 << node

@@ -51,7 +51,7 @@ from exchange.packets import (
     Summary,
     name_of_item,
 )
-from exchange.policy.acknowledgement import acknowledged, fields
+from exchange.policy.acknowledgement import fields
 from exchange.policy.policies import AckPolicy, bits_beside, header_bits
 from exchange.wire.accounts import AccountCodec
 from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, padded, read_natural, width
@@ -236,11 +236,13 @@ class Codec:
         era = (data[0] ^ self._hash_byte(frame, 0)) * ERA_INVERSES[number] & 0xFF
         return era if era < ERAS else None
 
-    def encode_acks(self, sender: int, rows: Sequence[int], frame: int) -> Bits:
-        """Encode the carried bits of the acknowledgement matrix, first row most significant."""
-        bits, carried = 0, fields(self._kind, self._n_nodes, frame % self._kind.period_frames, sender)
-        for i, j in carried:
-            bits = bits << 1 | (rows[i] >> j & 1)
+    def encode_acks(self, sender: int, acks: int, frame: int) -> Bits:
+        """Encode the acknowledgements that the header carries, as a matrix with its first row most significant."""
+        n_nodes, bits = self._n_nodes, 0
+        carried = fields(self._kind, n_nodes, frame % self._kind.period_frames, sender)
+        for row, _, ago in carried:
+            place = (frame * n_nodes + sender - ago) % (2 * n_nodes)
+            bits = bits << 1 | acks >> place * n_nodes + row & 1
         return bits, len(carried)
 
     def encode_head(self, head: Head) -> int:
@@ -261,7 +263,7 @@ class Codec:
     def encode(
         self,
         sender: int,
-        rows: Sequence[int],
+        acks: int,
         fragments: Iterable[Fragment] = (),
         signals: Sequence[InfluenceSignal] = (),
         frame: int = 0,
@@ -272,17 +274,17 @@ class Codec:
     ) -> bytes:
         """Encode a packet.
 
-        ``rows`` has the acknowledgement bits, one word per node; ``frame`` is the whole TDMA frame number, which
-        selects the header layout; ``slot_start_s`` the start of the sender's slot in it. ``account`` is ignored if the
+        ``acks`` as in ``Packet``; ``frame`` is the whole TDMA frame number, which selects the header layout;
+        ``slot_start_s`` the start of the sender's slot in it. ``account`` is ignored if the
         policy does not report received sets. Raises ConfigurationError if a value, epoch or signal has no wire format.
         """
         packing = self.packing(sender, epoch, slot_start_s, 1 << 40)
         for fragment in fragments:
             packing.add(fragment)
-        head, acks = Head(sender, epoch, frame), self.encode_acks(sender, rows, frame)
+        head, header = Head(sender, epoch, frame), self.encode_acks(sender, acks, frame)
         if self.accounts is not None:
-            acks = joined(acks, self.accounts.encode(account, sender))
-        return self.assembled(head, slot_start_s, acks, packing.wired()[0], signals, summary)
+            header = joined(header, self.accounts.encode(account, sender))
+        return self.assembled(head, slot_start_s, header, packing.wired()[0], signals, summary)
 
     def assembled(
         self,
@@ -326,7 +328,7 @@ class Codec:
         return Head(sender, epoch, frame)
 
     def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> DecodedPacket:
-        packet, is_beyond = self._read(data, frame, slot_start_s, era)
+        packet, own_row, heard, is_beyond = self._read(data, frame, slot_start_s, era)
         wrong = self._out_of_range(packet.fragments) if is_beyond else None
         latest_s, concerns, relays, lives = -math.inf, 0, False, set[Life]()
         items: list[Named | Block] = []
@@ -342,12 +344,8 @@ class Codec:
                 lives.add((fragment.origin, fragment.epoch))
         for summary in packet.summary:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
-        heard = 0
-        for row in packet.rows:
-            heard |= row
-        facts = acknowledged(packet.rows, self._n_nodes, frame * self._n_nodes + packet.sender)
-        of_items = tuple(items) if lives else (), heard, facts, frozenset(lives)
-        return DecodedPacket(packet, wrong, latest_s, concerns, relays, tuple(statuses), *of_items)
+        of_items = tuple(statuses), tuple(items) if lives else ()
+        return DecodedPacket(packet, wrong, latest_s, concerns, relays, *of_items, own_row, heard, frozenset(lives))
 
     def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
         """Describe the first fact whose value no vehicle can record; None if all are valid."""
@@ -357,8 +355,11 @@ class Codec:
                     return f"{attribute.name} is {fact.value}, out of its range"
         return None
 
-    def _read(self, data: bytes, frame: int, slot_start_s: float, era: int) -> tuple[Packet, bool]:
-        """Return the packet, and whether a number may be out of range; raise PeerFault if invalid."""
+    def _read(self, data: bytes, frame: int, slot_start_s: float, era: int) -> tuple[Packet, int, int, bool]:
+        """Return a packet, its own and all acknowledged nodes, and whether a number may be out of range.
+
+        Raises PeerFault for an invalid packet.
+        """
         if self._checksum is not None:  # first: damage must not mark a peer as incompatible
             data = self._checksum.stripped(data, frame)
         if data and data[0] != self._hash_byte(frame, era):
@@ -371,7 +372,7 @@ class Codec:
         reader = Reader(data, clear_bits)
         if head.frame != frame % FRAMES:
             raise PeerFault(f"a packet of frame {head.frame} modulo {FRAMES} in frame {frame}")
-        rows = self._read_acks(reader, head.sender, frame)
+        acks, own_row, heard = self._read_acks(reader, head.sender, frame)
         account = NO_ACCOUNT if self.accounts is None else self.accounts.read(reader, head.sender)
         base, own = self.fragments.base_of(slot_start_s), (head.sender, epoch)
         before: Before = {}
@@ -397,17 +398,21 @@ class Codec:
         if reader.left >= 8 or reader.bits & (1 << reader.left) - 1:
             raise PeerFault("bits left over behind the packet")
         beside = tuple(signals), epoch, frame, tuple(summary), account
-        return Packet(head.sender, rows, tuple(fragments), *beside), reader.is_beyond
+        return Packet(head.sender, acks, tuple(fragments), *beside), own_row, heard, reader.is_beyond
 
-    def _read_acks(self, reader: Reader, sender: int, frame: int) -> tuple[int, ...]:
-        """Decode acknowledgement rows, with zeros for bits that the header does not carry."""
-        carried = fields(self._kind, self._n_nodes, frame % self._kind.period_frames, sender)
-        rows = [0] * self._n_nodes
+    def _read_acks(self, reader: Reader, sender: int, frame: int) -> tuple[int, int, int]:
+        """Decode acknowledgements; return also the nodes acknowledged by the sender, and by any node (bit masks)."""
+        n_nodes, acks, own, heard = self._n_nodes, 0, 0, 0
+        carried = fields(self._kind, n_nodes, frame % self._kind.period_frames, sender)
         bits = reader.take(len(carried))
-        for i, j in reversed(carried):
-            rows[i] |= (bits & 1) << j
+        for row, column, ago in reversed(carried):
+            if bits & 1:
+                place = (frame * n_nodes + sender - ago) % (2 * n_nodes)
+                acks |= 1 << place * n_nodes + row
+                own |= (row == sender) << column
+                heard |= 1 << column
             bits >>= 1
-        return tuple(rows)
+        return acks, own, heard
 
     def _read_summary(self, reader: Reader) -> Summary:
         reader.left -= SUMMARY_BITS[1]

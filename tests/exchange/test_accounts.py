@@ -42,9 +42,9 @@ def made_accounts(draw: st.DrawFn) -> tuple[int, int, Account]:
 def test_an_account_arrives_as_it_was_said(made: tuple[int, int, Account]) -> None:
     n_nodes, sender, account = made
     codec = codec_of(n_nodes, "adaptive")
-    data = codec.encode(sender, [0] * n_nodes, account=account)
+    data = codec.encode(sender, 0, account=account)
     assert codec.decode(data).packet.account == account
-    overhead = len(codec.encode(sender, [0] * n_nodes))
+    overhead = len(codec.encode(sender, 0))
     assert len(data) - overhead <= -(-codec.accounts.encode(account, sender)[1] // 8)
 
 

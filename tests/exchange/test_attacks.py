@@ -189,7 +189,7 @@ def test_a_number_beyond_all_items_is_refused_at_once(case: int, n: int):
     policy, content = numbered(n)[case]
     fleet = ManagerFleet(5, policy)
     opens_s = fleet.schedule.start_s(1)
-    data = fleet.codec.encode(1, [0] * 5, **{"fragments": [], "slot_start_s": opens_s, **content})
+    data = fleet.codec.encode(1, 0, **{"fragments": [], "slot_start_s": opens_s, **content})
     reception = fleet.managers[0].receive(data, opens_s + 1.6)
     assert reception.fault is not None
     assert "allowed are" in str(reception.fault)
@@ -200,7 +200,7 @@ def test_a_statement_of_many_items_that_nobody_knows_takes_little_work():
     fleet = ManagerFleet(5, "adaptive")
     opens_s = fleet.schedule.start_s(1)
     account = Account((OriginStatement(2, 0, 20_000, 0, 0, False),))
-    data = fleet.codec.encode(1, [0] * 5, [], slot_start_s=opens_s, account=account)
+    data = fleet.codec.encode(1, 0, [], slot_start_s=opens_s, account=account)
     with patch("exchange.manager.beliefs.members", wraps=members) as numbers:
         assert fleet.managers[0].receive(data, opens_s + 1.6).fault is None
     assert sum(abs(call.args[0]).bit_count() for call in numbers.call_args_list) < 10

@@ -54,12 +54,12 @@ Spoil = Callable[[bytes], bytes]
 def tells(*values: float, time_s: float = 0.0, frame: int = 0, by: Codec | None = None) -> Spoil:
     """A packet of node 0 with an item for each cell."""
     said = [Fragment(0, n, time_s, (PropertyValue(bay(3), MAPPED_CELL, v),)) for n, v in enumerate(values)]
-    return lambda good: (by or codec()).encode(0, [0] * 3, said, frame=frame)
+    return lambda good: (by or codec()).encode(0, 0, said, frame=frame)
 
 
 def at_place(east_m: float, north_m: float) -> Spoil:
     status = Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION, (east_m, north_m)),))
-    return lambda good: codec().encode(0, [0] * 3, [status])
+    return lambda good: codec().encode(0, 0, [status])
 
 
 OUT = [FIELD.minimum - FIELD.resolution, FIELD.maximum + FIELD.resolution, FIELD.maximum + 1e6 * FIELD.resolution]
@@ -77,7 +77,7 @@ TABLE: dict[str, tuple[Spoil, float, str | None]] = {
     "a byte more": (lambda good: good + b"\0", 1.0, ""),
     "another hash": (lambda good: bytes([good[0] ^ 1]) + good[1:], 1.0, "definition hash differs"),
     "noise": (lambda good: random.Random(4).randbytes(40), 1.0, ""),
-    "its own": (lambda good: codec().encode(1, [0] * 3, []), 1.0, ""),
+    "its own": (lambda good: codec().encode(1, 0, []), 1.0, ""),
     **{f"cell {value}": (tells(0.0, value), 1.0, f"mappedCell is {value}, out of its range") for value in OUT},
     **{f"cell {value}": (tells(0.0, value), 1.0, None) for value in (FIELD.minimum, FIELD.maximum)},
     "too far east": (at_place(FAR_M, 0.0), 1.0, "position is .*, out of its range"),
@@ -113,7 +113,7 @@ def test_parts_that_disagree_are_no_error() -> None:
     fleet = ManagerFleet(2)
     for index, count in ((2, 3), (0, 2)):
         part = Fragment(0, 0, 0.0, cells(2, 1), index, count)
-        assert not fleet.deliver(1, fleet.codec.encode(0, [0, 0], [part]), 1.0).blocks
+        assert not fleet.deliver(1, fleet.codec.encode(0, 0, [part]), 1.0).blocks
 
 
 OVER_A_GAP = OriginStatement(1, 0, 0, 1, 1, False)
@@ -134,7 +134,7 @@ def test_an_impossible_statement_changes_no_belief(name: str) -> None:
     fleet = ManagerFleet(3, "adaptive", who_needs=needs(range(3)))
     uid = fleet.maps(0, 5)
     fleet.pass_slot()
-    data = fleet.codec.encode(1, [0] * 3, slot_start_s=fleet.now_s, account=account)
+    data = fleet.codec.encode(1, 0, slot_start_s=fleet.now_s, account=account)
     manager = fleet.managers[0]
     before = [manager.believes(peer, uid) for peer in (1, 2)]
     assert not manager.receive(data, fleet.now_s + 1.0).blocks
@@ -158,7 +158,7 @@ def busy(of: Codec, n_nodes: int = N_NODES, frame: int = 0) -> bytes:
     stating = (
         {"account": Account((OVER_A_GAP,), (HolderSet(0, 0, 4, 0b11),), (coded,))} if of.accounts is not None else {}
     )
-    return of.encode(1, [3] * n_nodes, said, signals, frame, summary=[Summary(0, 0, 699, 1)], **stating)
+    return of.encode(1, -1, said, signals, frame, summary=[Summary(0, 0, 699, 1)], **stating)
 
 
 def taken(of: Codec, data: bytes, frame: int = 0) -> Packet | None:

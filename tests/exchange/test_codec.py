@@ -2,6 +2,7 @@
 
 import zlib
 from functools import cache
+from itertools import permutations
 
 import pytest
 from hypothesis import given, settings
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, attribute, cells, codec_of, instances
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet, Summary
+from exchange.policy.acknowledgement import slots_ago
 from exchange.policy.policies import ACK, POLICIES, AckPolicy
 from exchange.wire.codec import GRAMMAR, Codec, Widths
 from missions.runs.setup import resolved
@@ -79,7 +81,7 @@ def packets(draw: st.DrawFn) -> tuple[Codec, AckPolicy, int, Packet]:
     n_nodes, policy = draw(NODES), POLICIES[draw(POLICY_NAMES)]
     packet = Packet(
         draw(st.integers(0, n_nodes - 1)),
-        tuple(draw(st.integers(0, (1 << n_nodes) - 1)) for _ in range(n_nodes)),
+        draw(st.integers(0, (1 << 2 * n_nodes * n_nodes) - 1)),
         tuple(draw(st.lists(fragments(n_nodes), max_size=4))),
         tuple(draw(st.lists(st.builds(InfluenceSignal, st.integers(0, n_nodes), st.integers(-128, 127)), max_size=15))),
         draw(st.integers(0, 3)),
@@ -118,10 +120,15 @@ def quantised(fragment: Fragment) -> Fragment:
     return fragment._replace(time_s=time_s, facts=stored)
 
 
-def bits_sent(packet: Packet, policy: AckPolicy, n_nodes: int) -> tuple[int, ...]:
+def bits_sent(packet: Packet, policy: AckPolicy, n_nodes: int, frame: int) -> int:
     """The acknowledgement bits that travel: the sender's row under ACK, else all; nobody acknowledges itself."""
     own_only = policy.acknowledgement == ACK or policy.acknowledgement.states
-    return tuple(0 if own_only and i != packet.sender else row & ~(1 << i) for i, row in enumerate(packet.rows))
+    carried = 0
+    for row, column in permutations(range(n_nodes), 2):
+        if row == packet.sender or not own_only:
+            slot = frame * n_nodes + packet.sender - slots_ago(n_nodes, packet.sender, row, column)
+            carried |= 1 << slot % (2 * n_nodes) * n_nodes + row
+    return packet.acks & carried
 
 
 # There and back -----------------------------------------------------------------------------------
@@ -144,12 +151,12 @@ def test_a_packet_arrives_as_it_was_sent_with_the_size_added_up_before(made, dic
     fragments_bits = (1 << 20) - packing.left_bits
     assert fragments_bits == sum(size for _, size in packing.wired()[1]) <= most_bits
     data = codec.encode(
-        packet.sender, packet.rows, offered, packet.signals, frame, packet.epoch, start_s, packet.summary
+        packet.sender, packet.acks, offered, packet.signals, frame, packet.epoch, start_s, packet.summary
     )
     assert len(data) == -(-(size_bits + fragments_bits) // 8)
     received = codec.decode(data, frame, start_s).packet
     arrived = tuple(quantised(fragment) for fragment in on_the_wire(packet._replace(fragments=offered)))
-    assert received == packet._replace(rows=bits_sent(packet, policy, n_nodes), fragments=arrived, frame=frame)
+    assert received == packet._replace(acks=bits_sent(packet, policy, n_nodes, frame), fragments=arrived, frame=frame)
 
 
 # What is refused ----------------------------------------------------------------------------------
@@ -164,7 +171,7 @@ def fact_of(name: str, value: Value, subject: int = 0, sequence: int | None = No
 
 def code(codec: Codec, *fragments: Fragment) -> bytes:
     """The packet in which node 0 says these, in slot 0."""
-    return codec.encode(0, [0] * 4, fragments)
+    return codec.encode(0, 0, fragments)
 
 
 ODD: dict[str, tuple[Fragment, str]] = {
@@ -190,16 +197,16 @@ def test_contents_without_a_form_on_the_wire_are_refused(name: str):
 
 def test_a_head_or_signal_without_a_form_is_refused():
     with pytest.raises(ConfigurationError, match=f"allowed: 0 to {EPOCHS - 1}"):
-        codec_of(4).encode(0, [0] * 4, [], epoch=EPOCHS)
+        codec_of(4).encode(0, 0, [], epoch=EPOCHS)
     with pytest.raises((ValueError, ConfigurationError)):
-        codec_of(4).encode(0, [0] * 4, [], [InfluenceSignal(0, 200)])
+        codec_of(4).encode(0, 0, [], [InfluenceSignal(0, 200)])
 
 
 def test_every_epoch_has_a_name_in_heads_relayed_items_and_summaries():
     codec = codec_of(4)
     for epoch in range(EPOCHS):
         relayed, summary = Fragment(1, 3, 0.0, cells(4, 1), epoch=epoch), Summary(2, epoch, 4, 0b101)
-        data = codec.encode(0, [0] * 4, [relayed], (), 9, epoch, summary=[summary])
+        data = codec.encode(0, 0, [relayed], (), 9, epoch, summary=[summary])
         assert codec.era_of(data, 9) == epoch // 4
         received = codec.decode(data, 9, 0.0, epoch // 4).packet
         assert (received.epoch, received.fragments, received.summary) == (epoch, (relayed,), (summary,))
@@ -216,7 +223,8 @@ def test_the_grammar_is_the_one_whose_version_the_hash_covers():
     ]  # fmt: skip
     for frame in range(4):
         summary, signals = [Summary(2, 1, 7, 0b1001)], [InfluenceSignal(1, -7)]
-        data = codec.encode(0, [0b1010, 0, 0, 0], fragments, signals, frame, 1, 10.0, summary)
+        acks = sum(1 << (4 * frame - ago) % 8 * 4 for ago in (1, 3))  # node 0 received nodes 3 and 1
+        data = codec.encode(0, acks, fragments, signals, frame, 1, 10.0, summary)
         crc = zlib.crc32(data[1:], crc)
     assert (GRAMMAR, crc) == (2, 1112525204)
 
@@ -248,7 +256,7 @@ def test_another_definition_is_noticed_within_four_frames(stranger: Codec):
     wire = [Fragment(0, 0, 0.0, cells(4, 1))]
     refused = []
     for frame in range(4):
-        for data in (stranger.encode(0, [0] * 5, [], frame=frame), stranger.encode(1, [0] * 5, wire, frame=frame)):
+        for data in (stranger.encode(0, 0, [], frame=frame), stranger.encode(1, 0, wire, frame=frame)):
             try:
                 ours.decode(data, frame)
             except PeerFault as fault:
@@ -259,7 +267,7 @@ def test_another_definition_is_noticed_within_four_frames(stranger: Codec):
 def test_four_frames_carry_the_whole_hash():
     """The first bytes of the packets of four frames are a CRC-32; those of the next four too, crossed with one."""
     codec = Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S)
-    firsts = [codec.encode(0, [0] * 4, [], frame=frame)[0] for frame in range(8)]
+    firsts = [codec.encode(0, 0, [], frame=frame)[0] for frame in range(8)]
     every = tuple(range(len(TBOX.attributes)))  # all are exchanged where none are named
     near_bits = 9  # 30 s are 300 steps
     fleet = GRAMMAR, TBOX.hash, 8, 4, N_BLOCKS, 3  # a vector of acks has 3 bits
@@ -271,7 +279,7 @@ def test_four_frames_carry_the_whole_hash():
 def test_a_packet_is_of_one_frame_in_1024():
     """It has the counter of every fourth, but another first byte; after 256 times four, its own again."""
     codec = codec_of(4)
-    data = codec.encode(1, [0] * 4, [Fragment(1, 0, 0.0, cells(4, 1))], frame=6)
+    data = codec.encode(1, 0, [Fragment(1, 0, 0.0, cells(4, 1))], frame=6)
     for frame in (*range(6), *range(7, 1030)):
         with pytest.raises(PeerFault):
             codec.decode(data, frame)

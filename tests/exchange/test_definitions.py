@@ -21,7 +21,7 @@ def heard_of(codec: Codec, n_frames: int) -> ManagerFleet:
     """A fleet of which node 1 hears, in the slots of node 0, somebody with that codec, with an item in every packet."""
     fleet = ManagerFleet(3)
     for frame in range(n_frames):
-        data = codec.encode(0, [0] * 3, [Fragment(0, frame, 0.0, cells(3, 1))], frame=frame)
+        data = codec.encode(0, 0, [Fragment(0, frame, 0.0, cells(3, 1))], frame=frame)
         fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0)
     return fleet
 
@@ -46,7 +46,7 @@ def test_a_peer_that_was_damaged_once_is_heard_again_when_that_byte_agrees():
 
 def in_epoch(fleet: ManagerFleet, epoch: int, frame: int) -> Reception:
     """Node 1 hears node 0 in one of its lives."""
-    data = fleet.codec.encode(0, [0] * 3, [Fragment(0, 0, 0.0, cells(3, 1), epoch=epoch)], frame=frame, epoch=epoch)
+    data = fleet.codec.encode(0, 0, [Fragment(0, 0, 0.0, cells(3, 1), epoch=epoch)], frame=frame, epoch=epoch)
     return fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0)
 
 
@@ -80,7 +80,7 @@ def test_a_packet_played_again_in_another_frame_is_always_refused():
     for frame in range(4):
         in_epoch(fleet, 0, frame)
     for sent in range(32):
-        data = fleet.codec.encode(0, [0] * 3, [Fragment(0, 0, 0.0, cells(3, 1))], frame=sent)
+        data = fleet.codec.encode(0, 0, [Fragment(0, 0, 0.0, cells(3, 1))], frame=sent)
         for frame in range(sent + 4, sent + 4 * 64, 4):
             n_eras += fleet.codec.era_of(data, frame) is not None
             assert fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0).fault

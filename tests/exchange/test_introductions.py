@@ -32,8 +32,8 @@ class Process:
         data = self.introductions.packet(slot)
         if data is None:
             self.n_packets += 1
-            rows, frame = [0] * 3, SCHEDULE.frame_of(slot)
-            data = self.codec.encode(self.me, rows, frame=frame, slot_start_s=SCHEDULE.start_s(slot))
+            frame = SCHEDULE.frame_of(slot)
+            data = self.codec.encode(self.me, 0, frame=frame, slot_start_s=SCHEDULE.start_s(slot))
         return data
 
     def hear(self, data: bytes, slot: int) -> None:

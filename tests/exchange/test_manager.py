@@ -126,7 +126,7 @@ def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
         model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, keeping=Keeping(clock_tolerance_s=0.0))
         manager = ExchangeManager(1, model, codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))
         fragment = Fragment(0, 0, time_s, cells(2, 1))
-        data = codec.encode(0, [0, 0], [fragment], frame=2, slot_start_s=fleet.schedule.start_s(4))
+        data = codec.encode(0, 0, [fragment], frame=2, slot_start_s=fleet.schedule.start_s(4))
         reception = manager.receive(data, 9.0)
         assert (reception.fault is not None) == is_refused
         assert (merge(model, reception.blocks, 9.0).faults, model.digest()) == (

@@ -31,7 +31,7 @@ class Keyed(ManagerFleet):
     def spoken(self, frame: int, epoch: int = 0) -> bytes:
         """A packet of node 0 with an item."""
         start_s, items = self.schedule.start_s(3 * frame), [Fragment(0, frame, 0.0, cells(3, 1), epoch=epoch)]
-        return self.codec.encode(0, [0] * 3, items, frame=frame, epoch=epoch, slot_start_s=start_s)
+        return self.codec.encode(0, 0, items, frame=frame, epoch=epoch, slot_start_s=start_s)
 
     def hears(self, data: bytes, frame: int) -> bool:
         """True if node 1 takes it in the slot of node 0."""

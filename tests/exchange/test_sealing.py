@@ -22,7 +22,7 @@ guarded = partial(codec, "ack")
 def a_packet(codec: Codec, frame: int = 0) -> bytes:
     """51 B of observations and a relayed block, without checksum and tag."""
     fragments = [Fragment(0, sequence, 3.0 * frame, cells(3, 1)) for sequence in range(9)]
-    return codec.encode(0, [0b110] * 3, [*fragments, Fragment(1, 7, 0.0, cells(3, 2))], frame=frame)
+    return codec.encode(0, 6, [*fragments, Fragment(1, 7, 0.0, cells(3, 2))], frame=frame)
 
 
 # Checksums ----------------------------------------------------------------------------------------
@@ -49,7 +49,7 @@ def test_a_checksum_of_another_size_is_refused():
 @pytest.mark.parametrize("frame", [0, 5, 1029])
 def test_what_is_sealed_opens_with_the_key(crc_bits: int, frame: int):
     plain, codec = guarded(), guarded(crc_bits, KEY)
-    data = codec.encode(0, [6] * 3, [Fragment(0, 4, 0.0, cells(3, 2))], frame=frame, slot_start_s=6.0 * frame)
+    data = codec.encode(0, 6, [Fragment(0, 4, 0.0, cells(3, 2))], frame=frame, slot_start_s=6.0 * frame)
     assert codec.decode(data, frame, 6.0 * frame).packet.fragments == (Fragment(0, 4, 0.0, cells(3, 2)),)
     assert codec.head(data)[:3] == (0, 0, frame % 4)
     assert codec.overhead_bits == plain.overhead_bits + 2 + 32 + crc_bits  # a head of 14 bits is 2 B now

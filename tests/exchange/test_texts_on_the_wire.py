@@ -22,6 +22,6 @@ def test_a_text_arrives_as_it_was_or_is_refused(text: str) -> None:
         bytes_of(text, MOST_BYTES)
     except ValueError:
         with pytest.raises(ConfigurationError, match="note"):
-            codec.encode(1, (0, 0, 0, 0), [fragment])
+            codec.encode(1, 0, [fragment])
         return
-    assert codec.decode(codec.encode(1, (0, 0, 0, 0), [fragment])).packet.fragments == (fragment,)
+    assert codec.decode(codec.encode(1, 0, [fragment])).packet.fragments == (fragment,)

@@ -42,8 +42,8 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
     apply = Receiver.apply
 
     def without_rows(receiver: Receiver, decoded: DecodedPacket, *more: Any) -> Reception:
-        packet = decoded.packet._replace(rows=(0,) * len(decoded.packet.rows))
-        return apply(receiver, decoded._replace(packet=packet, facts=0), *more)
+        packet = decoded.packet._replace(acks=0)
+        return apply(receiver, decoded._replace(packet=packet, own=0), *more)
 
     monkeypatch.setattr(Receiver, "apply", without_rows)
     ignoring = of("mapping-patches", strategy, 0.7, "communication.summaries=false")

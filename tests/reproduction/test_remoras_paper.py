@@ -74,7 +74,7 @@ class Scripted:
         start_s = self.schedule.start_s(slot)
         told = self.alter(self.codec.decode(data, slot // len(positions_m), start_s).packet)
         altered = self.codec.encode(
-            told.sender, told.rows, told.fragments, told.signals, told.frame, told.epoch, start_s, told.summary
+            told.sender, told.acks, told.fragments, told.signals, told.frame, told.epoch, start_s, told.summary
         )
         return [a._replace(data=altered) for a in self.channel.transmit(slot, sender, data, now_s, positions_m)]
 

@@ -149,7 +149,7 @@ def forger(codec: Codec, slots: TdmaSchedule, model: WorldModel) -> Forge:
             if forged == packet:
                 return data
             return codec.encode(
-                forged.sender, forged.rows, forged.fragments, forged.signals, frame, forged.epoch, start_s,
+                forged.sender, forged.acks, forged.fragments, forged.signals, frame, forged.epoch, start_s,
                 forged.summary,
             )  # fmt: skip
         except ExchangeError:
