@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from typing import get_args
 
 import numpy as np
 
 from exchange.errors import ConfigurationError
-from exchange.manager.manager import OPTIONAL_PARTS, ExchangeManager, Options
+from exchange.manager.manager import ExchangeManager, OptionalPart, Options
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
 from exchange.policy.policies import POLICIES, AckPolicy, header_bits
 from exchange.schedule import TdmaSchedule
@@ -238,7 +239,7 @@ def one_size_fleet(
     codec = one_size_codec(n_nodes, policy)
     fleet = ManagerFleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec)
     for manager in fleet.managers:
-        for part in OPTIONAL_PARTS:
+        for part in get_args(OptionalPart):
             manager.leave_out(part)  # what the policy says, and no more
     return fleet
 

@@ -20,6 +20,8 @@ MASK_BITS = 8
 FULL_MASK = (1 << MASK_BITS) - 1
 MAX_FRAGMENTS = 16
 """Fragments of one block at most."""
+Life = tuple[int, int]
+"""An origin and its epoch."""
 
 
 class Met(Enum):
@@ -113,11 +115,6 @@ class Fragment(NamedTuple):
         return self.origin, self.epoch, self.sequence
 
     @property
-    def is_status(self) -> bool:
-        """True for a status, which is sent once and not acknowledged."""
-        return self.sequence == STATUS
-
-    @property
     def block(self) -> Block:
         """Its block, valid if ``count`` is 1."""
         return Block(self.origin, self.sequence, self.time_s, self.facts, self.epoch)
@@ -129,31 +126,28 @@ def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment
     Raises ConfigurationError if a single fact is larger than a packet, or ``MAX_FRAGMENTS`` are too few.
     """
 
-    def fragment(facts: tuple[PropertyValue, ...], index: int, count: int) -> Fragment:
-        return Fragment(block.origin, block.sequence, block.time_s, facts, index, count, block.epoch)
-
-    uncut = fragment(block.facts, 0, 1)
-    if size_bits(uncut) <= capacity_bits:
-        return (uncut,)
+    whole = Fragment(block.origin, block.sequence, block.time_s, block.facts, 0, 1, block.epoch)
+    if size_bits(whole) <= capacity_bits:
+        return (whole,)
     parts: list[tuple[PropertyValue, ...]] = []
     part: tuple[PropertyValue, ...] = ()
     for fact in block.facts:
         # Index and count have fixed widths, so that any values give the size.
-        if part and size_bits(fragment((*part, fact), 0, 2)) > capacity_bits:
+        if part and size_bits(whole._replace(facts=(*part, fact), count=2)) > capacity_bits:
             parts.append(part)
             part = ()
         part = (*part, fact)
-        if size_bits(fragment(part, 0, 2)) > capacity_bits:
+        if (n_bits := size_bits(whole._replace(facts=part, count=2))) > capacity_bits:
             raise ConfigurationError(
-                f"one fact needs {size_bits(fragment((fact,), 0, 2))} bits, a packet has room for "
-                f"{capacity_bits}: take a modem with a larger payload"
+                f"one fact needs {n_bits} bits, a packet has room for {capacity_bits}: "
+                "take a modem with a larger payload"
             )
     parts.append(part)
     if len(parts) > MAX_FRAGMENTS:
         raise ConfigurationError(
             f"a block of {len(block.facts)} facts needs {len(parts)} fragments, {MAX_FRAGMENTS} are allowed"
         )
-    return tuple(fragment(facts, index, len(parts)) for index, facts in enumerate(parts))
+    return tuple(whole._replace(facts=facts, index=i, count=len(parts)) for i, facts in enumerate(parts))
 
 
 def joined_block(parts: Sequence[Fragment]) -> Block:

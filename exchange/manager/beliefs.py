@@ -22,14 +22,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from exchange.manager.peers import PeerStates
-from exchange.packets import FULL_MASK, MASK_BITS, Fragment, ItemUid, Named, Summary, joined_block
+from exchange.packets import FULL_MASK, MASK_BITS, Fragment, ItemUid, Life, Named, Summary, joined_block
 from exchange.policy.acknowledgement import Acknowledgement, PacketLog, members
 from exchange.policy.candidates import Candidate
 from worldmodel import Block, PropertyValue
 from worldmodel.facts import MOST_ITEMS, Guid
 
-Life = tuple[int, int]
-"""An origin and its epoch."""
 ADDRESSED_SHARE = 10
 """Divisor of an item's priority once all nodes it is addressed to hold it."""
 

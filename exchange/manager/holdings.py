@@ -13,8 +13,18 @@ from operator import mul
 from typing import TYPE_CHECKING
 
 from exchange.errors import PeerFault
-from exchange.manager.beliefs import Beliefs, Life
-from exchange.packets import Account, DecodedPacket, Fragment, HolderSet, Named, OriginStatement, Packet, name_of_item
+from exchange.manager.beliefs import Beliefs
+from exchange.packets import (
+    Account,
+    DecodedPacket,
+    Fragment,
+    HolderSet,
+    Life,
+    Named,
+    OriginStatement,
+    Packet,
+    name_of_item,
+)
 from exchange.policy.acknowledgement import members
 from exchange.policy.coding import Decoder, added, coefficient, scaled, symbol, symbol_key
 from exchange.policy.planning import (

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
 from exchange.manager.beliefs import Beliefs, Sendable, Summaries
@@ -54,7 +54,6 @@ if TYPE_CHECKING:
     from exchange.manager.holdings import HoldingsReports
 
 OptionalPart = Literal["parking", "relaying", "summaries"]
-OPTIONAL_PARTS: tuple[OptionalPart, ...] = get_args(OptionalPart)
 """Parts that a manager can disable."""
 PARKED = "parked"
 """Event of a peer that becomes absent."""

@@ -181,9 +181,11 @@ class PeerStates:
         self._older[sender] = 0, 0
         last, self.heard_frame[sender] = self.heard_frame[sender], frame
         if last is None or frame > last:
-            if last is not None and frame > last + 1:
-                self._note_missed(sender, frame - last - 1)
-            self.incoming[sender].note(HEARD)
+            incoming, n_missed = self.incoming[sender], 0 if last is None else frame - last - 1
+            # A silence too long for loss is absence, which says nothing about the link.
+            if n_missed and (n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence):
+                incoming.note(LOST, n_missed)
+            incoming.note(HEARD)
         was_away = self.awaited >> sender & 1
         if was_away:
             self.is_alone = False
@@ -204,12 +206,6 @@ class PeerStates:
     def is_over(self, origin: int, epoch: int) -> bool:
         """True if an origin is absent or in another incarnation."""
         return epoch != self.epochs[origin] or bool(self.away >> origin & 1)
-
-    def _note_missed(self, sender: int, n_missed: int) -> None:
-        incoming = self.incoming[sender]
-        # A silence too long for loss is absence, which says nothing about the link.
-        if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
-            incoming.note(LOST, n_missed)
 
     def heed(self, sender: int, own: int, frame: int, is_answer: bool) -> int:
         """Record the receptions ``own`` of a peer; return the nodes (bit mask) whose acknowledgements count.

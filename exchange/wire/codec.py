@@ -46,6 +46,7 @@ from exchange.packets import (
     Fragment,
     Head,
     InfluenceSignal,
+    Life,
     Named,
     Packet,
     Summary,
@@ -55,7 +56,7 @@ from exchange.policy.acknowledgement import fields
 from exchange.policy.policies import AckPolicy, bits_beside, header_bits
 from exchange.wire.accounts import AccountCodec
 from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, padded, read_natural, width
-from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCH_MASK, Before, FragmentCodec, Life, Packing, refuse_epoch
+from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCH_MASK, Before, FragmentCodec, Packing, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
@@ -351,7 +352,7 @@ class Codec:
         """Describe the first fact whose value no vehicle can record; None if all are valid."""
         for fragment in fragments:
             for fact in fragment.facts:
-                if not (attribute := self._facts.attribute(fact.attribute)).stores(fact.value):
+                if not (attribute := self._facts.attributes[fact.attribute]).stores(fact.value):
                     return f"{attribute.name} is {fact.value}, out of its range"
         return None
 

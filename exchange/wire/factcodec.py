@@ -203,7 +203,7 @@ class FactCodec:
     """Fact codec of one fleet; ``exchanged`` attributes get short names, None for all."""
 
     def __init__(self, tbox: TBox, n_instances: int, exchanged: Collection[int] | None) -> None:
-        self._attributes = tbox.attributes
+        self.attributes = tbox.attributes
         self.n_instances = n_instances
         self.subject_bits = width(n_instances)
         self.names = AttributeNames(len(tbox.attributes), exchanged)
@@ -224,19 +224,15 @@ class FactCodec:
             return attribute.most_bytes + 1  # its length stands first
         return self._n_values.get(attribute.kind) or len(attribute.symbols) or 2
 
-    def attribute(self, uid: int) -> Attribute:
-        """Return the attribute with that uid."""
-        return self._attributes[uid]
-
     def listing(self) -> list[FieldSize]:
         """List the fields of a fact in wire order."""
         names, fields = self.names, [("subject", self.subject_bits, f"one of {self.n_instances} instances")]
         fields.append(("attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged"))
         if names.has_others:
             fields.append(("other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
-        for attribute, bits in zip(self._attributes, self._value_bits, strict=True):
+        for attribute, bits in zip(self.attributes, self._value_bits, strict=True):
             fields.append((attribute.name, bits, values_in_words(attribute, self._n_values)))
-        for attribute in self._attributes:
+        for attribute in self.attributes:
             if (grid := attribute.uncertainty) is not None:
                 fields.append((f"uncertainty of {attribute.name}", 1 + grid.size_bits, "1 where it carries none"))
         fields.append(("another follows", 1, "of all but own single facts"))
@@ -244,7 +240,7 @@ class FactCodec:
 
     def exchanged_texts(self) -> list[Attribute]:
         """Return the text attributes that are exchanged."""
-        return [self._attributes[uid] for uid in self.names.exchanged if self._attributes[uid].most_bytes]
+        return [self.attributes[uid] for uid in self.names.exchanged if self.attributes[uid].most_bytes]
 
     # To bits -------------------------------------------------------------------------------------
 
@@ -261,7 +257,7 @@ class FactCodec:
         subject, uid, value, sigma = fact
         if not 0 <= subject < self.n_instances:
             raise ConfigurationError(f"instance {subject} has no wire name, 0 to {self.n_instances - 1} have")
-        attribute, parts = self._attributes[uid], [(subject, self.subject_bits)]
+        attribute, parts = self.attributes[uid], [(subject, self.subject_bits)]
         parts.append((self.names.names[uid], self.names.sizes[uid]))
         if attribute.fields:
             parts.append(_numbers(attribute.name, attribute.fields, value))
@@ -303,7 +299,7 @@ class FactCodec:
         uid = names.exchanged[name] if name < len(names.exchanged) else names.read_other(name, reader.take)
         if subject >= self.n_instances:
             raise PeerFault(f"instance {subject} is not one of {self.n_instances}")
-        attribute = self._attributes[uid]
+        attribute = self.attributes[uid]
         value = _read_numbers(attribute.fields, reader) if attribute.fields else self._read_choice(attribute, reader)
         grid = attribute.uncertainty
         if grid is None or not reader.take(1):

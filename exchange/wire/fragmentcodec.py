@@ -11,7 +11,7 @@ from bisect import bisect_left, insort
 from operator import itemgetter
 
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.packets import Fragment
+from exchange.packets import Fragment, Life
 from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, read_natural, read_rest, width
 from worldmodel import EPOCHS, STATUS, Field
 from worldmodel.facts import MOST_ITEMS
@@ -28,8 +28,6 @@ NEAR_STEPS = 1 << NEAR_STEP_BITS
 FAR_AGE_BITS = 3
 """Extra bits of a far age over a near one."""
 
-Life = tuple[int, int]
-"""An origin and its epoch."""
 Before = dict[Life, int]
 """Last sequence by origin and epoch in a packet."""
 

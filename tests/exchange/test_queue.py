@@ -24,7 +24,7 @@ class FixedRoom:
 
     def add(self, fragment: Fragment) -> bool:
         self.n_asked += 1
-        size_bits = SIZE_BITS if fragment.is_status else self.sizes.get(fragment.sequence, SIZE_BITS)
+        size_bits = SIZE_BITS if fragment.sequence == STATUS else self.sizes.get(fragment.sequence, SIZE_BITS)
         if size_bits > self.left_bits:
             return False
         self.left_bits -= size_bits
