@@ -5,14 +5,14 @@ import math
 import random
 from collections.abc import Callable, Iterator
 from itertools import pairwise, permutations
-from random import Random
 
 import numpy as np
 
-from exchange.policy.acknowledgement import PacketLog, fields, members
+from exchange.policy.acknowledgement import fields
 from exchange.policy.candidates import Moment, QueuePlace, ValueRule, Waiting
 from exchange.policy.policies import AckPolicy, header_bits, policy_fault, policy_named
 from exchange.study.compiler import as_python, slot_loops
+from exchange.study.lanes import COUNT, FALSE_BELIEFS, SOURCE_ACKED, SUM, Ints
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.study import REMEMBERED_WORDS, case_of, play
 from exchange.wire.codec import Codec
@@ -21,104 +21,28 @@ from remoras.testing.behaviours import passed
 from worldmodel import Terms, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())
-Exchange = list[tuple[int, int | None]]
-"""Per slot: receivers (bit i for node i), and the origin of a new item or None."""
 SIZES = (2, 3, 5)
 """Fleet sizes checked."""
-N_EXCHANGES = 12
-N_SLOTS = 90
-P_HEARD = 0.5
+N_ITEMS = N_SLOTS = 90
+P_LOSS = 0.5
+N_TRIALS = 4
 SETTLING_FRAMES = 8
 """Frames per header period to settle an item without loss; the paper needs 2."""
 ALL = -1
 
 
-class Node:
-    """One node as a vehicle runs it: the log of packets, and the items (set) that it believes each node to hold."""
-
-    def __init__(self, policy: AckPolicy, me: int, n_nodes: int) -> None:
-        self.log = PacketLog(policy.acknowledgement, me, n_nodes)
-        self.held = [0] * n_nodes
+def outcomes(policy: AckPolicy, study: ExchangeStudy) -> Ints:
+    """Return the outcomes of the policy study's trials, uncompiled."""
+    kind, case = policy.acknowledgement, case_of(study, policy, study.per[0])
+    return play(as_python(kind), kind, case, np.zeros((0, study.trials), np.int64))
 
 
-class Nodes:
-    """Nodes as vehicles run them, without bits on the wire: new items come in any slot."""
-
-    def __init__(self, policy: AckPolicy, n_nodes: int, carrier_evidence: bool) -> None:
-        self.policy, self.n_nodes, self.carrier_evidence = policy, n_nodes, carrier_evidence
-        self.nodes = [Node(policy, me, n_nodes) for me in range(n_nodes)]
-        self.origins: list[int] = []
-
-    @property
-    def n_items(self) -> int:
-        """Items so far."""
-        return len(self.origins)
-
-    def add_item(self, node: int) -> None:
-        """Give the node an item of its own."""
-        self.nodes[node].held[node] |= 1 << self.n_items
-        self.origins.append(node)
-
-    def wanted(self, node: int) -> list[int]:
-        """Items that the node goes on sending."""
-        held, everywhere = self.nodes[node].held, -1
-        for of_peer in held:
-            everywhere &= of_peer
-        open_items = members(held[node] & ~everywhere)
-        return [column for column in open_items if self.policy.repeat or self.origins[column] == node]
-
-    def play(self, slot: int, heard_by: int) -> None:
-        """Simulate one slot; bit i of ``heard_by`` is set if node i receives the packet."""
-        n_nodes = self.n_nodes
-        owner = slot % n_nodes
-        for member in self.nodes:
-            member.log.open(slot)
-        columns, sender = self.wanted(owner), self.nodes[owner]
-        content = sum(1 << column for column in columns)
-        acks = sender.log.compose(slot, content, sender.held)
-        for node, member in enumerate(self.nodes):
-            if node != owner and heard_by >> node & 1:
-                for column in columns:
-                    for holder in (node, self.origins[column], owner if self.carrier_evidence else node):
-                        member.held[holder] |= 1 << column
-                member.log.learn(slot, content, acks, ALL, member.held)
-
-    def play_all(self, exchange: Exchange) -> Iterator[list[list[int]]]:
-        """Play an exchange; yield the beliefs after each slot."""
-        for slot, (heard_by, birth) in enumerate(exchange):
-            if birth is not None:
-                self.add_item(birth)
-            self.play(slot, heard_by)
-            yield self.beliefs()
-
-    def beliefs(self) -> list[list[int]]:
-        """Believed holders of each item (bit masks), by node."""
-        return [
-            [sum(1 << peer for peer, held in enumerate(node.held) if held >> item & 1) for item in range(self.n_items)]
-            for node in self.nodes
-        ]
-
-    def false_belief(self) -> str | None:
-        """Describe a false belief of a node about holders; None without one."""
-        for node, believer in enumerate(self.nodes):
-            for peer, held in enumerate(believer.held):
-                if false := held & ~self.nodes[peer].held[peer]:
-                    return f"node {node} believes that node {peer} holds item {members(false)[0]}, which it lacks"
-        return None
-
-
-def exchanges(n_nodes: int) -> Iterator[Exchange]:
-    """Yield sampled exchanges: with many new items, few, and a single one."""
-    for seed in range(N_EXCHANGES):
-        dice = Random(f"{seed} {n_nodes}")
-        p_item = (0.3, 0.05, 0.0)[seed % 3]
-        yield [
-            (
-                sum(1 << node for node in range(n_nodes) if dice.random() < P_HEARD),
-                dice.randrange(n_nodes) if slot == 0 or dice.random() < p_item else None,
-            )
-            for slot in range(N_SLOTS)
-        ]
+def loaded(policy: AckPolicy, n_nodes: int, carrier_evidence: bool) -> ExchangeStudy:
+    """Return a study with losses, where new items come in any slot."""
+    return ExchangeStudy(
+        n_nodes, (P_LOSS,), (policy,), N_TRIALS, StudyLoad(LoadKind.POISSON, rate=0.3 / n_nodes), item_bits=1,
+        carrier_evidence=carrier_evidence, max_slots=N_SLOTS, queue_items=8, warmup_frames=0, window_frames=10,
+    )  # fmt: skip
 
 
 # Declaration --------------------------------------------------------------------------------------
@@ -134,7 +58,7 @@ def check_header_bits(policy: AckPolicy) -> None:
     """Headers are as long as promised, on paper and on the wire."""
     kind = policy.acknowledgement
     for n_nodes in SIZES:
-        codec = Codec(TBOX, n_nodes, n_nodes, policy, n_items=N_SLOTS, duration_s=N_SLOTS)
+        codec = Codec(TBOX, n_nodes, n_nodes, policy, n_items=N_ITEMS, duration_s=N_SLOTS)
         for frame in range(2 * kind.period_frames):
             for sender in range(n_nodes):
                 promised = header_bits(policy, n_nodes, frame, sender)
@@ -159,29 +83,35 @@ def check_no_false_beliefs(policy: AckPolicy) -> None:
     """Check that under losses no node believes that a peer holds an item it lacks."""
     for n_nodes in SIZES:
         for carrier_evidence in (False, True):
-            for exchange in exchanges(n_nodes):
-                nodes = Nodes(policy, n_nodes, carrier_evidence)
-                for slot, _ in enumerate(nodes.play_all(exchange)):
-                    false = nodes.false_belief()
-                    assert false is None, f"slot {slot}: {false}"
+            n_false = outcomes(policy, loaded(policy, n_nodes, carrier_evidence))[:, FALSE_BELIEFS, SUM].sum()
+            assert n_false == 0, (
+                f"{n_nodes} nodes: in {n_false} slots of {N_TRIALS} trials a node believes that another one holds an "
+                "item, which it lacks"
+            )
+
+
+def check_bitwise(policy: AckPolicy) -> None:
+    """Check that bits of a header do not mix: they are nodes in a vehicle, and trials in the study."""
+    header = policy.acknowledgement.header
+    table = 0xFF00, 0xF0F0, 0xCCCC, 0xAAAA
+    for bit in range(16):
+        alone = header(*(-(word >> bit & 1) for word in table))
+        assert header(*table) >> bit & 1 == alone & 1, "a bit of the header depends on other bits of its arguments"
 
 
 def check_settles(policy: AckPolicy) -> None:
     """Check that without losses the origin soon stops sending its item."""
     n_frames = SETTLING_FRAMES * policy.acknowledgement.period_frames
     for n_nodes in SIZES:
-        nodes = Nodes(policy, n_nodes, False)
-        nodes.add_item(0)
-        for slot in range(n_frames * n_nodes):
-            nodes.play(slot, ALL)
-        assert not nodes.wanted(0), f"{n_nodes} nodes, no losses: the item is still sent after {n_frames} frames"
+        study = ExchangeStudy(n_nodes, (0.0,), (policy,), trials=1, max_slots=n_frames * n_nodes)
+        is_settled = outcomes(policy, study)[0, SOURCE_ACKED, COUNT]
+        assert is_settled, f"{n_nodes} nodes, no losses: the item is still sent after {n_frames} frames"
 
 
 def check_deterministic(policy: AckPolicy) -> None:
     """Check that equal packets yield equal beliefs."""
-    exchange = next(exchanges(SIZES[-1]))
-    first, second = (list(Nodes(policy, SIZES[-1], False).play_all(exchange)) for _ in range(2))
-    assert first == second, "the same packets make other beliefs the second time"
+    first, second = (outcomes(policy, loaded(policy, SIZES[-1], False)) for _ in range(2))
+    assert np.array_equal(first, second), "the same packets make other beliefs the second time"
 
 
 # Compilation ---------------------------------------------------------------------------------------
@@ -209,6 +139,7 @@ CHECKS: tuple[Callable[[AckPolicy], None], ...] = (
     check_value,
     check_header_bits,
     check_no_false_beliefs,
+    check_bitwise,
     check_settles,
     check_deterministic,
     check_compiles,

@@ -49,6 +49,11 @@ def stateful(reported: int, own: int, received: int, holders: int) -> int:
     return own & received if STATE["n_called"] % 7 else 0
 
 
+def own_if_any_reported(reported: int, own: int, received: int, holders: int) -> int:
+    """Acknowledge what was heard, as long as peers acknowledge anything."""
+    return own & received if reported else 0
+
+
 def grown(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
     """A header that depends on how often it was asked for."""
     STATE["n_called"] += 1
@@ -65,6 +70,7 @@ SILENT = AckPolicy(ACK._replace(name="silent", header=claim_nothing), False)
 GULLIBLE = AckPolicy(M_ACK._replace(name="gullible", header=claim_for_all), False)
 CONTRARY = AckPolicy(MPS_ACK._replace(name="contrary", header=claim_for_holders_of_nothing), True)
 MOODY = AckPolicy(ACK._replace(name="moody", header=stateful), True)
+MIXING = AckPolicy(M_ACK._replace(name="mixing", header=own_if_any_reported), True)
 GROWING = AckPolicy(ACK._replace(name="growing", carries=grown), False)
 DOUBLE = AckPolicy(M_ACK._replace(name="ack"), False)
 WRONG_SIGNATURE = AckPolicy(ACK._replace(name="short", carries=no_parameters), False)  # type: ignore[arg-type]

@@ -3,14 +3,17 @@
 import random
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import product
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from benchmarks.manager_fleet import ReferenceStudy
 from exchange.policy.policies import ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
-from remoras.testing.policies import Nodes
+from exchange.study import trials
 
 Items = frozenset[int]
 Bits = frozenset[tuple[int, int]]
@@ -136,19 +139,25 @@ def random_exchange(seed: int, n_nodes: int = 5, n_slots: int = 80) -> list[tupl
 @example((3, random_exchange(2, 3)))
 def test_contents_and_beliefs_are_those_of_the_paper_and_never_false(policy, carrier_evidence, exchange):
     n_nodes, slots = exchange
-    vehicles, paper = Nodes(policy, n_nodes, carrier_evidence), PaperFleet(policy, n_nodes, carrier_evidence)
+    born = Counter(node for _, births in slots for node in births)
+    most = max(born.values(), default=1)
+    study = ReferenceStudy(policy, n_nodes, most, carrier_evidence, item_bits=1, room=1 << 40)
+    trials.forget_lanes(study.fleet, 0)
+    paper, columns = PaperFleet(policy, n_nodes, carrier_evidence), list[int]()
     for slot, (receivers, births) in enumerate(slots):
         for node in births:
-            paper.add_item(node, vehicles.n_items)
-            vehicles.add_item(node)
-        content = frozenset(vehicles.wanted(slot % n_nodes))
-        vehicles.play(slot, sum(1 << node for node in receivers))
+            paper.add_item(node, len(columns))
+            born[node] -= 1
+            columns.append(node * most + born[node])
+            trials.add_item(study.case, study.fleet, columns[-1], 1)
+        study.pass_slot(slot, sum(1 << node for node in receivers - {slot % n_nodes}))
         paper.play(slot, receivers)
-        assert content == paper.content
-        for node, holders in enumerate(vehicles.beliefs()):
-            believed = [{item for item, nodes in enumerate(holders) if nodes >> peer & 1} for peer in range(n_nodes)]
-            assert believed == paper.nodes[node].believes
-        assert vehicles.false_belief() is None
+        loaded = study.fleet.loaded[slot % (2 * n_nodes), columns]
+        assert {item for item, word in enumerate(loaded) if word & 1} == paper.content
+        for node, peer in product(range(n_nodes), repeat=2):
+            believed = {item for item, column in enumerate(columns) if study.believes(node, peer, column)}
+            assert believed == paper.nodes[node].believes[peer]
+        assert not paper.false_beliefs()
 
 
 def count_false(fleet: PaperFleet, slots: list[tuple[Items, list[int]]]) -> int:
