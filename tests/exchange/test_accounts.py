@@ -1,4 +1,4 @@
-"""What packets say of holdings, as bits, and what vehicles make of what is wrong in it."""
+"""Encoding of received sets in packets, and handling of invalid ones."""
 
 import pytest
 from hypothesis import given
@@ -39,7 +39,7 @@ def made_accounts(draw: st.DrawFn) -> tuple[int, int, Account]:
 
 
 @given(made_accounts())
-def test_an_account_arrives_as_it_was_said(made: tuple[int, int, Account]) -> None:
+def test_a_received_set_survives_encoding(made: tuple[int, int, Account]) -> None:
     n_nodes, sender, account = made
     codec = codec_of(n_nodes, "adaptive")
     data = codec.encode(sender, 0, account=account)
@@ -49,7 +49,7 @@ def test_an_account_arrives_as_it_was_said(made: tuple[int, int, Account]) -> No
 
 
 @pytest.mark.parametrize("n_nodes", [2, 3, 5, 8, 16])
-def test_sizes_are_those_that_the_study_reckons_with(n_nodes: int) -> None:
+def test_encoded_sizes_equal_those_of_the_study(n_nodes: int) -> None:
     accounts, bits = accounts_of(n_nodes), (N_BLOCKS - 1).bit_length()
     assert accounts.statement(OriginStatement(1, 0, 7, 5, 0b1011, True), 0)[1] == statement_bits(n_nodes, bits, 5)
     assert accounts.statement(OriginStatement(0, 0, 7, 5, 0b11111, True), 0)[1] == statement_bits(n_nodes, bits, 0)

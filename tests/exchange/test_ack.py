@@ -1,4 +1,4 @@
-"""The acknowledgement rules, one by one, and against an independent reading of the paper in sets and slot numbers."""
+"""The acknowledgement rules, each alone, and against an independent model of the paper."""
 
 import random
 import subprocess
@@ -137,7 +137,7 @@ def random_exchange(seed: int, n_nodes: int = 5, n_slots: int = 80) -> list[tupl
 @example((5, random_exchange(0)))
 @example((5, random_exchange(1)))
 @example((3, random_exchange(2, 3)))
-def test_contents_and_beliefs_are_those_of_the_paper_and_never_false(policy, carrier_evidence, exchange):
+def test_contents_and_beliefs_follow_the_paper_and_are_never_false(policy, carrier_evidence, exchange):
     n_nodes, slots = exchange
     born = Counter(node for _, births in slots for node in births)
     most = max(born.values(), default=1)
@@ -172,7 +172,7 @@ def count_false(fleet: PaperFleet, slots: list[tuple[Items, list[int]]]) -> int:
 
 
 @pytest.mark.parametrize("name", ["mps-ack", "mps-ack-repeat"])
-def test_without_row_clearing_the_paper_believes_what_is_false(name: str) -> None:
+def test_without_row_clearing_beliefs_become_false(name: str) -> None:
     """Rule 3: with many items what the paper prints is not enough."""
     exchanges = [random_exchange(seed) for seed in range(20)]
     assert sum(count_false(PaperFleet(PAPER_POLICIES[name], 5, False, clear_rows=False), one) for one in exchanges) > 0

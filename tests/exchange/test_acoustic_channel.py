@@ -1,4 +1,4 @@
-"""The channel model ``acoustic`` of a fleet: what it loses, from how far it carries, and what it needs."""
+"""The channel model ``acoustic`` of a fleet: losses, range and required settings."""
 
 import math
 from dataclasses import replace
@@ -27,7 +27,7 @@ def loss_at(range_m: float, n_bytes: int = 64, deployment: Deployment = FLEET, *
     return AcousticChannel.model_validate(settings).link_model(deployment, 1).p_loss(packet, 1, range_m)
 
 
-def test_the_loss_by_hand():
+def test_loss_equals_the_value_by_hand():
     """168 dB at 2 km, k = 2, Thorp at 28 kHz: 168 - 66.021 - 2 * 7.3915 - 76.715 of noise in 24 to 32 kHz.
 
     That is 10.481 dB; B / R = 8000 / 463 is 12.375 dB, so Eb/N0 is 22.856 dB or 193.04. Bits of FSK in a fast fade err
@@ -42,7 +42,7 @@ def test_sound_speed_is_that_of_the_water_at_the_mean_depth():
     assert AcousticChannel().sound_speed_mps(FLEET) == pytest.approx(1491.4351, abs=1e-4)
 
 
-def test_depth_counts_in_range_and_arrival():
+def test_depth_enters_range_and_arrival_time():
     """300 m apart on the chart and 400 m in depth are 500 m."""
     fleet = replace(FLEET, depths_m=(0.0, 400.0))
     link = AcousticChannel(fading="none").link_model(fleet, 1)
@@ -52,7 +52,7 @@ def test_depth_counts_in_range_and_arrival():
     assert replace(channel, range_m=499.0).transmit(0, 0, bytes(64), 0.0, [(0.0, 0.0), (300.0, 0.0)]) == []
 
 
-def test_a_packet_is_taken_from_afar_if_it_ends_with_its_slot():
+def test_a_distant_packet_is_accepted_if_it_ends_within_its_slot():
     """1000 m at 1500 m/s: a slot of 64 B at 463 bit/s and 0.667 s. 20 B end 0.760 s sooner: 1140 m farther."""
     link = AcousticChannel(source_level_db=200.0).link_model(FLEET, 1)
     channel = BroadcastChannel(NANO, link, 1, range_m=1000.0, carries_beyond_range=True)
@@ -67,7 +67,7 @@ def test_a_packet_is_taken_from_afar_if_it_ends_with_its_slot():
 
 
 @given(st.integers(0, 100_000), st.floats(0.0, 6000.0), st.integers(1, 64), st.floats(1400.0, 1600.0))
-def test_what_is_taken_from_afar_is_told_from_the_slot_that_it_was_sent_in(slot, range_m, n_bytes, speed_mps):
+def test_a_distant_packet_is_attributed_to_the_slot_it_was_sent_in(slot, range_m, n_bytes, speed_mps):
     schedule = TdmaSchedule(4, NANO.packet_s(NANO.payload_bits), 1000.0 / speed_mps)
     channel = BroadcastChannel(NANO, Bernoulli(0.0), 1, 0, speed_mps, 1000.0, carries_beyond_range=True)
     for arrival in channel.transmit(slot, 0, bytes(n_bytes), schedule.start_s(slot), [(0.0, 0.0), (range_m, 0.0)]):
@@ -75,7 +75,7 @@ def test_what_is_taken_from_afar_is_told_from_the_slot_that_it_was_sent_in(slot,
 
 
 @pytest.mark.parametrize("modem", LOUD, ids=lambda modem: modem.name)
-def test_the_mean_is_that_over_ranges(modem: object):
+def test_mean_loss_is_the_average_over_ranges(modem: object):
     """Monte Carlo over ranges against the rule of the model, of packets of full size."""
     fleet = replace(FLEET, modem=modem, range_m=12_000.0)
     channel = AcousticChannel(spreading=2.0)
@@ -86,7 +86,7 @@ def test_the_mean_is_that_over_ranges(modem: object):
     assert channel.mean_per(fleet) == pytest.approx(np.mean(losses), abs=4.0 * error + 1e-4)
 
 
-def test_a_profile_without_source_level_is_refused_in_words():
+def test_a_profile_without_source_level_is_refused():
     silent = replace(FLEET, modem=modems()["s2c-18-34"])
     (fault,) = AcousticChannel().misfits(silent)
     assert fault.key == "source_level_db"
@@ -98,7 +98,7 @@ def test_a_profile_without_source_level_is_refused_in_words():
 
 
 @pytest.mark.parametrize("modem", modems().values(), ids=lambda modem: modem.name)
-def test_a_profile_marks_only_what_it_has(modem: object):
+def test_a_profile_marks_only_values_it_declares(modem: object):
     assert all(getattr(modem, key) is not None for key in modem.unverified)
     assert 0.0 < modem.band_khz[0] < modem.band_khz[1]
     assert modem.payload_bits % modem.frame_bits == 0

@@ -92,7 +92,7 @@ def test_absorption_in_deep_and_in_warm_water(khz, temperature_c, depth_m, ph, e
     assert francois_garrison_db_per_km(khz, temperature_c, 35.0, depth_m, ph) == pytest.approx(expected, rel=CLOSE)
 
 
-def test_water_without_salt_absorbs_by_itself_alone():
+def test_fresh_water_absorption_has_no_salt_terms():
     """By hand: 25 kHz, 10 C: A3 = 4.937e-4 - 2.59e-4 + 9.11e-5 - 1.5e-5 = 3.108e-4; times 625 is 0.19425 dB/km."""
     assert francois_garrison_db_per_km(25.0, 10.0, 0.0, 0.0, 8.0) == pytest.approx(0.19425, rel=CLOSE)
 
@@ -149,7 +149,7 @@ def test_bit_error_rates(db: float, fsk: float | None, fsk_faded: float, psk: fl
     assert psk is None or steady(PSK, g) == pytest.approx(psk, rel=2.5 * CLOSE)
 
 
-def test_bit_error_rates_of_the_others_by_hand():
+def test_bit_error_rates_of_other_modulations_by_hand():
     """At Eb/N0 = 10: DPSK exp(-10) / 2 and 1 / 22; coherent FSK is PSK at half of it: Q(sqrt 10) = 7.827e-4."""
     assert (steady(DPSK, 10.0), faded(DPSK, 10.0)) == pytest.approx((2.26999649e-5, 1.0 / 22.0), rel=CLOSE)
     assert steady(FSK_C, 10.0) == pytest.approx(7.82701e-4, rel=CLOSE)
@@ -165,7 +165,7 @@ def test_a_faded_rate_is_the_mean_of_the_steady_one_over_the_fade(modulation: Mo
 
 
 @given(st.sampled_from(Modulation), st.floats(1e-12, 0.5))
-def test_what_a_rate_needs_gives_that_rate(modulation: Modulation, rate: float):
+def test_the_snr_for_a_bit_error_rate_gives_that_rate(modulation: Modulation, rate: float):
     assert steady(modulation, needed_ebn0(modulation, rate)) == pytest.approx(rate, rel=1e-6)
 
 
@@ -191,7 +191,7 @@ def test_a_block_under_one_fade_against_another_quadrature(modulation: Modulatio
 
 @pytest.mark.parametrize("modulation", Modulation)
 @pytest.mark.parametrize("fading", Fading)
-def test_where_there_is_nothing_but_noise_each_bit_is_tossed(modulation: Modulation, fading: Fading):
+def test_with_noise_alone_the_bit_error_rate_is_one_half(modulation: Modulation, fading: Fading):
     """Of n bits all are right by chance in one of 2^n packets."""
     for n_bits in (1, 3, 10):
         assert packet_loss(modulation, fading, n_bits, 16, 0.0) == pytest.approx(1.0 - 0.5**n_bits)
@@ -206,7 +206,7 @@ def test_a_loss_is_a_probability_that_falls_as_the_signal_grows(modulation, fadi
     assert n_bits > 0 or weak == 0.0
 
 
-def test_a_short_last_frame_counts_by_its_size():
+def test_a_short_last_frame_enters_with_its_own_size():
     g = ratio(20.0)
     whole, rest = (frame_loss(FSK, Fading.FRAME, n, g) for n in (256, 40))
     assert packet_loss(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(1.0 - (1.0 - whole) ** 2 * (1.0 - rest))

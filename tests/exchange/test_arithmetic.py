@@ -49,7 +49,7 @@ CASES: dict[str, Case] = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_errors_are_as_stated(name: str) -> None:
+def test_function_errors_stay_within_stated_bounds(name: str) -> None:
     """10,000 arguments of each kind; those just beside zeros, too."""
     ours, library, most_ulp, kinds = CASES[name]
     assert f"{name} {most_ulp}" in " ".join((arithmetic.__doc__ or "").split())
@@ -78,12 +78,12 @@ def test_quantiles_are_those_of_the_standard_library() -> None:
         (erfc, -math.inf, 2.0), (normal_quantile, 0.5, 0.0),
     ],
 )  # fmt: skip
-def test_what_is_exact(ours: Callable[[float], float], argument: float, expected: float) -> None:
+def test_exact_results_are_exact(ours: Callable[[float], float], argument: float, expected: float) -> None:
     assert ours(argument) == expected
 
 
 @pytest.mark.parametrize("ours", [exp, expm1, log, log1p, log10, erfc])
-def test_what_is_no_number_stays_none(ours: Callable[[float], float]) -> None:
+def test_nan_stays_nan(ours: Callable[[float], float]) -> None:
     assert math.isnan(ours(math.nan))
 
 
@@ -92,7 +92,7 @@ def test_what_is_no_number_stays_none(ours: Callable[[float], float]) -> None:
     [(log, 0.0), (log, -1.0), (log1p, -1.0), (log10, -3.0), (sincos, 1e7), (sincos, math.inf),
      (sincos, math.nan), (normal_quantile, 0.0), (normal_quantile, 1.0)],
 )  # fmt: skip
-def test_what_is_out_of_the_domain_is_refused(ours: Callable[[float], Any], argument: float) -> None:
+def test_arguments_outside_the_domain_are_refused(ours: Callable[[float], Any], argument: float) -> None:
     with pytest.raises(ValueError, match=r"expected$"):
         ours(argument)
 
@@ -118,5 +118,5 @@ def test_powers_are_products(base: float, n: int) -> None:
 
 
 @given(st.lists(st.floats(-50.0, 50.0), max_size=5))
-def test_many_at_once_are_as_one_by_one(several: list[float]) -> None:
+def test_array_results_equal_scalar_results(several: list[float]) -> None:
     assert expm1_of(several) == [expm1(x) for x in several]

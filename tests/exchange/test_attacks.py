@@ -1,4 +1,4 @@
-"""Attacks on the exchange, one by one: what a single cause would do to the beliefs and the knowledge of vehicles."""
+"""Attacks on the exchange, one by one, and their effect on beliefs and knowledge of vehicles."""
 
 import random
 from collections.abc import Callable, Iterator
@@ -7,7 +7,7 @@ from typing import Any
 from unittest.mock import patch
 
 import pytest
-from storms import DOUBLED, HEARD, LOST, Fate, Storm, chances, creates, damaged, late, maps, replayed, storm_of
+from exchange_stress import DOUBLED, HEARD, LOST, Fate, Storm, chances, creates, damaged, late, maps, replayed, storm_of
 
 from benchmarks.manager_fleet import PLAYS_ROLE, POSITION, ManagerFleet
 from exchange.packets import Account, Fragment, HolderSet, OriginStatement
@@ -48,7 +48,7 @@ BEFALL: dict[str, Callable[[], Iterator[Fate]]] = {
 
 @EVERY_POLICY
 @pytest.mark.parametrize("name", BEFALL)
-def test_lost_late_doubled_and_damaged_packets_make_no_false_belief(policy: str, name: str):
+def test_channel_faults_cause_no_false_belief(policy: str, name: str):
     """A checksum of 32 bits lets no damage pass."""
     storm = storm_of(4, policy, payload_bytes=32, crc_bits=32 if name == "damaged" else 0)
     busy(storm, 12, BEFALL[name]())
@@ -61,7 +61,7 @@ def test_lost_late_doubled_and_damaged_packets_make_no_false_belief(policy: str,
 
 
 @EVERY_POLICY
-def test_two_that_use_one_number_are_noticed(policy: str):
+def test_a_duplicate_node_id_is_detected(policy: str):
     """Each of the others hears now one of them and now the other. All report it, and then believe nothing false."""
     storm = storm_of(4, policy)
     storm.run_frames(2)
@@ -72,7 +72,7 @@ def test_two_that_use_one_number_are_noticed(policy: str):
 
 
 @pytest.mark.parametrize("policy", ["ack-repeat", "m-ack-repeat", "mps-ack-repeat"])
-def test_what_others_acknowledged_to_one_of_two_with_one_number_is_not_believed_once_the_other_is_heard(policy: str):
+def test_acknowledgements_to_a_duplicate_id_are_dropped_once_it_is_detected(policy: str):
     """Of two that speak as 2, 1 hears the one repeat its cell, and 0 the other. 0 acknowledges; then 1 hears both."""
     storm = storm_of(3, policy, payload_bytes=24, offsets_s=(0.2, 0.0, 0.0))
     for _ in range(4):
@@ -152,7 +152,7 @@ KNOWN = [
 
 
 @pytest.mark.parametrize("policy", ["m-ack", "mps-ack", "mps-ack-repeat"])
-def test_nobody_believes_what_an_earlier_life_of_a_peer_held(policy: str) -> None:
+def test_holdings_of_an_earlier_incarnation_are_not_believed(policy: str) -> None:
     """What is believed is held after each slot against what each peer holds itself."""
     storm, slot = storm_of(N_NODES, policy), 0
     maps(storm, 3, 17)
@@ -184,7 +184,7 @@ def numbered(n: int) -> list[tuple[str, dict[str, Any]]]:
 
 @pytest.mark.parametrize("case", range(3))
 @pytest.mark.parametrize("n", [MOST_ITEMS + 1, 1 << 45])
-def test_a_number_beyond_all_items_is_refused_at_once(case: int, n: int):
+def test_an_item_number_out_of_range_is_refused_at_once(case: int, n: int):
     """A set of so many items would fill the memory; a vehicle cannot have recorded them."""
     policy, content = numbered(n)[case]
     fleet = ManagerFleet(5, policy)
@@ -195,7 +195,7 @@ def test_a_number_beyond_all_items_is_refused_at_once(case: int, n: int):
     assert "allowed are" in str(reception.fault)
 
 
-def test_a_statement_of_many_items_that_nobody_knows_takes_little_work():
+def test_a_report_of_many_unknown_items_is_processed_cheaply():
     """Beliefs are about known items alone."""
     fleet = ManagerFleet(5, "adaptive")
     opens_s = fleet.schedule.start_s(1)

@@ -1,4 +1,4 @@
-"""Bad packets: a reception with a fault, one more counted, nothing believed, nothing held.
+"""Bad packets: a reception with a fault, counted, without effect on beliefs or holdings.
 
 A table has the known cases; a property draws noise, flipped bits, cuts and splices, for codecs of every form and for a
 vehicle.
@@ -13,7 +13,7 @@ from functools import cache
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mangling import MUTATIONS, STRINGS
+from packet_corruption import MUTATIONS, STRINGS
 
 from benchmarks.manager_fleet import (
     DURATION_S,
@@ -91,7 +91,7 @@ TABLE: dict[str, tuple[Spoil, float, str | None]] = {
 
 
 @pytest.mark.parametrize("name", TABLE)
-def test_a_bad_packet_is_told_and_counted_and_changes_nothing(name: str) -> None:
+def test_a_bad_packet_is_reported_counted_and_ignored(name: str) -> None:
     """Behind it the good one comes in, unless that is too late."""
     spoil, arrives_s, says = TABLE[name]
     fleet = ManagerFleet(3)
@@ -108,7 +108,7 @@ def test_a_bad_packet_is_told_and_counted_and_changes_nothing(name: str) -> None
         assert hearer.n_faults == 1
 
 
-def test_parts_that_disagree_are_no_error() -> None:
+def test_inconsistent_parts_raise_no_error() -> None:
     """Two parts that differ in how many they are."""
     fleet = ManagerFleet(2)
     for index, count in ((2, 3), (0, 2)):
@@ -213,7 +213,7 @@ def test_any_bytes_are_a_packet_or_a_peers_fault(policy, crc_bits, key, draws):
 
 
 @pytest.mark.parametrize(("policy", "n_nodes"), [("ack", 4), ("mps-ack-repeat", 13)])
-def test_no_bytes_take_long(policy: str, n_nodes: int) -> None:
+def test_any_bytes_are_decoded_in_bounded_time(policy: str, n_nodes: int) -> None:
     """At most 10 ms each, the best of five where it was more: what else the machine does is no fault of the bytes."""
     of, draws = codec(policy, n_nodes=n_nodes), random.Random(20_260_725)
     for number in range(2000):

@@ -1,4 +1,4 @@
-"""Blocks that are too large for a packet: cut, carried in any order, and whole again or not there at all."""
+"""Blocks larger than a packet: fragmented, carried in any order, complete again or absent."""
 
 import itertools
 
@@ -42,7 +42,7 @@ def block_of_cells(n: int) -> Block:
 
 @settings(max_examples=200)
 @given(blocks, capacities)
-def test_parts_are_in_order_within_capacity_and_as_few_as_can_be(block: Block, capacity_bits: int):
+def test_fragments_are_ordered_within_capacity_and_minimal_in_number(block: Block, capacity_bits: int):
     parts = fragments_of(block, capacity_bits, CODEC.fragment_bits)
     assert sum((part.facts for part in parts), ()) == block.facts
     assert [(part.index, part.count) for part in parts] == [(index, len(parts)) for index in range(len(parts))]
@@ -57,7 +57,7 @@ def test_parts_are_in_order_within_capacity_and_as_few_as_can_be(block: Block, c
 
 @settings(max_examples=200)
 @given(blocks, capacities, st.data())
-def test_a_block_is_whole_with_its_last_part_in_any_order(block: Block, capacity_bits: int, data: st.DataObject):
+def test_a_block_is_complete_with_its_last_fragment_in_any_order(block: Block, capacity_bits: int, data: st.DataObject):
     parts = fragments_of(block, capacity_bits, CODEC.fragment_bits)
     beliefs = Beliefs(0, N_NODES, ACK)
     for n_known, part in enumerate(data.draw(st.permutations(parts))):

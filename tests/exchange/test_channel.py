@@ -1,4 +1,4 @@
-"""The broadcast channel: when a packet is heard, by whom, and that chance knows nothing of what is said."""
+"""The broadcast channel: time and place of reception, and random draws independent of the content."""
 
 import math
 
@@ -16,7 +16,7 @@ SQUARE_M = [(0.0, 0.0), (300.0, 400.0), (-900.0, 0.0), (0.0, 1500.0)]
 TOGETHER_M = [(0.0, 0.0)] * 4
 
 
-def test_a_packet_is_complete_after_its_duration_and_the_way():
+def test_a_packet_arrives_after_its_duration_and_travel_time():
     """64 B at 463 bit/s last 1.1058 s; 500 m at 1500 m/s take 0.3333 s, 900 m 0.6 s and 1500 m 1 s."""
     arrivals = BroadcastChannel(MODEM, Bernoulli(0.0), seed=1).transmit(0, 0, bytes(64), 10.0, SQUARE_M)
     assert [arrival.receiver for arrival in arrivals] == [1, 2, 3]
@@ -25,13 +25,13 @@ def test_a_packet_is_complete_after_its_duration_and_the_way():
     assert {arrival.data for arrival in arrivals} == {bytes(64)}
 
 
-def test_the_head_of_a_packet_takes_its_time():
+def test_the_packet_header_takes_air_time():
     """Benthos: one second before the payload, 64 B at 800 bit/s."""
     channel = BroadcastChannel(modems()["atm-900"], Bernoulli(0.0), seed=1)
     assert channel.transmit(0, 0, bytes(64), 0.0, TOGETHER_M)[0].time_s == pytest.approx(1.0 + 0.64)
 
 
-def test_beyond_its_range_nobody_hears_and_at_its_range_everybody():
+def test_reception_ends_beyond_the_range():
     channel = BroadcastChannel(MODEM, Bernoulli(0.0), seed=1, range_m=900.0)
     assert [arrival.receiver for arrival in channel.transmit(0, 0, b"x", 0.0, SQUARE_M)] == [1, 2]
     just_short = BroadcastChannel(MODEM, Bernoulli(0.0), seed=1, range_m=math.nextafter(900.0, 0.0))
@@ -52,7 +52,7 @@ BLACKOUTS = st.builds(
     st.floats(0.0, 1.0), st.integers(1, 9), st.integers(0, 2), st.lists(BLACKOUTS, max_size=3), TIMES_S,
     st.sampled_from([b"", bytes(64)]), st.sampled_from([TOGETHER_M, SQUARE_M]),
 )  # fmt: skip
-def test_who_hears_a_packet(per, seed, trial, blackouts, now_s, data, places_m):
+def test_reception_follows_the_link_draw_and_blackouts(per, seed, trial, blackouts, now_s, data, places_m):
     """Whose own draw of the link is not below the rate, whatever is sent when and where; but for those cut off.
 
     A blackout holds from its start to just before its end, for one node, for all, or between sides; they add up.

@@ -1,4 +1,4 @@
-"""Packets as bits: nothing changes on the way but what the fields quantise, and no bits can do harm."""
+"""Packets as bits: encoding changes only what fields quantise, and no bits can do harm."""
 
 import zlib
 from functools import cache
@@ -189,20 +189,20 @@ ODD: dict[str, tuple[Fragment, str]] = {
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_contents_without_a_form_on_the_wire_are_refused(name: str):
+def test_contents_that_cannot_be_encoded_are_refused(name: str):
     fragment, why = ODD[name]
     with pytest.raises(ConfigurationError, match=why):
         code(codec_of(4), fragment)
 
 
-def test_a_head_or_signal_without_a_form_is_refused():
+def test_a_header_or_signal_that_cannot_be_encoded_is_refused():
     with pytest.raises(ConfigurationError, match=f"allowed: 0 to {EPOCHS - 1}"):
         codec_of(4).encode(0, 0, [], epoch=EPOCHS)
     with pytest.raises((ValueError, ConfigurationError)):
         codec_of(4).encode(0, 0, [], [InfluenceSignal(0, 200)])
 
 
-def test_every_epoch_has_a_name_in_heads_relayed_items_and_summaries():
+def test_every_epoch_can_be_encoded_in_headers_items_and_summaries():
     codec = codec_of(4)
     for epoch in range(EPOCHS):
         relayed, summary = Fragment(1, 3, 0.0, cells(4, 1), epoch=epoch), Summary(2, epoch, 4, 0b101)
@@ -250,7 +250,7 @@ def with_another_attribute() -> TBox:
     ],
     ids=["TBox", "policy", "nodes", "instances", "duration", "time resolution", "blocks"],
 )
-def test_another_definition_is_noticed_within_four_frames(stranger: Codec):
+def test_a_different_protocol_definition_is_detected_within_four_frames(stranger: Codec):
     """A packet has a byte of the hash, by its frame: of four frames at least one is not read, whatever it carries."""
     ours = Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S)
     wire = [Fragment(0, 0, 0.0, cells(4, 1))]
@@ -264,7 +264,7 @@ def test_another_definition_is_noticed_within_four_frames(stranger: Codec):
     assert True in refused
 
 
-def test_four_frames_carry_the_whole_hash():
+def test_four_frames_carry_the_whole_protocol_hash():
     """The first bytes of the packets of four frames are a CRC-32; those of the next four too, crossed with one."""
     codec = Codec(TBOX, 8, 4, POLICIES["ack"], N_BLOCKS, DURATION_S)
     firsts = [codec.encode(0, 0, [], frame=frame)[0] for frame in range(8)]
@@ -276,7 +276,7 @@ def test_four_frames_carry_the_whole_hash():
     assert bytes(firsts) == hashed + bytes(byte ^ 1 for byte in hashed)
 
 
-def test_a_packet_is_of_one_frame_in_1024():
+def test_a_packet_is_valid_in_one_frame_of_1024():
     """It has the counter of every fourth, but another first byte; after 256 times four, its own again."""
     codec = codec_of(4)
     data = codec.encode(1, 0, [Fragment(1, 0, 0.0, cells(4, 1))], frame=6)
@@ -319,7 +319,7 @@ def reference_codec() -> Codec:
     return Codec(TBox(classes, attributes), 64 * 256, 5, POLICIES["ack"], 4096, 86_399.0, Widths(1.0, recent_s=21.0))
 
 
-def test_the_record_by_which_codecs_are_compared():
+def test_the_comparison_record_has_its_documented_size():
     """Kind 1, age 1 + 5, subject 14, attribute 5, place 28: 54 bits; sequence 12, or 1 for the next of a packet. The
     same as a DCCL message body takes 68 bits, of which 4 are of an origin."""
     codec = reference_codec()
@@ -332,7 +332,7 @@ def test_the_record_by_which_codecs_are_compared():
     assert codec.overhead_bits == 18 + 4
 
 
-def test_a_packing_takes_what_fits_and_nothing_changes_by_what_does_not():
+def test_a_fragment_that_does_not_fit_leaves_the_packing_unchanged():
     codec = reference_codec()
     items = [Fragment(0, n, 60.0, (PropertyValue(900, 0, (12.3, 45.6)),)) for n in range(4)]
     packing = codec.packing(0, 0, 70.0, 54 + 12 + 54)
@@ -346,7 +346,7 @@ def test_a_packing_takes_what_fits_and_nothing_changes_by_what_does_not():
 # Values that carry an uncertainty -----------------------------------------------------------------
 
 
-def test_an_uncertainty_comes_out_as_it_went_in_and_costs_a_bit_where_there_is_none():
+def test_an_uncertainty_survives_encoding_and_its_absence_costs_one_bit():
     """`location`: 6 bits for 64 steps of half a metre, and one that says so; `position` may carry none."""
     codec, location = mission_codec(), TBOX.attribute_named("location").uid
     sizes = []

@@ -1,4 +1,4 @@
-"""The field, its coefficients, and what can be decoded."""
+"""Network coding: GF(256), its coefficients, and decoding."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -31,14 +31,14 @@ def by_polynomials(a: int, b: int) -> int:
 
 
 @given(NUMBERS, NUMBERS, NUMBERS)
-def test_it_is_a_field(a: int, b: int, c: int) -> None:
+def test_gf256_satisfies_the_field_axioms(a: int, b: int, c: int) -> None:
     assert times(a, b) == by_polynomials(a, b) == times(b, a)
     assert times(a, b ^ c) == times(a, b) ^ times(a, c)
     assert times(times(a, b), c) == times(a, times(b, c))
     assert a == 0 or times(a, inverse(a)) == 1
 
 
-def test_as_many_symbols_as_lack_are_nearly_always_enough() -> None:
+def test_one_symbol_per_missing_item_nearly_always_decodes() -> None:
     """A random square matrix over 256 numbers is singular about once in 255; these have no zeros, and little else."""
     items = {(number % 3, number): bytes([number, 7 * number % 256, 1]) for number in range(6)}
     n_decoded = 0
@@ -55,7 +55,7 @@ def test_as_many_symbols_as_lack_are_nearly_always_enough() -> None:
 
 
 @given(st.data())
-def test_whatever_is_decoded_is_what_was_sent(data: st.DataObject) -> None:
+def test_decoded_items_equal_the_sent_items(data: st.DataObject) -> None:
     """Any items, in any symbols, with some learned otherwise in between: what is found is right."""
     n_items = data.draw(st.integers(1, 6))
     items = {(0, number): data.draw(st.binary(min_size=1, max_size=4)) for number in range(n_items)}
@@ -82,7 +82,7 @@ def test_whatever_is_decoded_is_what_was_sent(data: st.DataObject) -> None:
         assert len(decoder) <= n_items - len(known)
 
 
-def test_what_waits_is_bounded() -> None:
+def test_undecoded_symbols_are_bounded_in_number() -> None:
     decoder: Decoder[int] = Decoder()
     for number in range(2 * MOST_ROWS):
         assert decoder.add({number: 1, number + 1000: 2}, b"x") == {}

@@ -1,4 +1,4 @@
-"""Half duplex and collisions: spans of time at each receiver, from the geometry of the packets."""
+"""Half duplex and collisions: overlapping time spans at each receiver, from the geometry."""
 
 import math
 
@@ -26,7 +26,7 @@ def test_packets_that_overlap_at_a_receiver_are_both_lost_there_alone() -> None:
     assert {(one.sender, one.arrival.receiver) for one in lost} == {(0, 2), (1, 2)}
 
 
-def test_who_sends_does_not_hear_whether_it_began_before_or_begins_while_it_hears() -> None:
+def test_a_sender_receives_nothing_that_overlaps_its_transmission() -> None:
     air = Collisions()
     assert sent(air, 0, 0, 0.0, {1: 0.9}) == [False]
     # 1 begins at 1.5, while it hears 0 from 0.9 to 1.9
@@ -39,7 +39,7 @@ def test_who_sends_does_not_hear_whether_it_began_before_or_begins_while_it_hear
     assert sent(air, 2, 2, 2.2, {1: 0.3}) == [False]
 
 
-def test_packets_that_touch_do_not_meet() -> None:
+def test_back_to_back_packets_do_not_collide() -> None:
     air = Collisions()
     assert sent(air, 0, 0, 0.0, {2: 0.5}) == [False]
     assert sent(air, 1, 1, 1.3, {2: 0.2}) == [False]  # from 1.5 on, when 0 is over
@@ -49,7 +49,7 @@ def test_packets_that_touch_do_not_meet() -> None:
 
 
 @pytest.mark.parametrize("load", [0.25, 1.0])
-def test_throughput_of_packets_sent_at_random_is_that_of_theory(load: float) -> None:
+def test_throughput_of_random_access_equals_theory(load: float) -> None:
     """N nodes send one packet of length 1 each per frame of T, at random within each; a receiver hears them all.
 
     A packet survives if none of the other N - 1 begins within 1 s of it: each begins in that span of 2 s with

@@ -1,4 +1,4 @@
-"""UDP in place of a modem: addresses, ports, strangers, and when a packet counts as heard."""
+"""UDP in place of a modem: addresses, ports, unknown senders, time of reception."""
 
 import socket
 import time
@@ -41,12 +41,12 @@ def test_an_address_of_another_machine_is_refused() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "47000", ":47000", "a:", "a:65536", "a:-1", "a" * 300 + ":1"])
-def test_what_is_no_address_is_refused(text: str) -> None:
+def test_an_invalid_address_is_refused(text: str) -> None:
     with pytest.raises(ConfigurationError, match=r"--bind .*allowed is HOST:PORT"):
         address_of(text, "--bind")
 
 
-def test_a_packet_is_heard_when_a_modem_would_have_ended_it() -> None:
+def test_a_packet_is_delivered_after_the_air_time_of_the_modem() -> None:
     driver, own, peer, pace = pair()
     peer.put(HEAD.pack(MAGIC, 700.0) + b"data", own.address)
     assert waiting(driver, pace) == [(b"data", 700.0 + AIR_S)]
@@ -56,21 +56,21 @@ def test_a_packet_is_heard_when_a_modem_would_have_ended_it() -> None:
     "datagram",
     [b"", b"RMR1", HEAD.pack(MAGIC, 1.0), HEAD.pack(b"RMR2", 1.0) + b"x", HEAD.pack(MAGIC, float("nan")) + b"x"],
 )
-def test_what_is_no_packet_is_passed_over(datagram: bytes) -> None:
+def test_datagrams_that_are_no_packets_are_skipped(datagram: bytes) -> None:
     driver, own, peer, pace = pair()
     peer.put(datagram, own.address)
     peer.put(HEAD.pack(MAGIC, 1.0) + b"good", own.address)
     assert [data for data, _ in waiting(driver, pace) or waiting(driver, pace)] == [b"good"]
 
 
-def test_strangers_are_not_listened_to() -> None:
+def test_datagrams_of_unknown_senders_are_skipped() -> None:
     driver, own, _, pace = pair()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         stranger.sendto(HEAD.pack(MAGIC, 1.0) + b"data", own.address)
         assert driver.receive(pace.now_s + 0.2) == []
 
 
-def test_a_peer_that_is_not_there_does_not_matter() -> None:
+def test_a_missing_peer_causes_no_error() -> None:
     driver, _, peer, pace = pair()
     peer.close()
     for _ in range(3):
@@ -78,7 +78,7 @@ def test_a_peer_that_is_not_there_does_not_matter() -> None:
         assert driver.receive(pace.now_s) == []
 
 
-def test_the_start_is_told_by_the_first_packet_that_is_heard() -> None:
+def test_the_start_time_follows_from_the_first_received_packet() -> None:
     """At ten times real time a slot that opened at 50 s lies 5 s behind the start of the mission."""
     listener, peer = Socket(), Socket()
     assert listener.heard_start_s([peer.address], 0.01, 10.0) is None

@@ -1,9 +1,9 @@
-"""Needs that change while a fleet is on the air: what is sent again, what no longer, what is set aside and taken up."""
+"""Needs that change during the exchange: items sent again, no longer sent, filtered out and used later."""
 
 import random
 
 import pytest
-from storms import creates, storm_of
+from exchange_stress import creates, storm_of
 
 from benchmarks.manager_fleet import MAPPED_CELL, ManagerFleet, bay
 from exchange.policy.policies import POLICIES
@@ -30,7 +30,7 @@ def regroup(fleet: ManagerFleet) -> None:
         merge(model, manager.renew(fleet.now_s).blocks)
 
 
-def test_what_is_overheard_without_need_is_set_aside_and_taken_up_once_it_is_needed() -> None:
+def test_unneeded_items_are_filtered_out_and_used_once_needed() -> None:
     team = Team(0, 1)
     fleet = ManagerFleet(3, who_needs=team, selective=True)
     uid = fleet.maps(0, 7)
@@ -59,7 +59,7 @@ def test_a_need_that_comes_and_goes_sends_an_item_once() -> None:
 
 
 @pytest.mark.parametrize("policy", sorted(POLICIES))
-def test_views_that_differ_do_no_harm_once_they_agree(policy: str) -> None:
+def test_differing_views_of_needs_leave_no_effect_once_they_agree(policy: str) -> None:
     """Every node goes by a view of its own, which changes at random while half of all packets are lost."""
     draws = random.Random(0)
     views = [Team(*range(4)) for _ in range(4)]
@@ -82,7 +82,7 @@ def test_views_that_differ_do_no_harm_once_they_agree(policy: str) -> None:
     assert all(knows(fleet, node, cell) for node in needing for cell in range(40))
 
 
-def test_a_status_that_only_its_own_vehicle_needs_never_waits() -> None:
+def test_a_status_needed_by_its_own_vehicle_only_is_never_queued() -> None:
     class Positions(Team):
         def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
             return Wanted(sum(1 << node for node in self.nodes), 1)
@@ -92,7 +92,7 @@ def test_a_status_that_only_its_own_vehicle_needs_never_waits() -> None:
     assert fleet.pass_slot().status == ()
 
 
-def test_an_item_needed_since_its_instance_is_known_goes_once_into_a_packet() -> None:
+def test_an_item_needed_since_its_instance_is_known_is_sent_once() -> None:
     """With the class of an instance unknown before, it is evaluated at the change of needs and in the own slot."""
     storm = storm_of(3, "ack-repeat")
     uids = creates(storm, 0)

@@ -68,7 +68,7 @@ ASKED = st.lists(st.tuples(st.integers(0, 120), st.integers(0, 2), st.integers(3
 
 
 @given(RATES, ASKED, st.integers(0, 2**62))
-def test_the_state_is_a_pure_function_whatever_was_asked_before(rates, asked, seed):
+def test_the_link_state_does_not_depend_on_earlier_queries(rates, asked, seed):
     one = GilbertElliott(*rates, PER_GOOD, PER_BAD, seed)
     assert [one.is_bad(*each) for each in asked] == [walked(one, *each) for each in asked]
 
@@ -78,7 +78,7 @@ def lost_packets(link: LinkModel, n_slots: int = 300) -> set[int]:
 
 
 @given(RATES, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_a_worse_channel_of_the_same_seed_loses_what_the_better_one_does_and_more(rates, a, b, c):
+def test_losses_at_a_higher_rate_include_those_at_a_lower_rate(rates, a, b, c):
     p_gb, p_bg = rates
     per_good, per_bad, worse = sorted((a, b, c))
     better = lost_packets(GilbertElliott(p_gb, p_bg, per_good, per_bad, 5))
@@ -89,6 +89,6 @@ def test_a_worse_channel_of_the_same_seed_loses_what_the_better_one_does_and_mor
 
 
 @pytest.mark.parametrize(("p_gb", "p_bg"), [(0.0, 0.0), (0.6, 0.5)])
-def test_rates_that_make_no_such_chain_are_refused(p_gb: float, p_bg: float):
+def test_rates_without_a_valid_markov_chain_are_refused(p_gb: float, p_bg: float):
     with pytest.raises(ValueError, match="above 0 and at most 1"):
         model(p_good_to_bad=p_gb, p_bad_to_good=p_bg)

@@ -1,4 +1,4 @@
-"""What a vehicle makes out of its links: estimates near the true loss, both ways, and silence that is no loss."""
+"""Link estimates of a vehicle: near the true loss in both directions, unaffected by absence."""
 
 import math
 import random
@@ -37,7 +37,7 @@ def test_estimates_lie_within_four_standard_errors_of_the_true_loss(loss: dict[t
                 assert abs(link.p_loss - true) < 4.0 * math.sqrt(true * (1.0 - true) / N_EFFECTIVE)
 
 
-def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
+def test_the_absence_threshold_follows_from_the_loss_rate():
     """At a loss p it is the least n with p^n below 0.001, with the prior counted in: 2 packets, one of them lost."""
     for p_percent in (0, 20, 40, 80):
         estimate = LossEstimate()
@@ -49,7 +49,7 @@ def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
     assert LossEstimate().longest_silence == 10
 
 
-def test_absence_is_no_loss():
+def test_absence_does_not_raise_the_loss_estimate():
     """A peer that was away for 200 frames and is back loses no more than before."""
     fleet = ManagerFleet(3)
     fleet.pass_frames(50)
@@ -64,7 +64,7 @@ def test_absence_is_no_loss():
 
 
 @pytest.mark.parametrize("parking", [True, False])
-def test_nobody_waits_for_what_is_away_and_it_catches_up(parking: bool):
+def test_an_absent_peer_is_suspended_and_resynchronises(parking: bool):
     """With the cause taken out, all that is observed meanwhile stays open."""
     fleet = ManagerFleet(4, "ack-repeat")
     for manager in fleet.managers if not parking else ():
@@ -83,7 +83,7 @@ def test_nobody_waits_for_what_is_away_and_it_catches_up(parking: bool):
     assert fleet.false_beliefs == []
 
 
-def test_who_hears_nobody_parks_nobody():
+def test_a_vehicle_receiving_nothing_suspends_no_peer():
     """It cannot tell whether all others are gone or it is deaf: it goes on saying what it has to say."""
     fleet = ManagerFleet(3, lost=lambda slot, sender, receiver: receiver == 0)
     fleet.pass_frames(40)
@@ -98,7 +98,7 @@ def test_who_hears_nobody_parks_nobody():
 
 
 @pytest.mark.parametrize("summaries", [True, False])
-def test_a_summary_ends_what_is_settled_when_acknowledgements_are_lost(summaries: bool):
+def test_a_summary_replaces_lost_acknowledgements(summaries: bool):
     """Node 1 hears all; of its answers every second is lost, always the one behind an item. Without summaries node 0
     says the item until an answer comes through; with them the next packet with room tells."""
 

@@ -24,7 +24,7 @@ COUNTERS = ("seed", "trial", "slot", "receiver")
 
 
 @pytest.mark.parametrize("counter", COUNTERS)
-def test_uniform_along_every_counter(counter: str) -> None:
+def test_loss_draws_are_uniform_along_every_counter(counter: str) -> None:
     """Chi-square over 500 bins: mean 499, standard deviation sqrt(2 * 499) = 31.6; mean and variance of U(0, 1)."""
     numbers = series(counter)
     assert numbers.min() >= 0.0
@@ -39,7 +39,7 @@ def test_uniform_along_every_counter(counter: str) -> None:
 @pytest.mark.parametrize(
     "other", [{"seed": 2}, {"trial": 4}, {"sender": 3}, {"receiver": 2}, {"sender": 1, "receiver": 2}]
 )
-def test_no_correlation_between_neighbours(other: dict[str, int]) -> None:
+def test_neighbouring_draws_are_uncorrelated(other: dict[str, int]) -> None:
     """Neighbouring seeds, trials, senders, receivers and the two directions of a link, over the slots."""
     correlation = float(((series("slot", slot=0) - 0.5) * (series("slot", slot=0, **other) - 0.5)).mean() * 12)
     assert abs(correlation) < 4.5 / math.sqrt(N)

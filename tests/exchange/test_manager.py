@@ -1,4 +1,4 @@
-"""The exchange manager, sans-io: bits and times in, bits and values out, over a link that the test scripts."""
+"""The exchange manager without I/O: bits and times in, bits and values out, over a scripted link."""
 
 from contextlib import suppress
 
@@ -35,7 +35,7 @@ def items_said(fleet: ManagerFleet, sender: int) -> list[ItemUid]:
 # Who needs it -------------------------------------------------------------------------------------
 
 
-def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it():
+def test_an_item_is_dropped_when_all_nodes_that_need_it_hold_it():
     """Node 1 needs cells; node 2 does not, and hears nothing at all."""
     fleet = ManagerFleet(3, who_needs=needs([1]), lost=lambda slot, sender, receiver: receiver == 2)
     uid = fleet.maps(0, cell=7)
@@ -48,7 +48,7 @@ def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it()
 # Status -------------------------------------------------------------------------------------------
 
 
-def test_only_the_newest_status_is_said_once_and_never_acknowledged():
+def test_only_the_newest_status_is_sent_once_and_unacknowledged():
     fleet = ManagerFleet(2)
     for x_m in (1.0, 2.0, 3.0):
         assert fleet.observe(0, (0, POSITION, (x_m, 0.0))) == ()  # it is no item
@@ -64,7 +64,7 @@ def test_only_the_newest_status_is_said_once_and_never_acknowledged():
 # Signals ------------------------------------------------------------------------------------------
 
 
-def test_signals_are_said_once_and_the_last_call_counts():
+def test_signals_are_sent_once_and_the_last_one_wins():
     fleet = ManagerFleet(3)
     fleet.managers[0].offer_signals([InfluenceSignal(role(3), 5)])
     fleet.managers[0].offer_signals([InfluenceSignal(role(3), -40), InfluenceSignal(bay(3), 127)])
@@ -79,7 +79,7 @@ def test_signals_are_said_once_and_the_last_call_counts():
     st.integers(2, 6), st.sampled_from(sorted(POLICIES)), st.integers(20, 64), st.integers(0, 20),
     st.lists(st.integers(1, 14), max_size=4),
 )  # fmt: skip
-def test_no_packet_exceeds_its_room_and_all_accepted_items_get_through(
+def test_no_packet_exceeds_its_capacity_and_all_items_are_delivered(
     n_nodes: int, policy: str, payload_bytes: int, n_signals: int, n_cells: list[int]
 ):
     """Whatever is offered: blocks of any length, statuses, and signals of any number in every slot, as vehicles do."""
@@ -102,7 +102,7 @@ def test_no_packet_exceeds_its_room_and_all_accepted_items_get_through(
 # Slots --------------------------------------------------------------------------------------------
 
 
-def test_speaking_in_a_foreign_slot_is_a_mistake_of_the_caller():
+def test_sending_in_a_foreign_slot_raises_a_programming_error():
     fleet = ManagerFleet(3)
     with pytest.raises(ConfigurationError, match=r"slot 1 at 2\.0 s belongs to node 1, not to node 0"):
         fleet.managers[0].packet_to_send(2.0)
@@ -117,7 +117,7 @@ def test_a_policy_whose_header_fills_the_packet_is_refused_with_the_numbers():
 # Times --------------------------------------------------------------------------------------------
 
 
-def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
+def test_clock_rounding_puts_no_valid_fact_in_the_future():
     """Times are rounded to 10 s: what is observed at 8.2 s is of 10 s. It arrives at 9 s, without tolerance, and is
     sound; of 20 s nothing is. Slot 4 begins at 8 s."""
     fleet = ManagerFleet(2)

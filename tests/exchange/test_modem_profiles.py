@@ -1,4 +1,4 @@
-"""Shipped profiles against what was published of the modems, and links of a modem whose losses were measured."""
+"""Shipped modem profiles against published figures, and links of a modem with measured losses."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -60,7 +60,7 @@ def test_the_air_time_of_the_s2c_is_published_within_3_percent(n_bytes: int, pub
     assert modems()["s2c-18-34"].packet_s(8 * n_bytes) == pytest.approx(published_s, rel=0.03)
 
 
-def test_janus_takes_the_time_of_its_chips():
+def test_the_air_time_of_janus_follows_from_its_chips():
     """32 chips of preamble, 144 of the baseline packet, two a bit of cargo and its 8 bits of tail: 6.25 ms each."""
     janus = modems()["janus"]
     for n_bytes in (1, 10, 60):
@@ -77,7 +77,7 @@ def test_half_of_the_packets_arrive_within_1_5_times_the_nominal_range(modem: Mo
 
 
 @pytest.mark.parametrize("modem", [modem for modem in LOUD if modem.margin_db], ids=lambda modem: modem.name)
-def test_a_margin_is_what_takes_the_reach_back_to_the_nominal_range(modem: Modem):
+def test_the_margin_reduces_the_range_to_the_nominal_one(modem: Modem):
     """Without it the profile would carry more than 1.5 times as far; with it half arrive at 1.25 times, to 0.5 dB."""
     assert range_of(0.5, modem.model_copy(update={"margin_db": 0.0}), spreading=2.0) > 1.5 * modem.range_m
     budget = links(modem, spreading=2.0).budget

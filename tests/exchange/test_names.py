@@ -1,4 +1,4 @@
-"""Names of attributes on the wire: what is exchanged is short whatever else the ontology has, and all can be told."""
+"""Attribute codes: short for exchanged attributes whatever the ontology, and defined for all."""
 
 import pytest
 from hypothesis import given
@@ -26,7 +26,7 @@ def uid_in(names: AttributeNames, take: Taker) -> int:
 
 
 @given(st.data(), st.integers(1, 80))
-def test_every_attribute_is_read_as_it_was_written(data: st.DataObject, n: int) -> None:
+def test_every_attribute_code_decodes_to_its_attribute(data: st.DataObject, n: int) -> None:
     exchanged = data.draw(st.none() | st.sets(st.integers(0, n - 1)))
     names = AttributeNames(n, exchanged)
     for uid in range(n):
@@ -35,7 +35,7 @@ def test_every_attribute_is_read_as_it_was_written(data: st.DataObject, n: int) 
         assert take.left == 0
 
 
-def test_more_attributes_cost_those_nothing_that_are_exchanged() -> None:
+def test_unexchanged_attributes_do_not_lengthen_attribute_codes() -> None:
     # 18 and the one name for all others: 5 bits. Of 36 or 50 attributes without short names: 6.
     exchanged = range(10, 28)
     assert {AttributeNames(n, exchanged).sizes[12] for n in (30, 36, 50, 400)} == {5}
@@ -52,7 +52,7 @@ def test_more_attributes_cost_those_nothing_that_are_exchanged() -> None:
         pytest.param(2 << 3 | 7, 5, id="no uid"),
     ],
 )
-def test_names_of_nothing_are_a_peers_fault(bits: int, size: int) -> None:
+def test_unknown_attribute_codes_are_a_fault_of_the_peer(bits: int, size: int) -> None:
     names = AttributeNames(6, exchanged=(0, 4))  # 0, 1, then 2 for others; 3 is free
     with pytest.raises(PeerFault, match="is not in the TBox"):
         uid_in(names, Taker(bits, size))

@@ -71,7 +71,7 @@ def modems() -> Iterator[TwoModems]:
     made.close()
 
 
-def test_it_keeps_to_the_seam(modems: TwoModems) -> None:
+def test_the_driver_conforms_to_its_interface(modems: TwoModems) -> None:
     def make() -> tuple[Nanomodem, Nanomodem, Paced]:
         pace = Paced(time.monotonic())
         one, other = (Nanomodem(port, pace) for port in modems.ports)
@@ -80,7 +80,7 @@ def test_it_keeps_to_the_seam(modems: TwoModems) -> None:
     channels.check_driver(make, least_bytes=2)
 
 
-def test_data_that_look_like_heads_and_noise_between_are_no_packets(modems: TwoModems) -> None:
+def test_data_resembling_headers_and_line_noise_are_no_packets(modems: TwoModems) -> None:
     pace = Paced(time.monotonic())
     one, other = (Nanomodem(port, pace) for port in modems.ports)
     os.write(modems.modems[1], b"E\r\n#TO\r\n#B0019")  # an answer, a time-out, half of a head of 64 bytes and more
@@ -96,7 +96,7 @@ def test_data_that_look_like_heads_and_noise_between_are_no_packets(modems: TwoM
     assert modems.said == [tricky]
 
 
-def test_a_packet_that_comes_byte_by_byte_is_one(modems: TwoModems) -> None:
+def test_a_packet_received_byte_by_byte_is_assembled(modems: TwoModems) -> None:
     pace = Paced(time.monotonic())
     modem = Nanomodem(modems.ports[0], pace)
     heard = []
@@ -108,7 +108,7 @@ def test_a_packet_that_comes_byte_by_byte_is_one(modems: TwoModems) -> None:
 
 
 @pytest.mark.parametrize("port", ["none", "file"])
-def test_what_is_no_serial_port_is_named(port: str, tmp_path: Path) -> None:
+def test_an_invalid_serial_port_is_named(port: str, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(ConfigurationError, match=r"--serial .*serial port"):
         Nanomodem(tmp_path / port, Paced(0.0))

@@ -1,4 +1,4 @@
-"""The channel model ``network``: measured losses are reproduced link by link, and what is no network is refused."""
+"""The channel model ``network``: measured losses are reproduced per link, and invalid files are refused."""
 
 import re
 from itertools import permutations
@@ -66,7 +66,7 @@ def test_all_twenty_losses_of_the_network_are_reproduced() -> None:
 
 
 @given(st.integers(0, 2**61), st.integers(2, 5))
-def test_every_vehicle_is_a_node_of_its_own_and_keeps_it_when_the_fleet_grows(seed: int, n: int) -> None:
+def test_each_vehicle_keeps_its_own_node_when_the_fleet_grows(seed: int, n: int) -> None:
     channel, network = NetworkChannel(), shipped()[SINGAPORE]
     drawn = channel.drawn(network, fleet(n), seed)
     assert len(set(drawn.values())) == n
@@ -81,7 +81,7 @@ def test_every_vehicle_is_a_node_of_its_own_and_keeps_it_when_the_fleet_grows(se
     st.lists(st.tuples(st.floats(0.0, 500.0), st.floats(0.0, 1.0)), min_size=2, max_size=6, unique_by=lambda k: k[0]),
     st.floats(1.0, 800.0),
 )
-def test_losses_over_range_pass_through_what_was_measured(knots: list[tuple[float, float]], range_m: float) -> None:
+def test_loss_over_range_interpolates_the_measurements(knots: list[tuple[float, float]], range_m: float) -> None:
     table = OverRange(*zip(*sorted(knots), strict=True))
     assert [table.at(knot_m) for knot_m, _ in sorted(knots)] == [per for _, per in sorted(knots)]
     assert min(table.per) <= table.at(range_m) <= max(table.per)
@@ -128,7 +128,7 @@ BAD_TOML = [
 
 
 @pytest.mark.parametrize(("part", "by", "key", "says"), BAD_TOML)
-def test_what_is_no_network_is_refused_by_its_key(tmp_path: Path, part: str, by: str, key: str, says: str) -> None:
+def test_an_invalid_network_is_refused_with_its_key(tmp_path: Path, part: str, by: str, key: str, says: str) -> None:
     file = tmp_path / "bad.toml"
     file.write_text(TOML.replace(part, by, 1), encoding="utf-8")
     faults = list(NetworkChannel(network=str(file)).misfits(fleet(2)))
@@ -148,7 +148,7 @@ BAD_CSV = [
 
 
 @pytest.mark.parametrize(("part", "by", "line", "says"), BAD_CSV)
-def test_a_csv_that_is_no_network_is_refused_by_its_line(tmp_path, part, by, line, says):
+def test_an_invalid_network_csv_is_refused_with_its_line(tmp_path, part, by, line, says):
     file = tmp_path / "bad.csv"
     file.write_text(CSV.replace(part, by, 1), encoding="utf-8")
     (fault,) = NetworkChannel(network=str(file)).misfits(fleet(2))
@@ -166,7 +166,7 @@ def test_a_csv_that_is_no_network_is_refused_by_its_line(tmp_path, part, by, lin
         (NetworkChannel(nodes={"AUV00": "21", "AUV02": "21"}), 4, "nodes.AUV00", "is the node of two vehicles"),
     ],
 )
-def test_what_does_not_fit_the_fleet_is_refused(channel: NetworkChannel, n: int, key: str, says: str) -> None:
+def test_a_network_unfit_for_the_fleet_is_refused(channel: NetworkChannel, n: int, key: str, says: str) -> None:
     fault = next(channel.misfits(fleet(n)))
     assert fault.key == key
     assert re.search(says, fault.allowed)

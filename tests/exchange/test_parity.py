@@ -1,4 +1,4 @@
-"""The policy study and the vehicles' managers are the same thing: slot by slot, with real bits.
+"""The policy study equals the managers of the vehicles, slot by slot, with real bits.
 
 The slot loop of the study runs uncompiled beside N managers that encode, lose and decode real packets. After every
 slot each node's beliefs about every peer and item must agree. Other tests hold the compiled loop against the
@@ -41,7 +41,7 @@ def test_study_and_managers_agree_after_every_slot(policy: AckPolicy, data: st.D
     assume(assert_study_is_managers(policy, n_nodes, items, evidence, payload_bytes, heard))
 
 
-def test_who_is_known_to_hold_what_is_news_does_not_lack_it() -> None:
+def test_a_peer_known_to_hold_a_new_item_is_not_counted_as_missing_it() -> None:
     """A vehicle takes in items that it knew another one to hold: then it reckons what symbols over them bring."""
     heard = [4, 5, 12, 26, 0, 0, 1, 0, 6, 6, 8, 17, 0, 21, 14, 14, 8, 14, 28, 8, 0, 12, 0, 6, 0, 0, 0, 2, *[0] * 9]
     assert assert_study_is_managers(STATING["adaptive"], 5, 5, True, 28, heard)

@@ -1,4 +1,4 @@
-"""Who is in which life, packet by packet."""
+"""Incarnations of peers, packet by packet."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from exchange.manager.peers import Met, PeerStates
 from exchange.policy.policies import ACK
 
 
-def test_an_older_epoch_counts_only_when_it_is_heard_twice_in_a_row() -> None:
+def test_an_older_epoch_is_accepted_only_after_two_packets_in_a_row() -> None:
     peers = PeerStates(0, 3, ACK)
     assert peers.meet(1, 2, 0, b"")[0] is Met.NEW_LIFE
     peers.begin(1, 2)
@@ -20,7 +20,7 @@ def test_an_older_epoch_counts_only_when_it_is_heard_twice_in_a_row() -> None:
     assert peers.meet(1, 1, 4, b"")[0] is Met.NEW_LIFE
 
 
-def test_silence_counts_from_the_last_packet_even_of_the_first_frame() -> None:
+def test_silence_is_measured_from_the_last_packet_even_in_the_first_frame() -> None:
     peers = PeerStates(0, 3, ACK)
     peers.meet(1, 0, 0, b"")
     longest = peers.incoming[1].longest_silence

@@ -1,4 +1,4 @@
-"""The queue of a vehicle: it chooses greedily from all that waits, is bounded, and says why something is not said."""
+"""The queue of a vehicle: greedy selection, bounds, and a reason for each unsent item."""
 
 import pytest
 from hypothesis import given
@@ -98,7 +98,7 @@ class Selected:
 
 
 @given(EVENTS)
-def test_it_chooses_the_heaviest_that_fit(events: list[tuple[str, int, int]]) -> None:
+def test_the_queue_selects_the_heaviest_items_that_fit(events: list[tuple[str, int, int]]) -> None:
     """Items and statuses come, go, come back and change their priority between own slots of any room."""
     queue, expected, candidates = Queue(), Selected(), dict[int, Candidate]()
     for event, what, more in events:
@@ -130,7 +130,7 @@ def test_it_chooses_the_heaviest_that_fit(events: list[tuple[str, int, int]]) ->
 
 
 @pytest.mark.parametrize("name", sorted(VALUE_RULES))
-def test_what_is_new_does_not_wait_for_what_nobody_acknowledges(name: str) -> None:
+def test_new_items_do_not_wait_for_unacknowledged_ones(name: str) -> None:
     """Six items that were said for more than an hour, room for two: each that comes then goes within ten minutes."""
     queue = Queue(VALUE_RULES[name])
     for column in range(6):
@@ -144,7 +144,7 @@ def test_what_is_new_does_not_wait_for_what_nobody_acknowledges(name: str) -> No
 # Terms --------------------------------------------------------------------------------------------
 
 
-def test_what_is_older_than_its_time_to_live_is_not_said_any_more() -> None:
+def test_items_beyond_their_time_to_live_are_not_sent() -> None:
     queue = Queue()
     take(queue, 0, terms=Terms(time_to_live_s=60.0))
     take(queue, 1)
@@ -166,7 +166,7 @@ def test_what_is_older_than_its_time_to_live_is_not_said_any_more() -> None:
         (Terms(acknowledged=False), Terms(60.0), True, 61.0, []),
     ],
 )
-def test_what_was_said_once_goes_to_whom_it_was_not_for(before, now, is_new_need, now_s, again):
+def test_a_sent_item_is_sent_again_for_new_needs_only(before, now, is_new_need, now_s, again):
     """Who comes to need it, or needs it acknowledged, has it while it is of use; whom it was for, not twice."""
     queue = Queue()
     candidate = take(queue, 0, terms=before)
@@ -175,7 +175,7 @@ def test_what_was_said_once_goes_to_whom_it_was_not_for(before, now, is_new_need
     assert said(queue, 1, now_s) == again
 
 
-def test_in_a_blackout_nothing_about_the_same_goes() -> None:
+def test_a_subject_is_not_sent_again_within_its_blackout_time() -> None:
     queue = Queue()
     terms = Terms(blackout_s=30.0)
     fragments = [Fragment(0, n, 0.0, (PropertyValue(5, 3, float(n)),)) for n in range(2)]
@@ -190,7 +190,7 @@ def test_in_a_blackout_nothing_about_the_same_goes() -> None:
 # Bounds -------------------------------------------------------------------------------------------
 
 
-def test_a_full_queue_lets_the_last_wait_outside_and_loses_nothing() -> None:
+def test_a_full_queue_defers_the_last_item_and_loses_none() -> None:
     queue = Queue(limit=3)
     for column in range(5):
         take(queue, column)
@@ -208,7 +208,7 @@ def test_a_full_queue_lets_the_last_wait_outside_and_loses_nothing() -> None:
     assert len(queue) == 2
 
 
-def test_a_need_has_a_limit_of_its_own() -> None:
+def test_each_need_has_its_own_queue_limit() -> None:
     queue, terms = Queue(), Terms(queue_limit=2, newest_first=True, acknowledged=False)
     for column in range(4):
         take(queue, column, terms=terms, time_s=float(column))
@@ -224,7 +224,7 @@ def test_a_need_has_a_limit_of_its_own() -> None:
     limit=st.integers(1, 4),
     lost=st.sets(st.integers(0, 11)),
 )
-def test_what_is_never_acknowledged_keeps_nothing_outside(priorities: list[int], limit: int, lost: set[int]) -> None:
+def test_unacknowledged_items_do_not_block_a_full_queue(priorities: list[int], limit: int, lost: set[int]) -> None:
     """Items of which some are never acknowledged, others the slot after: all are said, however small the queue."""
     queue, heard = Queue(limit=limit), set[int]()
     for column, priority in enumerate(priorities):
@@ -240,7 +240,7 @@ def test_what_is_never_acknowledged_keeps_nothing_outside(priorities: list[int],
 # Reasons ------------------------------------------------------------------------------------------
 
 
-def test_each_candidate_that_does_not_go_has_its_reason() -> None:
+def test_each_unsent_candidate_has_a_reason() -> None:
     """Of seven: one too large while a lighter one goes, one said before, four of lower value."""
     queue = Queue()
     assert said(queue, 1) == []
@@ -258,7 +258,7 @@ def test_each_candidate_that_does_not_go_has_its_reason() -> None:
 
 
 @pytest.mark.parametrize("rule", VALUE_RULES.values(), ids=VALUE_RULES)
-def test_what_rests_is_open_and_not_said_until_it_wakes(rule):
+def test_a_suspended_item_is_outstanding_and_unsent_until_resumed(rule):
     queue = Queue(rule)
     for column in range(3):
         take(queue, column)

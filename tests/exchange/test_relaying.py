@@ -1,4 +1,4 @@
-"""Relaying, and what a vehicle is told of those that it does not hear, where links are cut and where they are alike."""
+"""Relaying and second-hand reports, where links are cut and where all links are alike."""
 
 import math
 import random
@@ -58,7 +58,7 @@ def line(seed: int, relay: bool) -> ManagerFleet:
 
 
 @pytest.mark.parametrize("relay", [True, False])
-def test_an_item_goes_along_a_line_if_it_is_relayed(relay):
+def test_an_item_crosses_a_line_of_nodes_only_if_relayed(relay):
     fleet = line(1, relay)
     first, last = fleet.maps(0, cell=7), fleet.maps(3, cell=8)
     fleet.pass_frames(60)
@@ -68,7 +68,7 @@ def test_an_item_goes_along_a_line_if_it_is_relayed(relay):
 
 @pytest.mark.parametrize("policy", ["ack", "m-ack"])
 @pytest.mark.parametrize(("per", "most"), [(0.0, 0.0), (0.3, 0.01), (0.8, 0.08)])
-def test_hardly_anybody_relays_where_links_lose_alike(policy, per, most):
+def test_relaying_is_rare_where_links_lose_alike(policy, per, most):
     """A chance run of losses may look like a cut, now and then."""
     n_relayed = n_said = 0
     for seed in range(6):
@@ -113,7 +113,7 @@ def times_said(fleet: ManagerFleet, n_frames: int, uid: ItemUid, node: int = 0) 
     return sum(uid in sent.items for sent in said)
 
 
-def test_an_item_rests_that_a_relay_was_heard_to_pass_on(told: Told) -> None:
+def test_an_item_received_from_a_relay_is_suspended(told: Told) -> None:
     """It is open, and node 2 is not believed to hold it, though it does: nobody has told node 0."""
     fleet, _, uid = told
     origin = fleet.managers[0]
@@ -124,14 +124,14 @@ def test_an_item_rests_that_a_relay_was_heard_to_pass_on(told: Told) -> None:
     assert 2 <= times_said(fleet, 1000, uid) <= 4  # each time it is four times as old
 
 
-def test_what_rests_wakes_when_the_relay_is_lost(told: Told, never_aged: None) -> None:
+def test_a_suspended_item_resumes_when_the_relay_is_lost(told: Told, never_aged: None) -> None:
     fleet, sea, uid = told
     sea["is_lost"] = True
     assert times_said(fleet, 4, uid) == 0
     assert times_said(fleet, 10, uid) >= 9
 
 
-def test_what_rests_wakes_when_the_link_is_there_again(told: Told, never_aged: None) -> None:
+def test_a_suspended_item_resumes_when_the_link_returns(told: Told, never_aged: None) -> None:
     fleet, sea, uid = told
     assert times_said(fleet, 40, uid) == 0
     sea["is_cut"] = False
@@ -141,7 +141,7 @@ def test_what_rests_wakes_when_the_link_is_there_again(told: Told, never_aged: N
 
 
 @pytest.mark.parametrize("has_relayed", [True, False])
-def test_nothing_rests_that_nobody_was_heard_to_pass_on(has_relayed: bool) -> None:
+def test_an_item_without_an_observed_relay_is_not_suspended(has_relayed: bool) -> None:
     """Node 1 holds the item and reaches node 2 best, but relays only an earlier one, or none: it judges otherwise."""
     cut = {*CUT}
     fleet = ManagerFleet(3, lost=lambda slot, *link: link in cut)
@@ -160,7 +160,7 @@ def test_nothing_rests_that_nobody_was_heard_to_pass_on(has_relayed: bool) -> No
 @pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack"])
 @settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**32))
-def test_all_get_all_whatever_links_and_relays_did_before(policy: str, seed: int) -> None:
+def test_all_items_are_delivered_after_any_link_and_relay_history(policy: str, seed: int) -> None:
     """Every 20 frames links are drawn anew, and one node may be gone; in the end a line is left that loses 30 %."""
     stream, n_nodes, worst = random.Random(seed), 4, [0.05, 0.3, 0.6, 0.95, 1.0]
     per: dict[tuple[int, int], float] = {}
@@ -184,7 +184,7 @@ def test_all_get_all_whatever_links_and_relays_did_before(policy: str, seed: int
 @pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack", "ack-repeat", "m-ack-repeat", "mps-ack-repeat"])
 @settings(max_examples=8)
 @given(seed=st.integers(0, 2**32), per=st.sampled_from([0.0, 0.3, 0.6]), stops=st.integers(20, 120))
-def test_nobody_is_said_to_have_spoken_later_than_it_did(policy, seed, per, stops):
+def test_second_hand_reception_times_are_not_later_than_the_last_packet(policy, seed, per, stops):
     """From some slot on node 3 says nothing. What others tell of it stays behind its last packet by a frame at most."""
     heard, lose = [0], random_losses(seed, per)
 

@@ -1,4 +1,4 @@
-"""TDMA arithmetic: a time belongs to one slot, and rounding never moves a boundary."""
+"""TDMA arithmetic: a time belongs to one slot, and rounding never moves a slot boundary."""
 
 import math
 
@@ -32,7 +32,7 @@ def test_a_slot_is_open_from_its_start_until_the_next_start(schedule: TdmaSchedu
 
 
 @given(schedules, st.integers(0, 10**5), st.floats(0.001, 0.999))
-def test_every_node_has_one_slot_of_each_frame_and_its_packet_names_it(schedule: TdmaSchedule, frame: int, part: float):
+def test_every_node_has_one_slot_per_frame_named_in_its_packet(schedule: TdmaSchedule, frame: int, part: float):
     start_s = schedule.frame_start_s(frame)
     assert start_s == pytest.approx(frame * schedule.frame_s)
     for node in {0, schedule.n_nodes // 2, schedule.n_nodes - 1}:
@@ -43,12 +43,12 @@ def test_every_node_has_one_slot_of_each_frame_and_its_packet_names_it(schedule:
 
 
 @pytest.mark.parametrize(("n_nodes", "packet_s", "guard_s"), [(0, 1.0, 0.0), (2, 0.0, 1.0), (2, 1.0, -0.1)])
-def test_a_schedule_that_cannot_be_is_refused_with_what_was_given(n_nodes: int, packet_s: float, guard_s: float):
+def test_an_impossible_schedule_is_refused_with_its_values(n_nodes: int, packet_s: float, guard_s: float):
     with pytest.raises(ConfigurationError, match=f"n_nodes >= 1.*n_nodes={n_nodes}"):
         TdmaSchedule(n_nodes, packet_s, guard_s)
 
 
-def test_a_packet_may_arrive_from_the_start_of_its_slot_to_its_end_and_as_much_beyond_as_clocks_are_apart():
+def test_arrival_is_accepted_within_the_slot_plus_the_clock_difference():
     """Slot 5 of slots of 2 s lasts from 10 to 12 s; one of a frame before or after is of another in any case."""
     schedule = TdmaSchedule(n_nodes=4, packet_s=1.5, guard_s=0.5)
     assert [schedule.may_arrive(5, now_s, 0.5) for now_s in (9.4, 9.6, 12.4, 12.6)] == [False, True, True, False]

@@ -35,7 +35,7 @@ def p_loss(asked: SiteLinks, sender: int, receiver: int, now_s: float = 0.0) -> 
 
 
 @given(POINTS, POINTS, st.floats(0.0, 1e5), st.integers(0, 2**40))
-def test_sound_takes_the_same_ways_back(a: tuple[float, float], b: tuple[float, float], now_s: float, seed: int):
+def test_the_site_term_is_symmetric(a: tuple[float, float], b: tuple[float, float], now_s: float, seed: int):
     site = Site.drawn(TABLE, 3, seed)
     assert site.spread_db(a, b, now_s) == pytest.approx(site.spread_db(b, a, now_s), abs=1e-9)
     there, back = site.excess_db(a, b, 1, now_s), site.excess_db(b, a, 0, now_s)
@@ -54,7 +54,7 @@ def test_sound_takes_the_same_ways_back(a: tuple[float, float], b: tuple[float, 
         ((HOME, QUAY), (HOME, BUOY), 0.0),
     ],
 )
-def test_spread_and_correlation_are_those_that_are_said(one: tuple, other: tuple, later_s: float):
+def test_spread_and_correlation_equal_the_settings(one: tuple, other: tuple, later_s: float):
     """Over seeds: mean 0, the spread in all places, and correlated over 300 m and half an hour."""
     drawn = np.array(
         [
@@ -70,7 +70,7 @@ def test_spread_and_correlation_are_those_that_are_said(one: tuple, other: tuple
 
 
 @given(POINTS, POINTS, POINTS, POINTS, st.floats(1.0, 1e4))
-def test_a_correlation_is_one(a: tuple, b: tuple, c: tuple, d: tuple, distance_m: float):
+def test_site_correlation_is_symmetric_in_0_to_1(a: tuple, b: tuple, c: tuple, d: tuple, distance_m: float):
     """Of a link with itself and with its way back 1; of any two between 0 and 1."""
     assert correlation((a, b), (a, b), distance_m) == pytest.approx(1.0)
     assert correlation((a, b), (b, a), distance_m) == pytest.approx(1.0)
@@ -89,7 +89,7 @@ def test_receivers_differ_by_seed_and_node_alone():
 
 
 @pytest.mark.parametrize("table", [None, SiteTable(), SiteTable(distance_m=50.0)])
-def test_off_is_not_made(table: SiteTable | None):
+def test_a_disabled_site_term_creates_no_model(table: SiteTable | None):
     plain = AcousticChannel(spreading=2.0).link_model(FLEET, 1)
     assert links(table=table) == plain
     assert not isinstance(links(table=table), SiteLinks)

@@ -1,4 +1,4 @@
-"""Policies that state holdings, in the study: against the bound, against the six, and with each part taken out."""
+"""Policies that report received sets, in the study: against the bound, the paper's six, and with parts removed."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ CELLS = [(4, 12, 0.6), (8, 6, 0.4), (16, 3, 0.8)]
 
 
 @pytest.mark.parametrize(("n_nodes", "items", "per"), CELLS)
-def test_coded_repairs_are_sooner_than_the_six_and_than_plain_ones(n_nodes: int, items: int, per: float) -> None:
+def test_coded_repairs_beat_paper_policies_and_plain_repairs(n_nodes: int, items: int, per: float) -> None:
     batch = StudyLoad(LoadKind.BATCH, items)
     fit = [name for name in PAPER_POLICIES if n_nodes < 16 or not name.startswith("m")]
     found = rows_of(n_nodes, per, (*fit, *STATING), trials=40, capacity_bits=256, load=batch)
@@ -39,7 +39,7 @@ def test_coded_repairs_are_sooner_than_the_six_and_than_plain_ones(n_nodes: int,
 
 
 @pytest.mark.parametrize(("name", "reaches"), [("adaptive", True), ("holdings-repeat", True), ("holdings", False)])
-def test_along_a_line_items_go_on_where_their_origin_is_not_heard(name: str, reaches: bool) -> None:
+def test_along_a_line_items_travel_beyond_the_range_of_their_origin(name: str, reaches: bool) -> None:
     """Nodes hear only who is next to them: all come to hold all where who holds may tell, not where origins do."""
     dice, items = np.random.default_rng(11), 3
     line = ReferenceStudy(STATING[name], 4, items, evidence=True, item_bits=60, room=250, of_symbol=70)
@@ -65,7 +65,7 @@ def plan_of(n_nodes: int, lacks: list[list[float]], **settings: Any) -> planning
     return plan._replace(**settings)
 
 
-def test_symbols_go_where_peers_lack_different_items() -> None:
+def test_coded_symbols_are_used_where_peers_lack_different_items() -> None:
     """Three peers lack one of three items each: one symbol serves all; if all lack the same one, the item goes."""
     different = plan_of(4, [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     assert planning.plan_packet(different, 4, 3, 95, True, False) == 1
@@ -77,7 +77,7 @@ def test_symbols_go_where_peers_lack_different_items() -> None:
     assert planning.plan_packet(different, 4, 3, 95, False, False) == 0
 
 
-def test_a_statement_that_is_owed_goes_before_items_that_nobody_lacks() -> None:
+def test_a_due_report_precedes_items_that_no_peer_lacks() -> None:
     owed = {"owed": [0, 4, 0], "statement_bits": [15, 20, planning.IMPOSSIBLE]}
     hardly = plan_of(3, [[0.0, 0.02, 0.02]], **owed)
     planning.plan_packet(hardly, 3, 1, 70, False, False)
@@ -87,7 +87,7 @@ def test_a_statement_that_is_owed_goes_before_items_that_nobody_lacks() -> None:
     assert (list(nothing_owed.states), list(nothing_owed.takes)) == ([0, 0, 0], [1])
 
 
-def test_new_items_leave_room_for_a_statement_only_if_much_is_owed() -> None:
+def test_new_items_leave_capacity_for_a_report_only_if_much_is_due() -> None:
     new = {"is_new": [1, 1], "statement_bits": [15, 20, planning.IMPOSSIBLE]}
     little, much = (plan_of(3, [[0.0, 1.0, 1.0]] * 2, owed=[0, owed, 0], **new) for owed in (1, 9))
     for plan in (little, much):
@@ -96,7 +96,7 @@ def test_new_items_leave_room_for_a_statement_only_if_much_is_owed() -> None:
     assert (sum(much.takes), much.states[1]) == (1, 1)
 
 
-def test_a_large_item_goes_before_what_is_owed_in_each_second_packet() -> None:
+def test_a_large_item_precedes_a_due_report_in_every_second_packet() -> None:
     owed = {"owed": [0, 9, 0], "statement_bits": [15, 30, planning.IMPOSSIBLE]}
     first, other = (plan_of(3, [[0.0, 1.0, 1.0]], size_bits=[80], **owed) for _ in range(2))
     planning.plan_packet(first, 3, 1, 100, False, True)
@@ -108,7 +108,7 @@ def test_a_large_item_goes_before_what_is_owed_in_each_second_packet() -> None:
     assert (list(small.states), list(small.takes)) == ([0, 1, 0], [0])
 
 
-def test_what_all_lack_goes_first_by_its_weight_and_then_in_the_order_of_telling() -> None:
+def test_items_that_all_lack_are_ordered_by_weight_and_age() -> None:
     """A new item of little weight waits for one of more that all have lost, a small one for a large one before it."""
     lost = plan_of(3, [[0.0, 1.0, 1.0]] * 2, weight=[0.1, 1.0], is_new=[1, 1])
     planning.plan_packet(lost, 3, 2, 100, False, False)
@@ -118,7 +118,7 @@ def test_what_all_lack_goes_first_by_its_weight_and_then_in_the_order_of_telling
     assert list(small.takes) == [1, 0]
 
 
-def test_no_more_symbols_go_than_are_of_use() -> None:
+def test_no_more_coded_symbols_are_sent_than_are_useful() -> None:
     """With room for 7: a peer that lacks one of 8 items, half of whose packets arrive, takes 1 / 0.25 of them."""
     slightly = plan_of(2, [[0.0, 0.125]] * 8, size_bits=[90] * 8)
     assert planning.plan_packet(slightly, 2, 8, 600, True, False) == 4
@@ -126,7 +126,7 @@ def test_no_more_symbols_go_than_are_of_use() -> None:
     assert planning.plan_packet(wholly, 2, 24, 600, True, False) == 7
 
 
-def test_symbols_are_over_more_than_a_peer_lacks_just_as_many_of() -> None:
+def test_repairs_are_planned_by_the_mean_number_of_missing_items() -> None:
     """It lacks as many of node 0 as there are symbols, but in the mean: those of node 1 count where it lacks fewer."""
     origin = [0] * 6 + [1] * 6
     plan = plan_of(3, [[0.0, 0.0, 1.0]] * 12, origin=origin, size_bits=[90] * 12, statement_bits=[15, 16, 40])

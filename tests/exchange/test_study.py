@@ -1,4 +1,4 @@
-"""The study as users ask for it: closed forms, intervals, paired comparison, and what is refused."""
+"""The policy study as users call it: closed forms, intervals, paired comparison, refusals."""
 
 import json
 import math
@@ -67,7 +67,7 @@ def test_without_loss_everything_takes_one_frame() -> None:
 # Rows -----------------------------------------------------------------------------------------------------------------
 
 
-def test_rows_come_in_order_and_hold_what_the_contract_names() -> None:
+def test_rows_are_ordered_and_have_the_contract_columns() -> None:
     rows = run(ExchangeStudy(per=(0.1, 0.4), policies=("mps-ack", "ack-repeat"), trials=20))
     assert [(row.per, row.policy) for row in rows] == [
         (0.1, "mps-ack"), (0.1, "ack-repeat"), (0.4, "mps-ack"), (0.4, "ack-repeat"),
@@ -88,7 +88,7 @@ def numbers(rows: list[StudyRow]) -> list[StudyRow]:
     return [replace(row, cpu_s=0.0) for row in rows]
 
 
-def test_the_numbers_do_not_depend_on_jobs_nor_on_the_company() -> None:
+def test_results_do_not_depend_on_workers_or_other_policies() -> None:
     study = ExchangeStudy(per=(0.3, 0.6), trials=1100)
     alone = run(replace(study, per=(0.6,), policies=("m-ack",)))
     together = run(study, jobs=3)
@@ -96,7 +96,7 @@ def test_the_numbers_do_not_depend_on_jobs_nor_on_the_company() -> None:
     assert numbers(alone) == [row for row in numbers(together) if (row.per, row.policy) == (0.6, "m-ack")]
 
 
-def test_censored_trials_are_counted_apart() -> None:
+def test_censored_trials_are_counted_separately() -> None:
     row = rows_by_policy(ExchangeStudy(per=(0.7,), policies=("ack",), trials=400, max_slots=30))["ack"]
     assert 0 < row.censored_delivered < row.censored_source == row.censored_senders < 400
     assert row.delivered_slots.mean <= 30
@@ -128,7 +128,7 @@ def outcomes_of(sums: Any, counts: Any) -> np.ndarray[Any, np.dtype[np.int64]]:
     return np.stack([np.asarray(sums), np.asarray(counts)], axis=-1)[:, None, :].astype(np.int64)
 
 
-def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
+def test_intervals_have_their_nominal_coverage() -> None:
     """Ratio of two correlated means, true value 1.5, 400 times: 95 % within four standard errors of a proportion."""
     dice = np.random.default_rng(1)
     covered = 0
@@ -164,7 +164,7 @@ NAMESAKES = tuple(AckPolicy(kind._replace(name="own"), repeat=False) for kind in
         ({"policies": NAMESAKES}, "two policies have the name own"),
     ],
 )
-def test_what_cannot_be_is_refused_with_what_was_given_and_what_is_allowed(settings, message):
+def test_invalid_settings_are_refused_with_given_and_allowed_values(settings, message):
     with pytest.raises(ConfigurationError, match=message):
         ExchangeStudy(**settings)
 

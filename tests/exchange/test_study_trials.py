@@ -1,4 +1,4 @@
-"""The slot loop of the study: compiled and not, alone and among others, against formulas, and against the bound."""
+"""The slot loop of the study: compiled and not, single and batched, against formulas and the bound."""
 
 import math
 from dataclasses import replace
@@ -35,7 +35,7 @@ def outcomes(policy: AckPolicy, study: ExchangeStudy, first: int = 0, is_compile
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", POLICIES)
-def test_compiled_is_interpreted(name: str) -> None:
+def test_compiled_results_equal_interpreted_results(name: str) -> None:
     policy = POLICIES[name]
     for load in (*([] if name in STATING else [SINGLE]), BATCH, POISSON):
         study = replace(load, trials=2, carrier_evidence=name in STATING)
@@ -43,7 +43,7 @@ def test_compiled_is_interpreted(name: str) -> None:
 
 
 @pytest.mark.parametrize("load", [SINGLE, BATCH, POISSON], ids=["single", "batch", "poisson"])
-def test_a_trial_alone_is_the_trial_among_others(load: ExchangeStudy) -> None:
+def test_a_trial_gives_the_same_alone_and_in_a_batch(load: ExchangeStudy) -> None:
     """Lanes do not mix, and a lane that is given to another trial forgets the one before."""
     for policy in (PAPER_POLICIES["ack"], PAPER_POLICIES["mps-ack-repeat"], BOUND):
         together = outcomes(policy, replace(load, trials=150))
@@ -73,7 +73,7 @@ def test_stages_come_in_order_and_no_belief_is_false(n_nodes, per, n_trials, max
     assert np.array_equal(found[ended, lanes.SLOTS, SUM], slots[:, lanes.SENDERS_ACKED])
 
 
-def test_fleets_that_fill_the_words_of_draws() -> None:
+def test_receptions_are_right_for_fleets_that_fill_a_machine_word() -> None:
     """31 nodes: receivers of two slots go into a word; 32, 63 and 64: of one, and of 64 its sign counts."""
     for n_nodes in (31, 32, 63, 64):
         found = outcomes(PAPER_POLICIES["ack-repeat"], replace(SINGLE, nodes=n_nodes, per=(0.1,), trials=3))
@@ -96,7 +96,7 @@ def test_packets_keep_to_their_capacity() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(0, 20), st.booleans()), min_size=1, max_size=30), st.integers(0, 12))
-def test_the_choice_is_the_greedy_one(items: list[tuple[int, bool]], room: int) -> None:
+def test_packet_contents_equal_the_greedy_choice(items: list[tuple[int, bool]], room: int) -> None:
     """Sorted by decreasing weight, then position."""
     weights, waits = (np.array(column, np.int64) for column in zip(*items, strict=True))
     grown, loaded = weights + waits, np.zeros_like(waits)
@@ -124,7 +124,7 @@ def test_poisson_load_is_conserved() -> None:
 # Draws ----------------------------------------------------------------------------------------------------------------
 
 
-def test_who_hears_is_drawn_for_sender_and_receiver() -> None:
+def test_reception_is_drawn_per_sender_and_receiver() -> None:
     case = case_of(ExchangeStudy(nodes=5), PAPER_POLICIES["ack"], 0.4)
     for slot in range(100):
         heard = lanes.draw_word(case, trial_key(5, 3), slot - slot % 5, slot % 5, 1)
@@ -145,7 +145,7 @@ def test_a_threshold_divides_draws_where_the_probability_does(seed, slot, sender
 # Machine code ---------------------------------------------------------------------------------------------------------
 
 
-def test_the_machine_code_is_kept_by_sources_and_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_machine_code_is_cached_by_sources_and_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     first = compiler.cache_folder(ACK, "1")
     assert first.is_dir()
@@ -187,13 +187,13 @@ def test_without_loss_the_bound_takes_as_many_packets_as_the_items_fill():
     assert found[lanes.SENDERS_ACKED, SUM] == 8
 
 
-def test_the_name_of_the_bound_is_taken():
+def test_no_policy_may_take_the_name_of_the_bound():
     own = AckPolicy(Acknowledgement("bound", "mine", ACK.carries, ACK.header), repeat=False)
     with pytest.raises(ConfigurationError, match="two policies have the name bound"):
         ExchangeStudy(policies=(own,))
 
 
-def test_what_is_coded_has_to_be_stated() -> None:
+def test_coding_requires_received_set_reports() -> None:
     kind = ACK._replace(name="mine", codes=True)
     assert policy_fault(AckPolicy(kind, True)) == (
         "codes is true and states is not: symbols are over what statements say to be held"

@@ -1,4 +1,4 @@
-"""Without a fitting Numba the policy study runs uncompiled, with a hint, and gives the same."""
+"""Without a compatible Numba the study runs uncompiled, with a hint, and gives the same results."""
 
 import importlib.metadata
 import threading

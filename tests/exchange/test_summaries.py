@@ -1,4 +1,4 @@
-"""Summaries: what is told of holdings, and how often."""
+"""Summaries of received sets: content and number of transmissions."""
 
 from exchange.manager.beliefs import TIMES_TOLD, Beliefs, Summaries
 from exchange.packets import Summary
@@ -19,11 +19,11 @@ def holding(*sequences: int) -> Beliefs:
     return beliefs
 
 
-def test_what_does_not_change_is_told_a_few_times() -> None:
+def test_an_unchanged_summary_is_sent_a_few_times() -> None:
     assert told(Summaries(holding(0, 1, 2), lambda one: (0, 30)), 20) == TIMES_TOLD
 
 
-def test_that_a_block_was_given_up_is_told_until_it_comes_again() -> None:
+def test_a_discarded_block_is_reported_until_received_again() -> None:
     beliefs = holding(0, 1, 2, 3)
     queue = Summaries(beliefs, lambda one: (0, 30))
     assert told(queue, 20) == TIMES_TOLD
@@ -34,7 +34,7 @@ def test_that_a_block_was_given_up_is_told_until_it_comes_again() -> None:
     assert told(queue, 20) == TIMES_TOLD
 
 
-def test_what_a_summary_cannot_say_is_not_told_for_ever() -> None:
+def test_a_discard_beyond_the_summary_mask_is_not_reported() -> None:
     """The mask behind the first gap does not reach the block that was given up."""
     beliefs = holding(0, *range(2, 20))
     queue = Summaries(beliefs, lambda one: (0, 30))

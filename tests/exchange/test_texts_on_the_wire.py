@@ -1,4 +1,4 @@
-"""Texts in packets: as they are, refused where they are none, told by one vehicle and known by all."""
+"""Texts in packets: unchanged, refused if invalid, sent by one vehicle and known by all."""
 
 import pytest
 from hypothesis import given
@@ -14,7 +14,7 @@ from worldmodel.ontology.fields import bytes_of
 
 
 @given(text=st.text().filter(lambda text: len(text) <= MOST_BYTES))
-def test_a_text_arrives_as_it_was_or_is_refused(text: str) -> None:
+def test_a_text_survives_encoding_or_is_refused(text: str) -> None:
     codec, note = Codec(TBOX, 8, 4, POLICIES["ack"], 4096, 3600.0), TBOX.attribute_named("note").uid
     facts = PropertyValue(1, note, text), PropertyValue(2, note, "")
     fragment = Fragment(1, 0, 3.0, facts)

@@ -1,4 +1,4 @@
-"""The channel model ``trace``: what a file says is what links do, and what is no trace is refused in words."""
+"""The channel model ``trace``: links follow the file, and invalid files are refused."""
 
 import re
 from dataclasses import replace
@@ -39,20 +39,20 @@ def asked(channel: TraceChannel, sender: int, times_s: list[float]) -> list[floa
     return [links.p_loss(Transmission(0, sender, time_s, 100), 1 - sender, 9.0) for time_s in times_s]
 
 
-def test_links_do_what_was_recorded(file: Path):
+def test_links_follow_the_recorded_trace(file: Path):
     channel = TraceChannel(file=str(file))
     assert asked(channel, 0, [0.0, 9.9, 10.0, 25.0, 30.0, 39.0]) == [1.0, 1.0, 0.0, 0.0, 1.0, 1.0]
     assert asked(channel, 1, [0.0, 2.0, 12.0, 22.0, 32.0]) == [0.0, 0.0, 1.0, 1.0, 0.0]
     assert list(channel.misfits(POND)) == []
 
 
-def test_a_trace_that_is_repeated_starts_anew(file: Path):
+def test_a_repeated_trace_restarts_at_its_beginning(file: Path):
     """It lasts until 32 s and for the median gap of 10 s."""
     assert asked(TraceChannel(file=str(file), repeat=True), 0, [42.0, 52.0, 420.0]) == [1.0, 0.0, 1.0]
     assert asked(TraceChannel(file=str(file)), 0, [420.0]) == [1.0]
 
 
-def test_other_columns_and_the_order_of_rows_are_passed_over(file: Path, tmp_path: Path):
+def test_further_columns_and_row_order_are_ignored(file: Path, tmp_path: Path):
     rows = [",".join([*line.split(",")[::-1], "x"]) for line in OUTCOMES.splitlines()]
     other = tmp_path / "other.csv"
     other.write_text("\n".join([rows[0], *rows[:0:-1], ""]), encoding="utf-8")
@@ -60,7 +60,7 @@ def test_other_columns_and_the_order_of_rows_are_passed_over(file: Path, tmp_pat
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 1e5), st.floats(0.0, 1.0)), min_size=1, unique_by=lambda row: row[0]))
-def test_a_series_answers_with_its_own_rates_and_its_mean_lies_between_them(rows: list[tuple[float, float]]):
+def test_a_loss_series_returns_its_rates_and_a_mean_between_them(rows: list[tuple[float, float]]):
     series = LossSeries(*zip(*sorted(rows), strict=True))
     rates = set(series.per)
     assert {series.at(time_s) for time_s in (0.0, 1.0, 777.7, 1e6)} <= rates
@@ -84,7 +84,7 @@ def text(*rows: str, columns: str = "time_s,sender,receiver,lost") -> str:
         (text("0,A,B,0", "0,A,B,1"), "line 3: a second one of A to B at 0 s"),
     ],
 )
-def test_what_is_no_trace_is_refused_with_its_row(tmp_path: Path, content: str, says: str):
+def test_an_invalid_trace_is_refused_with_its_row(tmp_path: Path, content: str, says: str):
     file = tmp_path / "bad.csv"
     file.write_text(content, encoding="utf-8")
     with pytest.raises(LinkFileError, match=says):

@@ -103,7 +103,7 @@ def modems() -> Iterator[Modems]:
     made.close()
 
 
-def test_it_keeps_to_the_seam(modems: Modems) -> None:
+def test_the_driver_conforms_to_its_interface(modems: Modems) -> None:
     def make() -> tuple[UnetStack, UnetStack, Paced]:
         pace = Paced(time.monotonic())
         one, other = (UnetStack(address, pace) for address in modems.addresses)
@@ -113,7 +113,7 @@ def test_it_keeps_to_the_seam(modems: Modems) -> None:
     assert {"alive": False} in modems.said[0]
 
 
-def test_what_is_too_long_or_comes_too_soon_is_lost(modems: Modems) -> None:
+def test_frames_too_long_or_too_early_are_lost(modems: Modems) -> None:
     pace = Paced(time.monotonic())
     one, other = (UnetStack(address, pace) for address in modems.addresses)
     one.send(bytes(MTU + 1), 0.0)
@@ -124,7 +124,7 @@ def test_what_is_too_long_or_comes_too_soon_is_lost(modems: Modems) -> None:
     other.close()
 
 
-def test_nonsense_and_frames_of_others_are_passed_over_and_questions_are_answered(modems: Modems) -> None:
+def test_invalid_and_foreign_messages_are_skipped_and_requests_answered(modems: Modems) -> None:
     pace = Paced(time.monotonic())
     one = UnetStack(modems.addresses[0], pace)
     one.receive(pace.now_s + 0.05)
@@ -158,7 +158,7 @@ def test_nonsense_and_frames_of_others_are_passed_over_and_questions_are_answere
     one.close()
 
 
-def test_nobody_there_and_no_physical_layer_are_a_line(modems: Modems) -> None:
+def test_a_missing_host_or_physical_layer_is_one_line(modems: Modems) -> None:
     modems.physical = ""
     with pytest.raises(
         ConfigurationError, match=r"--unet 127\.0\.0\.1:\d+: it names no physical layer; allowed is a modem"

@@ -1,4 +1,4 @@
-"""Peers of another definition: noticed within four frames, and from then on never misread."""
+"""Peers with another protocol definition: detected within four frames, and never misread afterwards."""
 
 import pytest
 from hypothesis import given
@@ -26,7 +26,7 @@ def heard_of(codec: Codec, n_frames: int) -> ManagerFleet:
     return fleet
 
 
-def test_a_stranger_is_one_event_and_all_that_it_says_is_refused():
+def test_an_incompatible_peer_is_one_event_and_its_packets_are_refused():
     fleet = heard_of(stranger_codec(N_BLOCKS + 1), 12)
     assert [reception.is_stranger for reception in fleet.heard[1]] == [True] + [False] * 11
     assert all(reception.fault for reception in fleet.heard[1])
@@ -34,7 +34,7 @@ def test_a_stranger_is_one_event_and_all_that_it_says_is_refused():
     assert list(fleet.models[1].blocks()) == []
 
 
-def test_a_peer_that_was_damaged_once_is_heard_again_when_that_byte_agrees():
+def test_a_peer_is_accepted_again_when_a_damaged_hash_byte_agrees():
     definitions = ComparedDefinitions()
     assert definitions.differ(2, frame=5)
     for frame in (6, 7, 8):
@@ -51,7 +51,7 @@ def in_epoch(fleet: ManagerFleet, epoch: int, frame: int) -> Reception:
 
 
 @pytest.mark.parametrize("later", [4, 5, 12])
-def test_another_era_of_a_known_peer_counts_when_four_bytes_say_so(later: int):
+def test_a_new_incarnation_of_a_known_peer_needs_four_hash_bytes(later: int):
     """The next one, too: the byte of an old packet may be right for it."""
     fleet = ManagerFleet(3)
     for frame in range(4):
@@ -63,7 +63,7 @@ def test_another_era_of_a_known_peer_counts_when_four_bytes_say_so(later: int):
     assert in_epoch(fleet, later + 1, 12).fault is None
 
 
-def test_bytes_of_another_era_do_not_add_up_beside_those_of_the_era_known():
+def test_hash_bytes_of_an_unknown_incarnation_do_not_add_up():
     """Three, the known era, another three: neither damage nor old packets add up to another life."""
     fleet = ManagerFleet(3)
     for frame in range(4):
@@ -74,7 +74,7 @@ def test_bytes_of_another_era_do_not_add_up_beside_those_of_the_era_known():
     assert not fleet.managers[1].knows_life(0, 4)
 
 
-def test_a_packet_played_again_in_another_frame_is_always_refused():
+def test_a_packet_replayed_in_another_frame_is_always_refused():
     """Each of 32 packets of a known peer, up to 64 times four frames later; the byte of some is right for an era."""
     fleet, n_eras = ManagerFleet(3), 0
     for frame in range(4):
@@ -88,7 +88,7 @@ def test_a_packet_played_again_in_another_frame_is_always_refused():
     assert not any(fleet.managers[1].knows_life(0, epoch) for epoch in range(1, 256))
 
 
-def test_the_first_era_that_is_heard_of_a_peer_counts_when_four_bytes_say_so():
+def test_the_first_incarnation_of_a_peer_needs_four_hash_bytes():
     fleet = ManagerFleet(3)
     heard = [in_epoch(fleet, 21, frame) for frame in (0, 1, 2, 5, 6, 7, 8)]
     assert [reception.fault is None for reception in heard] == [False, False, False, False, False, True, True]
@@ -97,7 +97,7 @@ def test_the_first_era_that_is_heard_of_a_peer_counts_when_four_bytes_say_so():
 
 
 @given(st.sets(st.integers(0, 3), min_size=1), st.lists(st.integers(0, 40), min_size=1))
-def test_nothing_of_a_stranger_counts_once_a_byte_has_differed(differing: set[int], frames: list[int]):
+def test_a_differing_hash_byte_invalidates_all_packets_of_the_peer(differing: set[int], frames: list[int]):
     """Whichever bytes differ and in whichever frames it is heard."""
     definitions, noticed = ComparedDefinitions(), False
     for frame in frames:

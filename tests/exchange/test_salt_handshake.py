@@ -1,11 +1,11 @@
-"""Processes tell each other their salts: whatever is lost, all come to open all, and nothing of before counts."""
+"""Salt handshakes: after any losses all processes decrypt all others, and old packets are refused."""
 
 import random
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_sealing import KEY, guarded
+from test_packet_security import KEY, guarded
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Packet
@@ -77,7 +77,7 @@ SEEDS = st.integers(0, 2**32)
     st.dictionaries(st.integers(0, 30), st.integers(0, 2), max_size=4),
     st.sampled_from([248, 512]),
 )
-def test_after_losses_and_restarts_all_open_each_other(seed, per, restarts, payload_bits):
+def test_after_losses_and_restarts_all_processes_decrypt_each_other(seed, per, restarts, payload_bits):
     """At 50 % one of four pairs of slots, a complaint and its answer, passes: of 49 such pairs none with 8e-7."""
     processes, _ = mission(seed, per, restarts, payload_bits, 150)
     assert all(one.known == {0, 1, 2} - {one.me} for one in processes)
@@ -86,7 +86,7 @@ def test_after_losses_and_restarts_all_open_each_other(seed, per, restarts, payl
 
 @settings(max_examples=30)
 @given(SEEDS, st.sampled_from([0.0, 0.3]), st.sampled_from(range(3)))
-def test_nothing_of_yesterday_opens_today(seed: int, per: float, victim: int) -> None:
+def test_packets_of_an_earlier_mission_do_not_decrypt(seed: int, per: float, victim: int) -> None:
     """One that was not there yesterday, or has lost all it knew, hears all of yesterday in its slots before today."""
     _, yesterday = mission(seed, per, {})
     today = Process(victim, random.Random(seed + 1).randbytes(SALT_BYTES))
@@ -101,7 +101,7 @@ def test_nothing_of_yesterday_opens_today(seed: int, per: float, victim: int) ->
 
 @settings(max_examples=30)
 @given(SEEDS)
-def test_nothing_of_this_mission_that_is_played_again_counts(seed: int) -> None:
+def test_replayed_packets_of_this_mission_are_refused(seed: int) -> None:
     """An introduction of the first life of a peer, four frames later and after its second began, changes nothing."""
     processes, sent = mission(seed, 0.0, {30: 0})
     before = [one.introductions.salt_of(0) for one in processes]
@@ -112,7 +112,7 @@ def test_nothing_of_this_mission_that_is_played_again_counts(seed: int) -> None:
 
 
 @given(st.randoms(use_true_random=False))
-def test_no_changed_introduction_counts_and_noise_never_raises(dice: random.Random) -> None:
+def test_altered_salt_handshakes_are_refused_and_noise_raises_nothing(dice: random.Random) -> None:
     own, peer = Process(0, bytes(8)), Process(1, bytes(range(8)))
     data = peer.introductions.packet(1)
     assert data is not None
@@ -122,7 +122,7 @@ def test_no_changed_introduction_counts_and_noise_never_raises(dice: random.Rand
     assert own.introductions.hear(data, SCHEDULE.start_s(1) + 1.2)
 
 
-def test_a_packet_without_room_for_an_introduction_is_refused() -> None:
+def test_a_packet_size_too_small_for_a_salt_handshake_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="20 bytes has no room for the 24 by which"):
         Process(0, bytes(8), payload_bits=160)
 

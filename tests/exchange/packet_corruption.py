@@ -1,4 +1,4 @@
-"""Ways to make a packet bad: each makes bytes of draws, of a packet and of another one."""
+"""Packet corruptions: each makes bytes from random draws, a packet and another packet."""
 
 from __future__ import annotations
 

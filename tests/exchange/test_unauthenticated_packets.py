@@ -1,12 +1,12 @@
-"""Under a key nothing that does not open changes what is held of a peer; introductions leave room in all frames."""
+"""Under a key, unauthenticated bytes change no belief; salt handshakes leave capacity in all frames."""
 
 from itertools import pairwise
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_introductions import SCHEDULE, Process, mission
-from test_sealing import KEY
+from test_packet_security import KEY
+from test_salt_handshake import SCHEDULE, Process, mission
 
 from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances, needs
 from exchange.manager.manager import ExchangeManager
@@ -39,7 +39,7 @@ class Keyed(ManagerFleet):
 
 
 @given(st.lists(st.binary(min_size=1, max_size=64) | st.integers(0, 255), max_size=12), st.integers(1, 255))
-def test_no_noise_changes_what_is_held_of_a_peer(noise: list[bytes | int], epoch: int) -> None:
+def test_noise_changes_no_belief_about_a_peer(noise: list[bytes | int], epoch: int) -> None:
     """Random bytes, and a true packet whose clear first byte is another, before each packet; another life, too."""
     fleet = Keyed()
     for frame, one in enumerate(noise):
@@ -54,7 +54,7 @@ def test_no_noise_changes_what_is_held_of_a_peer(noise: list[bytes | int], epoch
 
 
 @pytest.mark.parametrize("known", [True, False])
-def test_noise_in_the_name_of_a_peer_makes_an_introduction_due_only_if_its_salt_is_lacked(known: bool) -> None:
+def test_forged_noise_triggers_a_salt_handshake_only_if_the_salt_is_missing(known: bool) -> None:
     processes, _ = mission(1, 0.0, {}, frames=10 if known else 0)
     spoken = [processes[0].introductions.packet(slot) for slot in range(30, 60, 3)]
     for slot in range(60, 120, 3):
@@ -64,7 +64,7 @@ def test_noise_in_the_name_of_a_peer_makes_an_introduction_due_only_if_its_salt_
 
 
 @given(st.lists(st.integers(0, 1), min_size=1, max_size=60))
-def test_two_introductions_that_follow_each_other_are_in_frames_of_another_parity(missed: list[int]) -> None:
+def test_consecutive_salt_handshakes_alternate_frame_parity(missed: list[int]) -> None:
     """So what goes in the frames between is in even and in odd ones, however often a packet is missed."""
     process = Process(0, bytes(8))
     made = []

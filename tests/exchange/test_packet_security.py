@@ -1,4 +1,4 @@
-"""Checksums and keys: what is damaged or of a stranger does no harm, and is counted."""
+"""Checksums and keys: damaged and foreign packets have no effect and are counted."""
 
 import sys
 from functools import partial
@@ -47,7 +47,7 @@ def test_a_checksum_of_another_size_is_refused():
 
 @pytest.mark.parametrize("crc_bits", [0, 16])
 @pytest.mark.parametrize("frame", [0, 5, 1029])
-def test_what_is_sealed_opens_with_the_key(crc_bits: int, frame: int):
+def test_an_encrypted_packet_decrypts_with_its_key(crc_bits: int, frame: int):
     plain, codec = guarded(), guarded(crc_bits, KEY)
     data = codec.encode(0, 6, [Fragment(0, 4, 0.0, cells(3, 2))], frame=frame, slot_start_s=6.0 * frame)
     assert codec.decode(data, frame, 6.0 * frame).packet.fragments == (Fragment(0, 4, 0.0, cells(3, 2)),)
@@ -75,7 +75,7 @@ def test_without_the_library_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch
     ("text", "why"),
     [("not a key", "hexadecimal digits alone"), ("00ff", "it holds 4 hexadecimal digits; allowed: 32, 48, 64")],
 )
-def test_a_file_without_a_key_is_refused_and_its_content_never_told(tmp_path: Path, text: str, why: str):
+def test_a_file_without_a_key_is_refused_without_printing_its_content(tmp_path: Path, text: str, why: str):
     path = tmp_path / "fleet.key"
     path.write_text(text)
     path.chmod(0o600)

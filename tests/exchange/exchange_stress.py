@@ -1,4 +1,4 @@
-"""Exchange stress: managers alone on a faulty channel; vehicles die, restart, or use the number of another.
+"""Exchange stress: managers alone on a faulty channel; vehicles fail, restart, or duplicate a node id.
 
 Real managers with real world models in continuous time. Each copy of each packet is lost, late, doubled or damaged as
 its ``Fate`` says. ``check`` raises ``LawBroken`` if the reference record has a flaw; ``calm`` lets a time without
