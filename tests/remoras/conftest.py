@@ -1,4 +1,4 @@
-"""The fleet that tests of vehicles start from."""
+"""The fleet shared by tests of vehicles."""
 
 from collections.abc import Iterator
 

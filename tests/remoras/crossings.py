@@ -1,4 +1,4 @@
-"""Crossings: vehicles in one depth layer that have to get past each other, moved by what moves them in a run."""
+"""Crossings: vehicles in one depth layer on conflicting courses, moved by the code of a run."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""Vehicles and activity sets that tests of the package start from; what matters in a test is given in it."""
+"""Sample vehicles and activity sets; each test states the values that matter."""
 
 from dataclasses import fields
 from typing import Any

@@ -1,4 +1,4 @@
-"""The allocator that all strategies share: plans, revisions, help."""
+"""The allocator shared by all strategies: plans, revisions, assistance."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -76,7 +76,7 @@ def test_neither_the_order_of_roles_nor_names_change_a_plan() -> None:
 
 
 @pytest.mark.parametrize(("maximum", "least_s", "helps"), [(1, 0.0, False), (2, 0.0, True), (2, 220.0, False)])
-def test_who_is_idle_helps_where_there_is_room_and_it_saves_enough(maximum: int, least_s: float, helps: bool) -> None:
+def test_idle_vehicles_assist_where_capacity_and_saving_suffice(maximum: int, least_s: float, helps: bool) -> None:
     """The job takes another 480 s, the way of 100 m at 2 m/s takes 50 s: help saves (480 - 50) / 2 = 215 s."""
     vehicles = fleet()
     of = work(vehicles, group(maximum), ("AUV00", "Role0"))

@@ -1,4 +1,4 @@
-"""Who may change what: one pure decision, rule by rule, each with a request that it alone refuses."""
+"""Authority over the organisation: one pure decision, rule by rule."""
 
 from dataclasses import replace
 
@@ -83,7 +83,7 @@ FORMED = Organisation.of([HQ, TEAM, DIVERS], [*ORGANISATION.assignments, RoleAss
         (Request("AUV03", Act.DISSOLVE, "Divers"), Outcome.NO_AUTHORITY),
     ],
 )
-def test_in_a_group_formed_at_sea(asked: Request, outcome: Outcome) -> None:
+def test_authority_in_a_group_formed_during_the_mission(asked: Request, outcome: Outcome) -> None:
     assert may_assign(asked, FORMED, RULES) is outcome
 
 
@@ -136,7 +136,7 @@ def test_in_a_group_formed_at_sea(asked: Request, outcome: Outcome) -> None:
         (ask("AUV01", Act.ASSIGN, "Coordinator", "AUV02"), Outcome.INCOMPATIBLE),  # it is no Tactician
     ],
 )  # fmt: skip
-def test_where_heads_alone_give_out(asked: Request, outcome: Outcome) -> None:
+def test_authority_where_only_leaders_assign(asked: Request, outcome: Outcome) -> None:
     before = ORGANISATION.assignments
     assert may_assign(asked, ORGANISATION, RULES) is outcome
     assert ORGANISATION.assignments == before
@@ -161,12 +161,12 @@ TAKE, RECRUIT = ask("AUV02", Act.ASSIGN, assignee="AUV02"), ask("AUV02", Act.ASS
         (ask("AUV05", Act.ASSIGN, assignee="AUV05"), set()),
     ],
 )  # fmt: skip
-def test_what_a_strategy_declares(asked: Request, allowed_by: set[str]) -> None:
+def test_rules_of_a_strategy_determine_who_may_assign(asked: Request, allowed_by: set[str]) -> None:
     granted = {name for name, rules in ALL.items() if may_assign(asked, ORGANISATION, rules) is Outcome.SUCCESS}
     assert granted == allowed_by
 
 
-def test_whoever_takes_a_role_says_what_it_is_for_and_takes_it_from_the_absent() -> None:
+def test_a_role_taker_sets_its_objective_and_releases_absent_holders() -> None:
     digging, _ = ORGANISATION.assign("AUV02", "Team", "Digger")
     assert may_assign(ask("AUV02", Act.OBJECTIVE), digging, TAKING) is Outcome.SUCCESS
     released = ask("AUV03", Act.RELEASE, assignee="AUV02")
@@ -174,7 +174,7 @@ def test_whoever_takes_a_role_says_what_it_is_for_and_takes_it_from_the_absent()
     assert may_assign(released, digging, TAKING, absent={"AUV02"}) is Outcome.SUCCESS
 
 
-def test_it_counts_who_led_when_the_request_was_made() -> None:
+def test_authority_follows_the_leader_at_the_time_of_the_request() -> None:
     asked = ask("AUV02", Act.ASSIGN, "Scribe", "AUV02")
     assert may_assign(asked, ORGANISATION, RULES, lambda vehicle, group: vehicle == "AUV02") is Outcome.SUCCESS
     by_head = ask("AUV01", Act.ASSIGN, "Scribe", "AUV02")
@@ -190,7 +190,7 @@ def linked(**changes: dict[str, object]) -> Organisation:
     return Organisation.of([HQ, replace(TEAM, roles=roles)], ORGANISATION.assignments)
 
 
-def test_a_role_has_authority_over_those_that_it_names_and_no_others() -> None:
+def test_a_role_has_authority_over_the_roles_it_names_only() -> None:
     """AUV02 and AUV04 are Performers; AUV04 has no social layer."""
     organisation = linked(Performer={"authority": ("Scribe",)})
     for act in (Act.ASSIGN, Act.RELEASE, Act.OBJECTIVE):
@@ -202,7 +202,7 @@ def test_a_role_has_authority_over_those_that_it_names_and_no_others() -> None:
     assert may_assign(ask("AUV05", Act.ASSIGN, "Scribe", "AUV02"), organisation, RULES) is Outcome.OUTSIDE
 
 
-def test_nobody_is_given_a_role_that_excludes_one_that_it_plays() -> None:
+def test_a_role_incompatible_with_a_held_role_is_refused() -> None:
     apart = frozenset({("Team", "Performer")})
     organisation = linked(Digger={"incompatible": apart})
     asked = ask("AUV01", Act.ASSIGN, "Digger", "AUV03")

@@ -1,4 +1,4 @@
-"""Reciprocal avoidance: what a neighbour allows, the linear program, and who turns and slows down."""
+"""Reciprocal avoidance: velocity constraints, the linear program, and right of way."""
 
 import math
 import random
@@ -32,7 +32,7 @@ courses, times = st.floats(-math.pi, math.pi), st.floats(0.1, 29.9)
 
 
 @given(velocities, velocities, st.floats(0.1, 3.0), courses, times, st.floats(-7.0, 7.0))
-def test_the_time_is_that_of_the_closest_approach(vx, vy, closing_mps, course, time_s, miss_m) -> None:
+def test_conflict_time_is_that_of_the_closest_approach(vx, vy, closing_mps, course, time_s, miss_m) -> None:
     """Set up backwards: at ``time_s`` the neighbour passes at ``miss_m``, square to the course it is seen on."""
     along, across = (math.cos(course), math.sin(course)), (-math.sin(course), math.cos(course))
     neighbour = Neighbour(
@@ -59,7 +59,7 @@ def nearest_in_time_m(neighbour: Neighbour, velocity: tuple[float, float], until
 
 
 @given(st.builds(Neighbour, offsets, offsets, velocities, velocities), velocities, velocities, st.data())
-def test_two_that_both_take_what_they_allow_each_other_keep_clear(neighbour, vx, vy, data) -> None:
+def test_vehicles_within_mutual_velocity_constraints_stay_apart(neighbour, vx, vy, data) -> None:
     """The theorem of the paper, for any two velocities on or within the half-planes of each other."""
     assume(math.hypot(neighbour.dx_m, neighbour.dy_m) > 5.01)
     plane = allowed_by(neighbour, (vx, vy), 5.0, 10.0)
@@ -89,7 +89,7 @@ GRID = [(0.05 * column, 0.05 * row) for column in range(-40, 41) for row in rang
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_program_finds_the_nearest_velocity_or_the_least_bad(seed: int) -> None:
+def test_the_linear_program_finds_the_nearest_or_least_bad_velocity(seed: int) -> None:
     """Against a fine grid of all velocities."""
     draw = random.Random(seed)
     planes = some_planes(draw, draw.randint(1, 7))
@@ -116,20 +116,20 @@ def cleared(*neighbours: Neighbour, preferred: tuple[float, float] = (2.0, 0.0))
     return clear_velocity(preferred, preferred, neighbours, 5.0, 0.5, 2.0)
 
 
-def test_guidance_stands_where_nobody_is_in_the_way() -> None:
+def test_guidance_is_unchanged_without_neighbours() -> None:
     assert cleared(Neighbour(50.0, 0.0, 2.0, 0.0)) is None  # goes the same way
     assert cleared(Neighbour(0.0, 30.0, 2.0, 0.0)) is None  # side by side
     assert cleared(Neighbour(-30.0, 0.0, 1.0, 0.0)) is None  # is left behind
 
 
-def test_one_that_would_pass_within_four_separations_is_given_a_berth_to_the_right() -> None:
+def test_a_pass_within_four_separations_is_widened_to_the_right() -> None:
     """Head on but 15 m to the left: nothing has to be done, and yet the course turns to the right by 0.3 rad."""
     passed = cleared(Neighbour(55.0, 15.0, -2.0, 0.0))
     assert passed == pytest.approx((2.0 * math.cos(RIGHT_RAD), -2.0 * math.sin(RIGHT_RAD)))
     assert cleared(Neighbour(50.0, 25.0, -2.0, 0.0)) is None
 
 
-def test_who_has_the_other_on_the_right_gives_way() -> None:
+def test_the_vehicle_with_the_other_on_its_right_yields() -> None:
     """They would meet in 5 s: the one slows down, the other one, which has it on its left, does not."""
     slow = cleared(Neighbour(10.0, -10.0, 0.0, 2.0))
     fast = cleared(Neighbour(10.0, 10.0, 0.0, -2.0))

@@ -1,4 +1,4 @@
-"""How activities perceive themselves, and where they lead."""
+"""Stimuli, progress and references of behaviours."""
 
 import math
 
@@ -78,7 +78,7 @@ def test_following_keeps_up_with_the_leader() -> None:
     assert seen(following, at(60.0), picture, False) == DUE
 
 
-def test_a_leader_waits_for_who_falls_behind() -> None:
+def test_a_leader_waits_for_stragglers() -> None:
     leading, picture = LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0, AUV), Picture(frame_s=0.0)
     note_position(picture.peers, "AUV01", (0.0, 100.0))
     assert seen(leading, at(0.0), picture, False) == IDLE  # they are not moving together yet
@@ -116,7 +116,7 @@ def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float
 # Supervising --------------------------------------------------------------------------------------
 
 
-def test_a_supervisor_is_content_while_news_come() -> None:
+def test_a_supervisor_is_satisfied_while_updates_arrive() -> None:
     supervision, picture = Supervision(60.0), Picture()
     assert seen(supervision, at(0.0), picture, True) == DUE  # nothing has been heard yet
     picture.body.now_s, picture.peers.last_news_s = 160.0, 100.0

@@ -1,4 +1,4 @@
-"""Beliefs: facts by name, out of the world model."""
+"""Beliefs: facts by name, read from the world model."""
 
 import pytest
 
@@ -16,7 +16,7 @@ def beliefs(owner: int = 0, n_found: int = 0) -> Beliefs:
     return Beliefs(model)
 
 
-def test_a_name_that_does_not_exist_is_a_mistake_of_the_programmer() -> None:
+def test_an_unknown_name_raises_a_programming_error() -> None:
     held = beliefs()
     with pytest.raises(UnknownNameError, match="Operationl"):
         held.get(("hasMission", "Operationl"))
@@ -29,7 +29,7 @@ def test_a_name_that_does_not_exist_is_a_mistake_of_the_programmer() -> None:
 WRECK = Observation(((SELF, "location", (10.0, 20.0)), (SELF, "classification", "wreck")), found="ObjectOfInterest")
 
 
-def test_what_is_found_becomes_an_instance_that_others_hear_of_by_name() -> None:
+def test_a_detection_becomes_an_instance_that_peers_resolve_by_name() -> None:
     """Vehicle 1 has the uids behind the five common instances and the two of vehicle 0: its first one is 7."""
     finder, peer = beliefs(owner=1, n_found=2), beliefs(owner=0, n_found=2)
     block = finder.model.record(finder.facts_of(WRECK), 1.0).block
@@ -44,6 +44,6 @@ def test_what_is_found_becomes_an_instance_that_others_hear_of_by_name() -> None
 
 
 @pytest.mark.parametrize("name", ["ObjectOfInterest-6", "AUV-0", "Job-99"])
-def test_a_name_like_that_of_something_found_is_none(name: str) -> None:
+def test_a_name_in_the_form_of_a_detection_is_unknown(name: str) -> None:
     with pytest.raises(UnknownNameError):
         beliefs(n_found=2).uid(name)

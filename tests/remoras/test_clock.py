@@ -1,4 +1,4 @@
-"""The event queue: one order, whatever order events are put in."""
+"""The event queue: its order does not depend on the order of insertion."""
 
 from typing import NamedTuple
 
@@ -27,7 +27,7 @@ def drained(clock: Clock[Note], until_s: float) -> list[tuple[float, int]]:
 
 
 @given(events)
-def test_by_time_then_priority_then_order_of_arrival(scheduled: list[tuple[float, Priority]]) -> None:
+def test_events_are_ordered_by_time_priority_and_insertion(scheduled: list[tuple[float, Priority]]) -> None:
     clock: Clock[Note] = Clock()
     for number, (time_s, priority) in enumerate(scheduled):
         clock.schedule(time_s, priority, Note(number, object()))
@@ -36,7 +36,7 @@ def test_by_time_then_priority_then_order_of_arrival(scheduled: list[tuple[float
 
 
 @given(events, TIMES)
-def test_what_is_not_due_stays(scheduled: list[tuple[float, Priority]], until_s: float) -> None:
+def test_events_that_are_not_due_stay_queued(scheduled: list[tuple[float, Priority]], until_s: float) -> None:
     """Before the motion of a time come all events before it, and at it faults and what is heard."""
     clock: Clock[Note] = Clock()
     for number, (time_s, priority) in enumerate(scheduled):
@@ -51,7 +51,7 @@ def test_what_is_not_due_stays(scheduled: list[tuple[float, Priority]], until_s:
     assert len(first) + len(drained(clock, 100.0)) == len(scheduled)
 
 
-def test_the_past_is_over() -> None:
+def test_an_event_in_the_past_is_refused() -> None:
     clock: Clock[Note] = Clock()
     clock.now_s = 5.0
     with pytest.raises(ValueError, match=r"cannot schedule at 4\.9 s, it is 5\.0 s"):

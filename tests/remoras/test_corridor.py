@@ -1,4 +1,4 @@
-"""A corridor: two that meet head on pass where there is room; where there is none, the less satisfied one passes."""
+"""Head-on encounters in a corridor: where it is too narrow, the less satisfied vehicle passes."""
 
 import itertools
 import math
@@ -89,7 +89,7 @@ def meet(
 
 
 @pytest.mark.parametrize("satisfactions", [(-60.0, 0.0), (0.0, -60.0), (-128.0, -100.0), (0.0, 0.0)])
-def test_in_one_too_narrow_the_less_satisfied_one_passes(satisfactions, monkeypatch) -> None:
+def test_in_a_narrow_corridor_the_less_satisfied_vehicle_passes(satisfactions, monkeypatch) -> None:
     """4 m are too narrow. The other one goes back before it; of two alike the first by name passes."""
     fleet = corridor(4.0, monkeypatch)
     closest_m, arrived = meet(fleet, list(satisfactions), GuidanceTable(), 1200)
@@ -101,7 +101,7 @@ def test_in_one_too_narrow_the_less_satisfied_one_passes(satisfactions, monkeypa
 
 
 @pytest.mark.parametrize("passes_on", [True, False])
-def test_a_row_goes_back_where_the_call_is_passed_on(passes_on: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_row_backs_out_only_if_the_signal_is_relayed(passes_on: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three in a row meet a fourth that is less satisfied than all of them."""
     monkeypatch.setattr(crossings, "BOUNDS_M", (-END_M, -2.0, END_M, 2.0))
     row = [

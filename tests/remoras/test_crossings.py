@@ -1,4 +1,4 @@
-"""Vehicles in one layer get past each other: nobody comes nearer than 5 m, all arrive, and the way is hardly longer."""
+"""Vehicles that cross in one layer stay 5 m apart, all arrive, and detours are short."""
 
 import pytest
 from crossings import KINDS, Crossing, crossing, travel, traveller
@@ -18,11 +18,11 @@ def assert_kept(found: Crossing, n_vehicles: int) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_they_keep_clear_and_arrive(kind: str) -> None:
+def test_crossing_vehicles_keep_apart_and_arrive(kind: str) -> None:
     assert_kept(travel(crossing(kind, 16, 1)), 16)
 
 
-def test_one_that_cannot_get_out_of_the_way_is_passed() -> None:
+def test_a_vehicle_that_cannot_yield_is_passed() -> None:
     """It hardly moves, as a vehicle with a fault does; so the other has to do both halves."""
     fleet = [traveller(0, (-200.0, 0.0), (200.0, 0.0)), traveller(1, (0.0, 0.0), (0.0, 0.0))]
     fleet[1].functional.impair(Condition(speed_factor=0.001))

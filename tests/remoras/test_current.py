@@ -1,4 +1,4 @@
-"""Current: what runs where and when, and that vehicles make good their course in it, stay in it and cross in it."""
+"""Water current: its field over depth and time, and vehicles that keep course and position in it."""
 
 import math
 
@@ -15,7 +15,7 @@ TIDE = Current(0.5, -0.3, tide_period_s=1200.0, tide_phase=0.1)
 SHEARED = Current(0.8, 0.8, shear_depth_m=50.0)
 
 
-def test_shear_and_tide() -> None:
+def test_current_varies_with_depth_and_tide() -> None:
     """At 20 of 50 m three fifths are left; a quarter of a period is slack water, half of it turns the current."""
     assert SHEARED.at(20.0, 0.0) == pytest.approx((0.48, 0.48))
     assert SHEARED.at(60.0, 0.0) == (0.0, 0.0)
@@ -38,7 +38,7 @@ def test_the_course_is_made_good_at_full_speed(course: float, towards: float, fl
     assert ground[0] * unit[0] + ground[1] * unit[1] > 0.0
 
 
-def test_who_is_to_stay_stays() -> None:
+def test_a_dwelling_vehicle_holds_its_position_in_current() -> None:
     """It heads into the current at its speed, and pays for it: 0.6 m/s cost 15 * 0.6^3 = 3.24 W beside 40 W."""
     one = traveller(0, (0.0, 0.0), (0.0, 0.0), current=ACROSS)
     for now_s in range(600):
@@ -58,7 +58,7 @@ def test_crossing_under_current(kind: str, current: Current) -> None:
 
 
 @given(st.floats(0.2, 1.8), st.floats(0.0, 1.2), st.floats(-7.0, 7.0), st.floats(-7.0, 7.0), st.floats(-7.0, 7.0))
-def test_nobody_is_faster_over_ground_while_it_turns(limit_mps, flow_mps, flow_rad, course_rad, ahead_rad) -> None:
+def test_ground_speed_does_not_grow_during_a_turn(limit_mps, flow_mps, flow_rad, course_rad, ahead_rad) -> None:
     """From any heading to any course, where the water alone is not faster, and it brakes as fast as it likes."""
     flow_mps = min(flow_mps, limit_mps)
     flow = flow_mps * math.cos(flow_rad), flow_mps * math.sin(flow_rad)

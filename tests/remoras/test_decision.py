@@ -1,4 +1,4 @@
-"""The decision: vital needs first, then the maximal combination of activities with the best mean motivation."""
+"""The decision: vital sets first, then the maximal combination of activity sets with the best mean motivation."""
 
 from collections.abc import Sequence
 from itertools import combinations as subsets
@@ -26,7 +26,7 @@ def best(sets: Sequence[ActivitySet], *motivations: float) -> tuple[int, ...]:
     return Choice(sets).best(motivations)
 
 
-def test_what_has_no_effect_stands_in_nobody_s_way() -> None:
+def test_activities_without_effect_conflict_with_none() -> None:
     """Both name navigation, which changes nothing of what the vehicle does: they go together."""
     locating = activity_set(("Listening", P), ("Global", N), sensors=())
     homing = activity_set(("Homing", G), ("Global", N), sensors=())
@@ -92,7 +92,7 @@ def test_the_decision_is_the_best_of_all_maximal_combinations(sets: list[Activit
 
 
 @given(drawn_sets(), st.data())
-def test_a_decision_stands_only_as_long_as_a_search_finds_it(sets: list[ActivitySet], data: st.DataObject) -> None:
+def test_a_decision_is_kept_only_while_a_search_would_repeat_it(sets: list[ActivitySet], data: st.DataObject) -> None:
     """Motivations drift, some by steps that are too small to matter, some by such that are not."""
     choice = Choice(sets)
     motivations = [data.draw(st.integers(0, 8)) / 8 for _ in sets]
@@ -102,7 +102,7 @@ def test_a_decision_stands_only_as_long_as_a_search_finds_it(sets: list[Activity
 
 
 @given(drawn_sets(), st.data())
-def test_what_is_performed_has_the_best_mean_of_all(sets: list[ActivitySet], data: st.DataObject) -> None:
+def test_the_performed_combination_has_the_best_mean_motivation(sets: list[ActivitySet], data: st.DataObject) -> None:
     """The mean with each set is that of a best combination with it; what is performed and not vital has the highest."""
     motivations = [data.draw(st.integers(0, 16)) / 16 for _ in sets]
     choice = Choice(sets)

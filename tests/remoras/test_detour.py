@@ -1,4 +1,4 @@
-"""A vehicle that others leave standing goes round them; one that has all but arrived waits."""
+"""A vehicle goes round stationary ones; close to its target it waits."""
 
 import math
 
@@ -38,7 +38,7 @@ def off_m(motion: Motion, to_m: Point) -> float:
 
 @settings(max_examples=100, deadline=None)
 @given(st.floats(-1.2, 1.2), st.floats(5.51, 7.0), st.floats(0.6, 1.4), st.integers(2, 4), st.floats(-math.pi, math.pi))
-def test_no_pocket_of_standing_vehicles_keeps_it(middle_rad, away_m, apart_rad, n, course_rad) -> None:
+def test_no_pocket_of_stationary_vehicles_traps_a_vehicle(middle_rad, away_m, apart_rad, n, course_rad) -> None:
     """They stand in an arc before it, no wider than a half circle, and beyond the margin of 5.5 m that it keeps."""
     spread = min(apart_rad * (n - 1), math.pi)
     angles = [course_rad + middle_rad - spread / 2.0 + spread * one / (n - 1) for one in range(n)]

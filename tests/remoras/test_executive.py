@@ -1,4 +1,4 @@
-"""The executive layer: satisfaction, calls of others, and what is chosen by them."""
+"""The executive layer: satisfaction, influence signals, and the choice of activities."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -54,7 +54,7 @@ weights = st.floats(0.0, 1e6)
 
 
 @given(weights, weights, st.floats(1e-6, 1.0), st.floats(0.01, 100.0), st.integers(-128, 127))
-def test_vital_first_is_a_law_of_the_order_and_not_of_weights(continuing, external, stimulus, importance, satisfaction):
+def test_vital_activities_come_first_whatever_the_weights(continuing, external, stimulus, importance, satisfaction):
     """Whatever is performed, called for and weighed: the faintest vital need guides, and one that is not vital is
     chosen only where it outweighs the others."""
     constants = DecisionConstants.model_construct(weight_continuing=continuing, weight_external=external)
@@ -73,7 +73,7 @@ def test_vital_first_is_a_law_of_the_order_and_not_of_weights(continuing, extern
 
 
 @given(st.lists(st.tuples(*2 * [st.floats(-0.05, 0.05)]), min_size=20), st.floats(0.0, 127.0))
-def test_equal_activities_whose_stimuli_tremble_do_not_take_turns(noise, satisfaction) -> None:
+def test_noisy_stimuli_do_not_alternate_equal_activities(noise, satisfaction) -> None:
     """Of importance 1, by 5 % to both sides: they differ by 0.1 at most. Who is not dissatisfied goes on by as much."""
     assert len(turns(noise, satisfaction, weight_continuing=0.2 + 1e-9)) == 1
 
@@ -94,7 +94,7 @@ def turns(noise: Sequence[tuple[float, float]], satisfaction: float, weight_cont
 # Calls --------------------------------------------------------------------------------------------
 
 
-def test_a_call_turns_a_vehicle_to_the_common_goal() -> None:
+def test_a_negative_signal_turns_a_vehicle_to_the_common_goal() -> None:
     """Performed and progressing, exploring has 0.6 + 0.2 (P + 128) / 255 = 0.7004 at P = 0. Homing has 0.3 and the
     call: it takes more than 0.4, a signal below -0.4 * 128 = -51.2."""
     executive = layer(EXPLORING, HOMING)
@@ -109,7 +109,7 @@ def test_a_call_turns_a_vehicle_to_the_common_goal() -> None:
 
 
 @given(st.lists(st.tuples(st.sampled_from(ROLES), st.sampled_from(["AUV01", "AUV02"]), st.integers(-128, 127))))
-def test_individual_and_vital_activities_do_not_hear_calls(calls: list[tuple[tuple[str, str], str, int]]) -> None:
+def test_individual_and_vital_activities_ignore_signals(calls: list[tuple[tuple[str, str], str, int]]) -> None:
     quiet, called = layer(EXPLORING, MAPPING, EVADING, HOMING), layer(EXPLORING, MAPPING, EVADING, HOMING)
     for addressed, emitter, value in calls:
         called.hear(addressed, emitter, "Coordinator", value, 0.0)
@@ -144,7 +144,7 @@ def test_satisfaction_is_kept_per_role() -> None:
         (DUE, STANDING, -1.3),
     ],
 )
-def test_a_role_gets_on_as_its_activities_do(one: Perception, other: Perception, rate: float) -> None:
+def test_progress_of_a_role_is_the_best_of_its_activities(one: Perception, other: Perception, rate: float) -> None:
     """What gets on best counts; the order of the activities does not."""
     for perceptions in ((one, other), (other, one)):
         executive = layer(HOMING, LISTENING)
@@ -153,7 +153,7 @@ def test_a_role_gets_on_as_its_activities_do(one: Perception, other: Perception,
         assert executive.satisfaction[PERFORMER] == pytest.approx(rate)
 
 
-def test_a_call_waits_for_who_is_content_with_work_that_is_left() -> None:
+def test_a_satisfied_vehicle_with_remaining_work_defers_a_call() -> None:
     """At 127 and with all of it left the loudest call is not heeded; with half the stimulus, 0.5 of it is."""
     executive = layer(EXPLORING, HOMING)
     for second in range(130):
@@ -166,7 +166,7 @@ def test_a_call_waits_for_who_is_content_with_work_that_is_left() -> None:
     assert chosen(executive) == {"Homing"}
 
 
-def test_a_call_that_an_answer_would_not_settle_is_not_heeded() -> None:
+def test_a_call_without_effect_of_responding_is_ignored() -> None:
     executive = layer(EXPLORING, HOMING)
     executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0)
     executive.decide([DUE, Perception(1.0, answers=0.25)], 0.0, 0.0)
@@ -193,7 +193,7 @@ def helping(share: float, of: str = "AUV01") -> Perception:
     return Perception(1.0, ends=lambda caller, role: share if (caller, role) == (of, "Lifter") else 0.0)
 
 
-def test_a_call_of_who_has_a_job_moves_to_what_ends_its_wait_and_not_to_the_meeting() -> None:
+def test_a_call_from_a_waiting_worker_draws_assistance_and_not_homing() -> None:
     """Homing settles all of a call, and matters more. Helping has 0.2 + 2 * 1.0 * 0.6 = 1.4."""
     executive = worker(HOMING, HELPING)
     executive.hear(PERFORMER, "AUV01", "Lifter", -128, 0.0)
@@ -213,7 +213,7 @@ def test_a_call_of_who_has_a_job_moves_to_what_ends_its_wait_and_not_to_the_meet
         (-60.0, -60, "AUV09", False),
     ],
 )
-def test_who_waits_itself_answers_louder_calls_alone(own: float, heard: int, emitter: str, is_answered: bool) -> None:
+def test_a_waiting_vehicle_answers_louder_calls_only(own: float, heard: int, emitter: str, is_answered: bool) -> None:
     """Of two alike that of the first name is louder: else both would leave, and neither find the other."""
     executive = worker(LIFTING, HELPING)
     executive.satisfaction[LIFTER] = own
@@ -225,7 +225,7 @@ def test_who_waits_itself_answers_louder_calls_alone(own: float, heard: int, emi
 # Calls for room -----------------------------------------------------------------------------------
 
 
-def test_calls_on_two_roles_with_one_activity_do_not_alternate_between_them() -> None:
+def test_calls_on_two_roles_sharing_an_activity_do_not_alternate() -> None:
     """Each role is called in turn, so that the latest call is always on the one that is not performed."""
     as_cartographer = activity_set(("Homing", ActivityType.GUIDANCE), importance=0.3, role="Cartographer")
     executive = layer(HOMING, replace(as_cartographer, activities=HOMING.activities))
@@ -238,7 +238,7 @@ def test_calls_on_two_roles_with_one_activity_do_not_alternate_between_them() ->
     assert executive.candidates(now_s)[0].external == executive.candidates(now_s)[1].external > 0.5
 
 
-def test_signals_say_whose_call_it_is() -> None:
+def test_signals_carry_the_source_of_the_call() -> None:
     """Own ones are even and made by who is hindered, odd ones are passed on and weaker by one."""
     executive = ExecutiveLayer(CONSTANTS, "AUV01", (), {PERFORMER: {PERFORMER}})
     executive.adopt([HOMING], [PERFORMER, CARTOGRAPHER])
@@ -253,7 +253,7 @@ def test_signals_say_whose_call_it_is() -> None:
     assert executive.signals()[0] == (PERFORMER, -99)
 
 
-def test_a_call_of_an_equal_pulls_at_guidance_and_moves_no_activity() -> None:
+def test_a_call_of_equal_rank_changes_guidance_and_no_activity() -> None:
     executive = ExecutiveLayer(CONSTANTS, "AUV01", {LIFTER}, {LIFTER: {LIFTER, INSPECTOR}})
     executive.adopt([LIFTING], [LIFTER])
     executive.hear(LIFTER, "AUV02", "Inspector", -100, 0.0)
@@ -266,7 +266,7 @@ def test_a_call_of_an_equal_pulls_at_guidance_and_moves_no_activity() -> None:
 # What pulls at guidance ---------------------------------------------------------------------------
 
 
-def test_a_call_that_the_guiding_activity_answers_attracts() -> None:
+def test_a_call_answered_by_the_guiding_activity_attracts() -> None:
     """AUV02 calls louder than AUV01: 128 and 64 of 128; nothing is heeded less than what outweighs the own content."""
     executive = layer(HOMING)
     executive.hear(PERFORMER, "AUV01", "Coordinator", -64, 0.0)
@@ -275,7 +275,7 @@ def test_a_call_that_the_guiding_activity_answers_attracts() -> None:
     assert executive.pulls(0.0) == Pulls(0.0, {"AUV02": 1.0}, {})
 
 
-def test_an_equal_repels_as_long_as_it_is_remembered_and_no_other_role_does() -> None:
+def test_only_a_remembered_call_of_equal_rank_repels() -> None:
     """-96 is three quarters of -128, at any age up to the memory of 60 s; the own call is -32, a quarter."""
     executive = layer(HOMING, EXPLORING)
     executive.hear(PERFORMER, "AUV01", "Performer", -96, 0.0)

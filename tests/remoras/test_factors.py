@@ -1,4 +1,4 @@
-"""Factors of strategies: named points of one table, switches that make one strategy of another, what is excluded."""
+"""Factors of strategies: named values of one table, switches between strategies, exclusions."""
 
 from functools import cache
 
@@ -31,7 +31,7 @@ SAME = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("one", "other", "factors"), SAME)
-def test_factors_make_one_strategy_of_another(one: str, other: str, factors: tuple[str, ...]) -> None:
+def test_factors_turn_one_strategy_into_another(one: str, other: str, factors: tuple[str, ...]) -> None:
     """To the row; and every factor of the way is needed."""
     settings = [PARAMETERS + factor for factor in factors]
     assert rows(one, *settings) == rows(other)
@@ -53,7 +53,7 @@ def test_factors_make_one_strategy_of_another(one: str, other: str, factors: tup
         ("fixed-partition", {"repairs": "calls"}, 'fixed-partition has "never" alone; "changes" has'),
     ],
 )
-def test_what_excludes_each_other_is_one_line_with_what_is_allowed(strategy, settings, says) -> None:
+def test_incompatible_factors_are_one_line_with_the_allowed_values(strategy, settings, says) -> None:
     with pytest.raises(StrategyError) as caught:
         configured(strategies()[strategy], settings)
     assert says in str(caught.value)
@@ -65,7 +65,7 @@ def test_what_excludes_each_other_is_one_line_with_what_is_allowed(strategy, set
     assert says in str(refused.value)
 
 
-def test_factors_that_fit_each_other_are_taken_together() -> None:
+def test_compatible_factors_combine() -> None:
     """Each alone is excluded; one after the other they could not be set."""
     strategy = configured(strategies()["central"], {"common_plan": "jobs", "announces": "plan", "help_s": NO_HELP_S})
     assert factors_of(configured(strategy, {"repairs": "never"})) is not None

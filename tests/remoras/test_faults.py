@@ -1,4 +1,4 @@
-"""Faults of vehicles: what is drawn of them, what they leave of a vehicle, and what a run shows of each kind."""
+"""Faults of vehicles: their random draws, their effect on a vehicle, and their rows in a run."""
 
 import math
 from dataclasses import replace
@@ -73,7 +73,7 @@ def at_rate(rate_per_h: float, until_s: float = math.inf) -> DeclaredFault:
 # What is drawn ------------------------------------------------------------------------------------
 
 
-def test_any_is_drawn_evenly_among_those_able_to_work() -> None:
+def test_a_fault_of_any_vehicle_strikes_operational_ones_evenly() -> None:
     """Of 600 draws each of three is expected 200 times; 5 standard deviations are 5 sqrt(600 * 2/9) = 58."""
     whom = [draw(at("lost", ANY, 900.0), seed=seed)[0].vehicle for seed in range(600)]
     assert set(whom) == ABLE
@@ -81,26 +81,26 @@ def test_any_is_drawn_evenly_among_those_able_to_work() -> None:
 
 
 @given(st.integers(0, 1000), st.sampled_from(KINDS[:4]))
-def test_several_any_of_one_kind_befall_different_vehicles(seed: int, kind: str) -> None:
+def test_several_faults_of_any_vehicle_strike_different_vehicles(seed: int, kind: str) -> None:
     found = draw(*[at(kind, ANY, 100.0 * n) for n in range(3)], seed=seed)
     assert {fault.vehicle for fault in found} == ABLE
 
 
-def test_a_pair_of_times_is_drawn_evenly() -> None:
+def test_a_fault_time_is_uniform_between_its_bounds() -> None:
     """Mean of 2000 draws from [300, 900]: 600 with a standard error of 600 / sqrt(12 * 2000) = 3.9 s; 5 of them."""
     times_s = [draw(at("mute", "AUV01", 300.0, 900.0), seed=seed)[0].from_s for seed in range(2000)]
     assert all(300.0 <= time_s <= 900.0 for time_s in times_s)
     assert abs(sum(times_s) / len(times_s) - 600.0) < 20.0
 
 
-def test_a_rate_is_drawn_exponentially_and_what_comes_too_late_does_not_happen() -> None:
+def test_a_fault_rate_gives_exponential_times_within_the_mission() -> None:
     """One fault per hour in a mission of an hour: 1 - 1/e = 63.2 % of runs have it; 5 standard errors are 5.4 %."""
     happened = sum(len(draw(at_rate(1.0), seed=seed)) for seed in range(2000))
     assert abs(happened / 2000 - (1.0 - 1.0 / math.e)) < 0.054
 
 
 @given(st.lists(declared_faults, max_size=4), declared_faults, st.integers(0, 100))
-def test_a_fault_that_is_added_shifts_no_draw_of_another(faults, added, seed) -> None:
+def test_an_added_fault_shifts_no_draw_of_another(faults, added, seed) -> None:
     assert set(draw(*faults, seed=seed)) <= set(draw(*faults, added, seed=seed))
 
 
@@ -126,7 +126,7 @@ def test_faults_of_one_vehicle_add_up() -> None:
     ("from_s", "until_s", "hears"),
     [(90.0, 99.0, True), (90.0, 100.0, False), (150.0, 151.0, False), (199.0, 201.0, False), (200.0, 201.0, True)],
 )
-def test_a_packet_is_heard_by_who_hears_from_its_start_to_its_end(from_s: float, until_s: float, hears: bool) -> None:
+def test_a_packet_needs_a_working_receiver_from_start_to_end(from_s: float, until_s: float, hears: bool) -> None:
     """Deaf from 100 s on and until before 200 s; a mute vehicle hears."""
     faults = [befalling("deaf", "A", 100.0, until_s=200.0), befalling("mute", "A", 0.0), befalling("lost", "B", 0.0)]
     assert hears_throughout(faults, "A", from_s, until_s) is hears
@@ -180,7 +180,7 @@ def test_a_lost_vehicle_does_nothing_until_it_is_back() -> None:
     assert [row for row in known if FROM_S < row[0] < UNTIL_S] == []
 
 
-def test_a_slow_vehicle_keeps_the_reserve_of_the_speed_that_is_left() -> None:
+def test_a_slowed_vehicle_computes_its_reserve_at_the_reduced_speed() -> None:
     """(40 + 15 v^3) / v J/m: 61.6 at 1.54 m/s, 105.9 at a quarter of it."""
     fleet = assemble(resolved(load("mapping-rendezvous")), seed=1)
     functional = fleet.vehicles[2].functional
@@ -195,13 +195,13 @@ def test_a_slow_vehicle_keeps_the_reserve_of_the_speed_that_is_left() -> None:
     assert reserves == pytest.approx([1.25 * 400.0 * one / 5.0e6 for one in per_m])
 
 
-def test_a_battery_that_drains_loses_that_power_beside_what_the_vehicle_uses() -> None:
+def test_battery_drain_adds_to_the_power_of_the_vehicle() -> None:
     drained, usual = during("drains", ",drain_w=30.0"), run_with()
     used_j = [track(one, UNTIL_S + 100.0, UNTIL_S + 100.0)[0][4] for one in (drained, usual)]
     assert used_j[0] - used_j[1] == pytest.approx(30.0 * (UNTIL_S - FROM_S), abs=31.0)
 
 
-def test_a_dead_sensor_yields_nothing_and_the_vehicle_goes_on_as_if_it_did() -> None:
+def test_a_dead_sensor_yields_nothing_and_the_vehicle_does_not_notice() -> None:
     finished, usual = during("sensor"), run_with()
     assert mapped(finished, FROM_S, UNTIL_S) == 0
     assert mapped(finished, UNTIL_S, END_S) > 0
@@ -224,7 +224,7 @@ def test_a_lost_vehicle_floats_up_and_one_that_has_not_joined_is_no_obstacle(kin
     assert nearest_m >= 5.0 if evades else nearest_m < 2.0  # its way is across the very place, 2.57 m a tick
 
 
-def test_a_run_goes_on_while_a_vehicle_may_come_back_and_ends_when_none_will() -> None:
+def test_a_run_lasts_while_a_lost_vehicle_may_return() -> None:
     names = ("ASV00", "AUV00", "AUV01", "AUV02")
     away = [f'kind="lost",vehicle="{name}",at_s=10,until_s=20' for name in names]
     assert run_with(*away).recorder.trajectories[-1][0] == END_S

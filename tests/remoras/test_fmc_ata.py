@@ -1,4 +1,4 @@
-"""FMC_ATA: a market that clears, comes to the equilibrium of small markets that are known, and goes on under loss."""
+"""FMC_ATA: market clearing, equilibrium of small markets with a known solution, robustness to loss."""
 
 import itertools
 from collections.abc import Callable, Mapping
@@ -44,7 +44,7 @@ MARKETS = {
 
 
 @pytest.mark.parametrize("name", MARKETS)
-def test_proportional_response_comes_to_the_equilibrium_of_a_market_with_a_known_answer(name: str) -> None:
+def test_proportional_response_converges_to_a_known_market_equilibrium(name: str) -> None:
     """Zhang 2011: the prices at which each has spent all its money on what gives it most for it."""
     worths, prices, spent = MARKETS[name]
     bids = traded(worths, 1.0, 400)
@@ -52,14 +52,14 @@ def test_proportional_response_comes_to_the_equilibrium_of_a_market_with_a_known
     assert bids["A"]["x"] == pytest.approx(spent, abs=1e-3)
 
 
-def test_where_gains_grow_less_than_the_share_goods_are_shared() -> None:
+def test_goods_are_shared_where_gains_are_concave() -> None:
     """Elasticity 1/2 at prices 1: x / y = (2 / 1)^(1/2 / (1 - 1/2)) = 2, so A spends 2/3 on x."""
     bids = traded(MARKETS["opposed"][0], 0.5, 100)
     assert bids["A"] == pytest.approx({"x": 2 / 3, "y": 1 / 3}, abs=1e-6)
 
 
 @given(st.dictionaries(st.text(min_size=1, max_size=3), st.floats(1e-3, 1e6), min_size=1, max_size=30))
-def test_all_of_the_money_is_spent(worth: dict[str, float]) -> None:
+def test_bidders_spend_their_whole_budget(worth: dict[str, float]) -> None:
     bids = responses(worth, dict.fromkeys(worth, 0.5), 0.9)
     assert sum(bids.values()) == pytest.approx(1.0)
     told = in_whole_parts(bids, MONEY, BIDS_PER_BLOCK)
@@ -69,7 +69,7 @@ def test_all_of_the_money_is_spent(worth: dict[str, float]) -> None:
 
 
 @given(st.lists(st.integers(1, 255), min_size=1, max_size=6), st.none() | st.integers(1, 3), st.floats(0.0, 1.0))
-def test_a_good_is_given_out_whole_to_as_many_as_it_has_room_for(bids, room, least) -> None:
+def test_a_good_is_assigned_whole_up_to_its_capacity(bids, room, least) -> None:
     shares = allotted({f"AUV{n:02d}": bid for n, bid in enumerate(bids)}, room, least)
     assert sum(shares.values()) == pytest.approx(1.0)
     assert len(shares) <= (room or 6)

@@ -1,4 +1,4 @@
-"""The functional layer: sensing, integrity and moving as decided; what others write is held against its seam."""
+"""The functional layer: sensing, integrity, motion as decided, and checks of plug-ins."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -72,7 +72,7 @@ def perceived(functional: FunctionalLayer, *performed: int) -> list[Perception]:
     return functional.perceive([N_VITAL + number for number in performed])[N_VITAL:]
 
 
-def test_no_behaviour_drives_a_vehicle_faster_than_it_is() -> None:
+def test_no_behaviour_exceeds_the_speed_limit_of_a_vehicle() -> None:
     class Racing(Standing):
         def reference(self, motion: Motion, picture: Picture) -> Reference | None:
             return Reference((1000.0, 0.0), 99.0)
@@ -87,7 +87,7 @@ def test_no_behaviour_drives_a_vehicle_faster_than_it_is() -> None:
 # Sensors ------------------------------------------------------------------------------------------
 
 
-def test_a_sensor_is_asked_only_while_an_activity_switches_it_on() -> None:
+def test_a_sensor_is_read_only_while_an_activity_uses_it() -> None:
     functional = layer(HOMING, WORKING, start_m=(30.0, 0.0))
     perform(functional, 0)
     assert functional.sense(0.0, ()) == []
@@ -132,7 +132,7 @@ class Saying:
 
 
 @pytest.mark.parametrize("made", [None, "homing", KeyError("rally")])
-def test_what_is_no_behaviour_is_refused(made: Any) -> None:
+def test_an_object_that_is_no_behaviour_is_refused(made: Any) -> None:
     says = "mission Answering, activity Homing: behaviour_for (returned|raised) .*; expected: a Behaviour"
     with pytest.raises(PluginError, match=says):
         layer(HOMING, mission=Answering(made))
@@ -175,7 +175,7 @@ def test_a_wrong_reference_is_one_clear_message(reference: Any, says: str) -> No
         functional.act(1.0)
 
 
-def test_a_behaviour_is_asked_again_once_its_answer_holds_no_longer() -> None:
+def test_a_behaviour_is_queried_again_when_its_answer_expires() -> None:
     """At 1 m/s from 10 m away: it is asked at 10 m, and from 4 m on; after a decision at once."""
     asked_at_m: list[float] = []
 
@@ -197,7 +197,7 @@ def test_a_behaviour_is_asked_again_once_its_answer_holds_no_longer() -> None:
     assert asked_at_m[3:] == [9.0]
 
 
-def test_nothing_is_awaited_between_new_activities_and_the_next_decision() -> None:
+def test_waits_are_cleared_when_activities_are_replaced() -> None:
     class Waiting(Standing):
         def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
             return Perception(1.0, waits=Wait("a vehicle", 60.0))
@@ -234,7 +234,7 @@ def test_a_wrong_observation_is_one_clear_message(answer: Any, says: str) -> Non
 
 
 @pytest.mark.parametrize("name", sorted(VITAL_NAMES))
-def test_a_mission_cannot_override_what_is_vital(name: str) -> None:
+def test_a_mission_cannot_override_vital_behaviours(name: str) -> None:
     with pytest.raises(PluginError, match=f"'{name}' is the name of an activity of the vehicle itself"):
         layer(activity_set(("Working", ActivityType.PRODUCTIVE), (name, ActivityType.GUIDANCE)))
     with pytest.raises(PluginError, match=r"importance is 5\.0; allowed: 0 to 1"):
@@ -248,13 +248,13 @@ def test_a_mission_cannot_override_what_is_vital(name: str) -> None:
     ("position", "outside_m"),
     [((0.0, 0.0), 0.0), ((-100.0, 800.0), 0.0), ((-130.0, 0.0), 30.0), ((0.0, 810.0), 10.0), ((850.0, -101.0), 50.0)],
 )
-def test_how_far_outside_the_area_of_operations(position: tuple[float, float], outside_m: float) -> None:
+def test_distance_outside_the_area_of_operations(position: tuple[float, float], outside_m: float) -> None:
     functional = layer(start_m=position)
     functional.perceive(())
     assert functional.picture.body.outside_m == outside_m
 
 
-def test_who_was_off_is_carried_by_the_water_of_the_moment() -> None:
+def test_a_vehicle_switched_on_drifts_with_the_present_current() -> None:
     """At 300 s of a tide of 600 s the current has turned: in a second it carries a vehicle 0.2 m west, not east."""
     shore = Shore()
     functional = FunctionalLayer(auv(), shore, shore.world(1), {}, BOUNDS_M, Picture())

@@ -1,4 +1,4 @@
-"""GRAPE: a game of coalitions that ends where nobody wants to leave, whatever is heard first."""
+"""GRAPE: a coalition game that reaches a stable partition in any order of reception."""
 
 from team import KINDS_OF_JOBS, Team, never
 
@@ -13,7 +13,7 @@ def team(strategy: Strategy = GRAPE) -> Team:
     return Team(strategy, STARTS_M, next(iter(KINDS_OF_JOBS.values()))(PLACES_M), never)
 
 
-def test_without_loss_all_come_to_one_partition_within_the_bound_of_the_paper() -> None:
+def test_without_loss_grape_agrees_within_the_bound_of_the_paper() -> None:
     """Theorem 1: n (n + 1) / 2 evolutions at most; here three vehicles and as many jobs at the least, so 6."""
     of = team()
     players = [member.negotiator for member in of.members.values()]

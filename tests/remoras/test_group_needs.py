@@ -1,4 +1,4 @@
-"""Who needs a fact by groups and roles, on four vehicles in two teams under a head; numbers are nodes as bit words."""
+"""Needs by groups and roles, on four vehicles in two teams under a leader; numbers are bit masks of nodes."""
 
 from typing import ClassVar
 
@@ -60,11 +60,11 @@ def moved(*changes: tuple[str, str, str, bool]) -> Organisation:
         ("AUV00", "position", (0.0, 0.0), word(*NORTH, *HEAD, *TACTICIANS)),
     ],
 )
-def test_a_fact_is_needed_by_those_whose_group_it_concerns(subject, attribute, value, expected) -> None:
+def test_a_fact_is_needed_by_the_groups_it_concerns(subject, attribute, value, expected) -> None:
     assert who(needs(), subject, attribute, value) == expected
 
 
-def test_who_joins_a_group_needs_what_it_knows_and_who_leaves_hears_who_plays_what() -> None:
+def test_joining_a_group_adds_its_needs_and_leaving_keeps_role_news() -> None:
     asked = needs()
     assert asked.renew(moved(("AUV03", "North", "NorthPerformer", True)))
     assert who(asked, "north west", "mappedCell", 3.0) == word(*NORTH, "AUV03")
@@ -73,7 +73,7 @@ def test_who_joins_a_group_needs_what_it_knows_and_who_leaves_hears_who_plays_wh
     assert who(asked, "AUV00", "leftRole", "North.NorthWest") == word("AUV00", "AUV01", "AUV03", *HEAD)
 
 
-def test_a_head_holds_what_its_group_knows_with_those_who_do_the_job() -> None:
+def test_a_leader_and_the_holders_of_a_job_need_its_facts() -> None:
     asked = needs(("North",))
     assert who(asked, "north west", "mappedCell", 3.0) == word("AUV00")
     assert who(asked, "north west", "areaDone", "AUV01") == word(*NORTH, *HEAD)

@@ -1,4 +1,4 @@
-"""Whoever comes no nearer for long makes no headway, whatever keeps it; whoever stays, waits or moves on does."""
+"""Loss of headway: a vehicle that long comes no nearer its target, unless it dwells, waits or moves on."""
 
 import math
 
@@ -23,16 +23,16 @@ def missing_s(gains_mps: float, reference: Reference | None = TARGET, from_m: fl
 
 
 @pytest.mark.parametrize("gains_mps", [0.0, -0.2, 0.001])
-def test_it_is_missing_where_the_vehicle_stands_or_is_swept_off(gains_mps: float) -> None:
+def test_headway_is_lost_by_a_stationary_or_drifting_vehicle(gains_mps: float) -> None:
     assert missing_s(gains_mps) == NO_WAY_S + 2.0
 
 
-def test_it_is_there_where_the_vehicle_gets_on_slowly_stays_or_waits_for_others() -> None:
+def test_headway_is_kept_by_slow_dwelling_and_waiting_vehicles() -> None:
     """One metre in 300 s is 0.0033 m/s."""
     assert math.inf == missing_s(0.01) == missing_s(0.0, STAY) == missing_s(0.0, None) == missing_s(0.0, from_m=996.0)
 
 
-def test_another_target_begins_anew_and_headway_is_regained_by_coming_nearer() -> None:
+def test_a_new_target_or_coming_nearer_restores_headway() -> None:
     headway, at = Headway(), Motion(500.0, 0.0)
     found = [headway.is_missing(TARGET._replace(target_m=(x_m, 0.0)), at, s) for s, x_m in ((0, 900), (300, 1000))]
     assert found == [False, False]

@@ -1,4 +1,4 @@
-"""Who led a group when: at its own age a claim counts already, a departure too, and of claims the greatest.
+"""Leadership over time: claims and departures take effect at their own time, and the greatest claim wins.
 
 No claim counts against a head that is there: one that is not excused, has led before it and has not left.
 """
@@ -61,7 +61,7 @@ def hearer() -> Hearer:
     return Hearer()
 
 
-def test_a_claim_counts_from_its_own_age_and_ends_the_reign_before(hearer: Hearer) -> None:
+def test_a_claim_takes_effect_at_its_time_and_ends_the_previous_term(hearer: Hearer) -> None:
     hearer.claim("B", Claim(1, -1), 10.0)
     assert [hearer.known.led(name, GROUP, age(9.0)) for name in "AB"] == [True, False]
     assert [hearer.known.led(name, GROUP, age(10.0)) for name in "AB"] == [False, True]
@@ -70,7 +70,7 @@ def test_a_claim_counts_from_its_own_age_and_ends_the_reign_before(hearer: Heare
     assert not hearer.known.is_claim(age(9.0))
 
 
-def test_who_leaves_leads_no_more_from_that_age_on(hearer: Hearer) -> None:
+def test_a_departure_ends_leadership_at_its_time(hearer: Hearer) -> None:
     hearer.change("A", False, 10.0)
     assert hearer.known.led("A", GROUP, age(9.0))
     assert not hearer.known.led("A", GROUP, age(10.0))
@@ -85,7 +85,7 @@ def test_who_leaves_leads_no_more_from_that_age_on(hearer: Hearer) -> None:
 
 
 @pytest.mark.parametrize("term", [1, 2, 63])
-def test_nobody_takes_the_lead_from_a_head_that_is_there(hearer: Hearer, term: int) -> None:
+def test_a_claim_against_a_present_leader_has_no_effect(hearer: Hearer, term: int) -> None:
     """Until it is missed: what is excused once stays so when it is heard again."""
     assert not hearer.claim("B", Claim(term, -1), 10.0, "")
     assert not hearer.claim("B", Claim(term, -1), 10.0, "CD")
@@ -96,7 +96,7 @@ def test_nobody_takes_the_lead_from_a_head_that_is_there(hearer: Hearer, term: i
     assert hearer.known.leading[GROUP].vehicle == "B"
 
 
-def test_a_head_that_claims_again_voids_what_was_claimed_in_its_absence(hearer: Hearer) -> None:
+def test_a_renewed_claim_of_a_leader_voids_claims_made_in_its_absence(hearer: Hearer) -> None:
     """A was out of reach of some; B led for them, and what it ordered counts no longer."""
     hearer.claim("B", Claim(1, -1), 10.0)
     assert hearer.heads(15.0) == "B"
@@ -106,7 +106,7 @@ def test_a_head_that_claims_again_voids_what_was_claimed_in_its_absence(hearer: 
     assert not hearer.claim("B", Claim(3, -1), 30.0, ""), "it has never led"
 
 
-def test_who_has_left_or_assented_claims_like_anybody_else(hearer: Hearer) -> None:
+def test_a_departed_or_acknowledging_leader_has_no_precedence(hearer: Hearer) -> None:
     hearer.claim("B", Claim(1, -1), 10.0)
     hearer.change("A", False, 12.0)
     assert not hearer.claim("A", Claim(2, 0), 20.0, "")
@@ -115,7 +115,7 @@ def test_who_has_left_or_assented_claims_like_anybody_else(hearer: Hearer) -> No
     assert (hearer.heads(15.0), hearer.heads(25.0)) == ("B", "A")
 
 
-def test_a_claim_by_the_lead_of_another_group_counts_as_long_as_that_does(hearer: Hearer) -> None:
+def test_a_claim_by_authority_of_another_group_is_valid_while_that_lasts(hearer: Hearer) -> None:
     """B leads Below, in the place of D, and so came into the group; D was there and claims Below again."""
     hearer.begin("D", 0.0, "Below")
     hearer.claim("B", Claim(1, -1), 10.0, "D", "Below")
@@ -132,7 +132,7 @@ SAID = st.tuples(NAMES, st.integers(1, 4), st.sets(NAMES)) | st.tuples(NAMES, st
 
 
 @given(st.lists(SAID, max_size=8), st.randoms(use_true_random=False))
-def test_which_claims_count_does_not_depend_on_what_was_heard_first(words: list[Any], draws: Random) -> None:
+def test_valid_claims_do_not_depend_on_reception_order(words: list[Any], draws: Random) -> None:
     """Vehicles claim, each with those whom the hearer misses, or leave; what is heard twice changes nothing."""
     told = list(enumerate(words))
     known = []

@@ -1,4 +1,4 @@
-"""Matching jobs and vehicles one to one."""
+"""One-to-one matching of jobs and vehicles."""
 
 from itertools import permutations
 
@@ -35,7 +35,7 @@ def all_assignments(matrix: list[list[int | None]]) -> list[dict[int, int]]:
 
 
 @given(cost_matrices())
-def test_as_many_as_possible_then_the_dearest_then_the_sum(matrix: list[list[int | None]]) -> None:
+def test_matching_minimises_unmatched_then_maximum_then_sum(matrix: list[list[int | None]]) -> None:
     pairs = assignment(matrix)
     assert len(set(pairs.values())) == len(pairs)
     assert list(pairs) == sorted(pairs)
@@ -43,7 +43,7 @@ def test_as_many_as_possible_then_the_dearest_then_the_sum(matrix: list[list[int
 
 
 @given(st.data(), st.integers(1, 7), st.integers(1, 7))
-def test_it_is_what_scipy_finds_ties_and_all(data: st.DataObject, n_rows: int, n_columns: int) -> None:
+def test_matching_equals_scipy_including_ties(data: st.DataObject, n_rows: int, n_columns: int) -> None:
     row = st.lists(st.integers(0, data.draw(st.sampled_from((1, 3, 1000)))), min_size=n_columns, max_size=n_columns)
     costs = data.draw(st.lists(row, min_size=n_rows, max_size=n_rows))
     rows, columns = linear_sum_assignment(costs)

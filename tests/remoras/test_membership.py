@@ -1,4 +1,4 @@
-"""Membership as a lease, and the succession of heads: pure functions of what was heard."""
+"""Membership by lease, and the succession of leaders: pure functions of received packets."""
 
 import random
 from collections.abc import Callable
@@ -18,13 +18,13 @@ heard = st.dictionaries(st.sampled_from(PEERS), st.floats(0.0, 500.0))
 
 
 @given(heard, st.floats(0.0, 500.0), st.floats(0.0, 500.0))
-def test_who_was_heard_within_the_lease_is_present(heard_s: dict[str, float], now_s: float, since_s: float) -> None:
+def test_a_peer_received_within_the_lease_is_present(heard_s: dict[str, float], now_s: float, since_s: float) -> None:
     heard_s = {name: min(time_s, now_s) for name, time_s in heard_s.items()}
     absent = absent_peers(PEERS, heard_s, min(since_s, now_s), now_s, LEASE_S)
     assert all(now_s - heard_s.get(name, 0.0) >= LEASE_S for name in absent)
 
 
-def test_a_vehicle_that_hears_nobody_judges_nobody_before_it_is_cut_off() -> None:
+def test_a_vehicle_receiving_nothing_declares_no_peer_absent_before_isolation() -> None:
     """Leases of 100 s end at 120, 130 and 140 s; a quarter of a lease after 40 s, the last word, judgement ends."""
     seen = Membership("AUV00", ("AUV00", *PEERS), Lease(LEASE_S, FRAME_S))
     heard_s = {"AUV01": 20.0, "AUV02": 30.0, "AUV03": 40.0}
@@ -52,7 +52,7 @@ def looks(lease: Lease, heard: Callable[[int, str], bool], n_frames: int) -> dic
     return first
 
 
-def test_who_stops_on_a_good_link_is_noticed_before_the_longest_lease_and_never_after() -> None:
+def test_a_silent_peer_is_absent_by_the_longest_lease_and_earlier_on_good_links() -> None:
     """The last word of AUV02 is of frame 100, until then of so many in five; frames of 10 s: 200 s are 20 of them."""
     noticed = list[dict[str, int]]()
     for n in (5, 3, 2, 1):
@@ -60,7 +60,7 @@ def test_who_stops_on_a_good_link_is_noticed_before_the_longest_lease_and_never_
     assert noticed == [{"AUV02": 120}, {"AUV02": 120}, {"AUV02": 127}, {"AUV02": 140}]
 
 
-def test_a_long_absence_makes_no_lease_longer_once_the_peer_is_back() -> None:
+def test_a_long_absence_does_not_lengthen_later_leases() -> None:
     """AUV02 is away from frame 50 to 100, and for good from 150 on."""
     there = {"AUV02": lambda frame: frame <= 50 or 100 < frame <= 150}
     seen, absent_since = Membership("AUV00", ("AUV00", *PEERS), LONG), list[int]()
@@ -73,7 +73,7 @@ def test_a_long_absence_makes_no_lease_longer_once_the_peer_is_back() -> None:
 
 
 @pytest.mark.parametrize("per", [0.2, 0.4, 0.6])
-def test_losses_alone_hardly_ever_make_anybody_absent(per: float) -> None:
+def test_packet_loss_alone_rarely_makes_a_peer_absent(per: float) -> None:
     """1e-6 for each silence; in 60,000 frames of three links that is less than once in ten such runs."""
     stream = random.Random(1)
     assert looks(LONG, lambda frame, name: stream.random() >= per, 60_000) == {}
@@ -97,7 +97,7 @@ def organised(**roles: str) -> Organisation:
     return Organisation.of([TEAM], [RoleAssignment("Team", role, name) for name, role in roles.items()])
 
 
-def test_roles_come_first_then_ability_then_energy_then_names() -> None:
+def test_succession_ranks_by_role_ability_energy_and_name() -> None:
     able = ("Head", "Mate", "Hand")
     fleet = database(
         auv("AUV01", playable_roles=able, energy_j=1.0e6),
@@ -121,18 +121,18 @@ KNOWN = st.integers(1, 3 * N_TERMS)
 
 
 @given(KNOWN, st.integers(1 - N_TERMS // 2, FURTHEST))
-def test_terms_go_on_after_the_last_on_the_wire(term: int, ahead: int) -> None:
+def test_term_numbers_wrap_around(term: int, ahead: int) -> None:
     """Each is read as the nearest to the greatest known, unless that is from before the first."""
     claim = read_claim(Claim((term + ahead) % N_TERMS, -3), Claim(term, 0))
     assert claim == (Claim(term + ahead, -3) if term + ahead > 0 else None)
 
 
 @given(KNOWN, st.integers(FURTHEST + 1, N_TERMS // 2 - 1))
-def test_a_term_that_leaps_is_none(term: int, ahead: int) -> None:
+def test_a_claim_whose_term_leaps_is_invalid(term: int, ahead: int) -> None:
     assert read_claim(Claim((term + ahead) % N_TERMS, -3), Claim(term, 0)) is None
 
 
-def test_no_term_locks_a_group() -> None:
+def test_no_term_number_blocks_later_claims() -> None:
     """After any claim that is read, the next one is greater and is read alike by who has heard of neither."""
     for term in range(1, FURTHEST):
         claim = read_claim(Claim(term, 0), None)

@@ -1,4 +1,4 @@
-"""Kinematics: within the limits of the vehicle, and not past the target."""
+"""Kinematics: within the limits of the vehicle, without overshooting the target."""
 
 import math
 
@@ -39,7 +39,7 @@ def test_a_step_keeps_the_limits(motion: Motion, target: tuple[float, float], sp
 
 
 @given(headings, points.filter(lambda p: math.hypot(*p) > 1.0), st.floats(0.1, 2.0))
-def test_ahead_of_it_the_target_is_met_exactly(heading: float, start: tuple[float, float], speed_mps: float) -> None:
+def test_a_target_ahead_is_reached_exactly(heading: float, start: tuple[float, float], speed_mps: float) -> None:
     """A vehicle that heads for a target comes ever nearer and stops on it: the last step is cut short."""
     motion = Motion(*start, heading, speed_mps)
     motion.heading_rad = math.atan2(-start[1], -start[0])

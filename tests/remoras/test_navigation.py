@@ -1,4 +1,4 @@
-"""Navigation: how an error grows and shrinks, and that a vehicle acts on what it believes and meets what is so."""
+"""Navigation: growth and decay of position error; vehicles steer by estimates and collide by true positions."""
 
 import math
 
@@ -25,14 +25,14 @@ def adrift(drift: float = 0.02, *beacons: Beacon, depth_m: float = 20.0) -> Navi
 
 
 @given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=50))
-def test_it_grows_with_the_way_whatever_the_ticks(ways_m: list[float]) -> None:
+def test_position_error_grows_with_distance_whatever_the_time_step(ways_m: list[float]) -> None:
     navigation = adrift()
     for way_m in ways_m:
         navigation.go((0.0, 0.0), way_m, 1.0)
     assert navigation.error_m == pytest.approx((0.0, 0.02 * sum(ways_m)), abs=1e-9)
 
 
-def test_near_a_beacon_it_shrinks_to_1_over_e_in_fix_s_and_grows_another_way_then() -> None:
+def test_position_error_near_a_beacon_decays_with_time_constant_fix_s() -> None:
     navigation = adrift(0.02, Beacon((100.0, 0.0), 30.0))
     navigation.go((0.0, 0.0), 500.0, 1.0)
     for _ in range(10):
@@ -49,7 +49,7 @@ class Shore:
         return Homing((300.0, 0.0), 2.0, "Operational", data)
 
 
-def test_a_vehicle_goes_where_it_takes_its_goal_to_be() -> None:
+def test_a_vehicle_steers_by_its_estimated_position() -> None:
     """After 300 m it is off by 6 m to the north: so it stops 6 m to the south, taking it for the goal."""
     functional = FunctionalLayer(auv(), Shore(), None, {}, BOUNDS_M, Picture())
     Adrift(functional, adrift())

@@ -1,4 +1,4 @@
-"""What negotiators agree on among themselves, over an exchange that loses what a script says."""
+"""Agreement of negotiators over an exchange with scripted losses."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -54,7 +54,7 @@ def stated(move: Move) -> list[tuple[str, str, object]]:
     return [fact for statement in move.statements for fact in statement.facts]
 
 
-def test_what_is_not_accepted_is_taken_back_in_time() -> None:
+def test_an_order_without_acceptance_is_withdrawn_in_time() -> None:
     fleet = database(auv("AUV00", playable_roles=("Head",)), auv("AUV01", playable_roles=("Hand", "Left")))
     work = Work(PAIR, ContractNet().form(fleet, [PAIR]), fleet, JOBS)
     head = configured(ContractNet(), {"accept_rounds": 5}).negotiator("AUV00", PAIR)
@@ -77,7 +77,7 @@ def two_hands(strategy: Strategy, *held: tuple[str, str]) -> Work:
     return Work(PAIR, organisation, TWO_HANDS, JOBS)
 
 
-def test_a_job_that_changes_hands_is_left_and_taken_in_one_block() -> None:
+def test_a_reassigned_job_is_released_and_taken_in_one_block() -> None:
     """AUV02 has nothing, AUV01 both jobs: who hears half of the exchange would find no room, or leave it to nobody."""
     head = Central().negotiator("AUV00", PAIR)
     move = head.negotiate(situation(1, two_hands(Central(), ("Left", "AUV01"), ("Right", "AUV01"))))
@@ -86,7 +86,7 @@ def test_a_job_that_changes_hands_is_left_and_taken_in_one_block() -> None:
     assert moved == [(("AUV01", "leftRole", role), ("AUV02", "playsRole", role))]
 
 
-def test_a_job_planned_for_another_that_never_claims_it_is_claimed_after_two_repeats() -> None:
+def test_a_job_its_planned_vehicle_never_bids_for_is_taken_after_two_repeats() -> None:
     """AUV01 does the left one, and expects AUV02, which it does not hear, to do the right one."""
     bidder = Cbba().negotiator("AUV01", PAIR)
     work = two_hands(Cbba(), ("Left", "AUV01"))
@@ -97,7 +97,7 @@ def test_a_job_planned_for_another_that_never_claims_it_is_claimed_after_two_rep
 
 
 @pytest.mark.parametrize("is_heard", [True, False])
-def test_a_job_that_is_not_acknowledged_goes_to_another(is_heard: bool) -> None:
+def test_an_unacknowledged_job_is_reassigned(is_heard: bool) -> None:
     work = two_hands(Central(), ("Left", "AUV01"), ("Right", "AUV02"))
     head = configured(Central(), {"acknowledge_rounds": 10}).negotiator("AUV00", PAIR)
     unheard = {} if is_heard else {"AUV01": {"Pair.Left"}}
@@ -107,7 +107,7 @@ def test_a_job_that_is_not_acknowledged_goes_to_another(is_heard: bool) -> None:
 
 
 @pytest.mark.parametrize(("is_heard", "holds"), [(True, False), (False, True)])
-def test_a_job_of_which_its_vehicle_has_not_heard_is_waited_for(is_heard: bool, holds: bool) -> None:
+def test_a_job_whose_order_is_undelivered_is_not_reassigned(is_heard: bool, holds: bool) -> None:
     """Others may have begun a job and given way; who has never heard of it comes to the meeting and waits."""
     work = two_hands(Remoras(), ("Left", "AUV01"), ("Right", "AUV02"))
     head = configured(Remoras(), {"acknowledge_rounds": 1000}).negotiator("AUV00", PAIR)
@@ -154,7 +154,7 @@ scripts = st.lists(st.booleans(), min_size=5, max_size=40)
 
 @settings(max_examples=40)
 @given(starts_m=starts, places_m=places, lost=scripts, until=st.integers(5, 60))
-def test_cbba_is_free_of_conflict_once_all_has_got_through(starts_m, places_m, lost, until) -> None:
+def test_cbba_is_conflict_free_after_all_bids_are_delivered(starts_m, places_m, lost, until) -> None:
     """All is said again within ``repeat_rounds``; twice that time: once to be heard, once to give way."""
     team = Team(Cbba(), starts_m, surveys(places_m), lossy(lost, until))
     team.run(until + 2 * Cbba().repeat_rounds)
@@ -167,7 +167,7 @@ def test_cbba_is_free_of_conflict_once_all_has_got_through(starts_m, places_m, l
 @pytest.mark.parametrize("name", SHIPPED)
 @settings(max_examples=15)
 @given(starts_m=starts, places_m=places, kind=kinds, lost=scripts)
-def test_whatever_was_lost_all_is_done_in_the_end_and_in_order(name, starts_m, places_m, kind, lost) -> None:
+def test_all_jobs_are_done_in_order_whatever_was_lost(name, starts_m, places_m, kind, lost) -> None:
     team = Team(SHIPPED[name], starts_m, KINDS_OF_JOBS[kind](places_m), lossy(lost, 100))
     for _ in range(1500):
         team.round()

@@ -1,4 +1,4 @@
-"""Nesting: who supervises whom, who meets before whom, and who should not be in two groups."""
+"""Group hierarchy: supervision, order of rendezvous, and groups without common members."""
 
 from remoras.nesting import apart, height, meets_after, supervised_by, supervisors_of
 from remoras.organisation import Group
@@ -15,7 +15,7 @@ DEEP = (
 )  # fmt: skip
 
 
-def test_in_a_flat_organisation_who_has_a_mission_supervises_all_without() -> None:
+def test_in_a_flat_organisation_the_group_with_a_mission_supervises_the_others() -> None:
     assert supervisors_of(FLAT) == {"HQ": (), "Left": ("HQ",), "Right": ("HQ",), "Quiet": ("HQ",)}
     assert supervised_by(FLAT)["HQ"] == ("Left", "Right", "Quiet")
     assert meets_after(FLAT) == {"HQ": ("Left", "Right"), "Left": (), "Right": (), "Quiet": ()}
@@ -29,7 +29,7 @@ def test_a_subgroup_is_supervised_by_the_group_that_it_is_within() -> None:
     assert supervised_by(DEEP)["Squadron"] == ("West", "East")
 
 
-def test_meetings_go_from_the_bottom_up() -> None:
+def test_rendezvous_proceed_from_the_lowest_level_up() -> None:
     before = meets_after(DEEP)
     assert before == {
         "Fleet": ("Squadron", "West", "East", "Reserve"), "Squadron": ("West", "East"), "West": (), "East": (),
@@ -38,7 +38,7 @@ def test_meetings_go_from_the_bottom_up() -> None:
     assert [height(one.name, before) for one in DEEP] == [2, 1, 0, 0, 0]
 
 
-def test_groups_on_other_branches_are_apart() -> None:
+def test_groups_on_separate_branches_share_no_members() -> None:
     found = apart(DEEP)
     assert found["West"] == {"East", "Reserve"}
     assert found["Squadron"] == {"Reserve"}

@@ -1,4 +1,4 @@
-"""What a notebook shows of runs and scenarios, and a run that its caller steps."""
+"""Notebook display of runs and scenarios, and a run stepped by its caller."""
 
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def test_every_value_of_a_notebook_is_short_or_a_card(short: remoras.Run, tmp_pa
         assert len(repr(value)) <= LONGEST
 
 
-def test_settings_merge_and_are_texts_too() -> None:
+def test_settings_are_merged_and_accepted_as_text() -> None:
     whole = remoras.load("mapping-rendezvous", set={"mission": {"goal": 0.9}, "scenario.duration_s": 60.0})
     before = remoras.load("mapping-rendezvous")
     assert whole.mission.goal == 0.9  # type: ignore[attr-defined]
@@ -71,7 +71,7 @@ def test_settings_merge_and_are_texts_too() -> None:
         remoras.load("mapping-rendezvous", set=3)  # type: ignore[arg-type]
 
 
-def test_a_run_that_is_stepped_is_the_run(short: remoras.Run) -> None:
+def test_a_stepped_run_equals_the_plain_run(short: remoras.Run) -> None:
     steps = remoras.stepping("mapping-rendezvous", per=0.4, seed=3, set=SHORT)
     assert isinstance(steps, remoras.Stepping)
     states = list(steps)

@@ -1,4 +1,4 @@
-"""A run that goes on in a cell of a notebook, in a real kernel: what its cell shows."""
+"""Display of a running simulation in a notebook cell, in a real kernel."""
 
 import base64
 import json
@@ -65,7 +65,7 @@ def test_the_page_in_a_cell_follows_the_run(tmp_path: Path) -> None:
     assert [block["header"]["is_underway"] for block in told] == [True] * (len(told) - 1) + [False]
 
 
-def test_without_a_notebook_it_says_what_to_do() -> None:
+def test_outside_a_notebook_the_error_states_the_remedy() -> None:
     steps = remoras.stepping("mapping-rendezvous", set="scenario.duration_s=5")
     with pytest.raises(DrawingError, match=r"^watch: this is no notebook; call run\(\)"):
         steps.watch()

@@ -47,7 +47,7 @@ def founded(*assignments: tuple[str, str, str]) -> Organisation:
         ("Performer", ("leave_role", "AUV01", "Operational", "Wingers"), Outcome.NOT_IN_GROUP),
     ],
 )
-def test_what_is_refused_says_why_and_changes_nothing(held: str, change: tuple[str, ...], outcome: Outcome) -> None:
+def test_a_refusal_gives_its_reason_and_changes_nothing(held: str, change: tuple[str, ...], outcome: Outcome) -> None:
     organisation, name = founded(("AUV00", "Operational", held)), change[0]
     assert getattr(organisation, name)(*change[1:]) == (organisation, outcome)
 
@@ -72,7 +72,7 @@ operations = st.one_of(
 
 
 @given(st.lists(operations, max_size=30))
-def test_whatever_is_asked_the_axioms_hold(asked: list[tuple[str, ...]]) -> None:
+def test_the_axioms_hold_after_any_requests(asked: list[tuple[str, ...]]) -> None:
     organisation = EMPTY
     for name, *arguments in asked:
         before = organisation

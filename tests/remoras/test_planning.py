@@ -1,4 +1,4 @@
-"""The mission planner of one vehicle: what is due, what is said once, and what a plan rests on.
+"""The mission planner of one vehicle: pending missions, single orders, and dependencies of a plan.
 
 The group Operational is to be "Sweep"-ed: its roles are allocated, and whoever plays LeftWinger or RightWinger gets the
 objective to sweep its job, unless the job is done. The right job needs the left one to be done.
@@ -118,7 +118,7 @@ LEFT, RIGHT = ((f"Operational.{role}", "objectiveRendezVous", "buoy") for role i
         (("jobDone", "elsewhere"), False),
     ],
 )
-def test_a_plan_is_made_anew_when_a_fact_changes_that_it_rests_on(key: tuple[str, str], due: bool) -> None:
+def test_a_plan_is_remade_when_a_fact_it_depends_on_changes(key: tuple[str, str], due: bool) -> None:
     head = Head()
     head.planner.take_on(["Operational"])
     head.plan()
@@ -126,7 +126,7 @@ def test_a_plan_is_made_anew_when_a_fact_changes_that_it_rests_on(key: tuple[str
     assert bool(head.planner.due) is due
 
 
-def test_roles_go_to_members_only_and_once() -> None:
+def test_roles_are_assigned_once_and_to_members_only() -> None:
     """RightWinger is open once the left job is done; the stranger gets nothing."""
     head = Head()
     head.planner.take_on(["Operational"])
@@ -136,7 +136,7 @@ def test_roles_go_to_members_only_and_once() -> None:
     assert head.plan(done=frozenset({"left"})) == []  # proposed already: the strategy sees it as played
 
 
-def test_a_job_given_out_is_waited_for_until_its_vehicle_speaks_of_it() -> None:
+def test_an_assigned_job_is_pending_until_its_vehicle_reports_on_it() -> None:
     head, worker = Head(), Beliefs(WorldModel(TBOX, 1, INSTANCES, n_origins=2, run_time_instances_per_origin=0))
     head.planner.take_on(["Operational"])
     head.plan(done=frozenset({"left"}))
@@ -149,7 +149,7 @@ def test_a_job_given_out_is_waited_for_until_its_vehicle_speaks_of_it() -> None:
     assert not head.planner.orders.waits_for({"AUV01"}, ())
 
 
-def test_a_further_mission_is_carried_out_beside_the_one_that_a_group_has() -> None:
+def test_a_group_carries_out_a_second_mission_beside_its_first() -> None:
     """Its head gives its own group a mission more; both are planned, and what is done of the first stays done."""
     head = Head()
     head.planner.take_on(["Operational"])
@@ -163,7 +163,7 @@ def test_a_further_mission_is_carried_out_beside_the_one_that_a_group_has() -> N
 
 
 @pytest.mark.parametrize("missions", [("Sweep", "Impossible"), ("Impossible", "Sweep")])
-def test_of_several_missions_those_are_carried_out_for_which_there_is_a_plan(missions: tuple[str, str]) -> None:
+def test_of_several_missions_those_with_a_plan_are_carried_out(missions: tuple[str, str]) -> None:
     head = Head()
     head.planner.take_on(["Operational"])
     work = {name: Work(group, MEMBERS, FLEET, JOBS) for name, group in MEMBERS.groups.items()}

@@ -1,4 +1,4 @@
-"""Plug-ins: how one is found by name, and what is said of one that lacks a part of its seam."""
+"""Plug-ins: lookup by name, and messages about missing parts of the interface."""
 
 import functools
 from typing import Any, ClassVar, Protocol
@@ -55,11 +55,11 @@ class Curried(Good):
 
 
 @pytest.mark.parametrize("found", [Good, Good(), Lenient, Lenient(), Curried(), Curried])
-def test_a_class_and_an_object_that_have_every_part_have_no_faults(found: object) -> None:
+def test_a_complete_class_or_object_has_no_faults(found: object) -> None:
     assert list(faults_of(found, Gauge, COMPULSORY)) == []
 
 
-def test_what_is_missing_is_named_at_once_with_the_seam() -> None:
+def test_missing_parts_are_named_with_the_interface() -> None:
     assert list(faults_of(object(), Gauge, COMPULSORY)) == [f"lacks name, read, make {LACKS}"]
     nameless = type("Nameless", (), {"read": Good.read, "make": Good.make})
     assert list(faults_of(nameless(), Gauge, COMPULSORY)) == [f"lacks name {LACKS}"]
@@ -75,7 +75,7 @@ def test_what_is_missing_is_named_at_once_with_the_seam() -> None:
         ("read", "read is str, not a function"),
     ],
 )
-def test_a_part_that_cannot_be_called_as_the_seam_says_is_told_with_both_signatures(read: Any, says: str) -> None:
+def test_a_wrong_signature_is_reported_beside_the_expected_one(read: Any, says: str) -> None:
     wrong = type("Wrong", (Good,), {"read": read})
     for found in (wrong, wrong()):
         (fault,) = faults_of(found, Gauge, COMPULSORY)
@@ -87,7 +87,7 @@ def test_a_part_that_cannot_be_called_as_the_seam_says_is_told_with_both_signatu
 
 
 @pytest.mark.parametrize("reference", ["", ":", "math", "math:", ":pi", "math.pi"])
-def test_a_text_that_names_nothing_is_told_what_is_allowed(reference: str) -> None:
+def test_an_unknown_plug_in_name_is_reported_with_the_allowed_ones(reference: str) -> None:
     with pytest.raises(PluginError, match=r"names no object; allowed: package\.module:object"):
         named_object(reference)
 
@@ -100,7 +100,7 @@ def test_a_text_that_names_nothing_is_told_what_is_allowed(reference: str) -> No
         (".module:it", "TypeError"),
     ],
 )
-def test_a_name_that_leads_nowhere_says_why(reference: str, says: str) -> None:
+def test_an_import_path_that_fails_is_reported_with_the_cause(reference: str, says: str) -> None:
     with pytest.raises(PluginError, match=r"package\.module:object that can be imported") as caught:
         named_object(reference)
     assert says in str(caught.value)
@@ -109,7 +109,7 @@ def test_a_name_that_leads_nowhere_says_why(reference: str, says: str) -> None:
 # At run time --------------------------------------------------------------------------------------
 
 
-def test_a_part_that_raises_or_returns_something_else_is_told_with_what_was_expected() -> None:
+def test_a_part_with_a_wrong_result_is_reported_with_the_expected_type() -> None:
     with pytest.raises(PluginError, match="gauge deep: read returned 'five'; expected: a number"):
         answer("gauge deep", "read", "a number", lambda given: isinstance(given, float), lambda: "five")
 

@@ -1,4 +1,4 @@
-"""The radio: what becomes news, who has not heard what, and the walk of an item, on a fleet at rest.
+"""The radio on a fleet at rest: queued updates, undelivered items, and the path of an item.
 
 The fleet is that of the shipped mapping mission at time 0. Packets are handed over by hand, in the slots of its
 schedule; every vehicle acknowledges what it has heard itself.
@@ -37,7 +37,7 @@ def exchange(fleet: Fleet, frame: int, deaf: tuple[str, ...] = ()) -> None:
                 peer.radio.hear(sent.data, arrives_s)
 
 
-def test_a_role_given_out_is_unheard_until_its_player_is_known_to_hold_it(fleet: Fleet) -> None:
+def test_an_assigned_role_is_undelivered_until_its_player_acknowledges_it(fleet: Fleet) -> None:
     giver = named(fleet, "AUV00")
     peers = giver.functional.picture.peers
     tell(giver, GIVEN, 0.0)
@@ -49,7 +49,7 @@ def test_a_role_given_out_is_unheard_until_its_player_is_known_to_hold_it(fleet:
     assert "AUV01" not in peers.unheard
 
 
-def test_a_packet_that_makes_no_sense_is_an_event(fleet: Fleet) -> None:
+def test_an_invalid_packet_is_recorded_as_an_event(fleet: Fleet) -> None:
     listener = named(fleet, "AUV00")
     heard = listener.radio.hear(b"\xff" * 40, 0.5 * fleet.schedule.start_s(1))
     assert heard.reception.fault is not None
@@ -79,7 +79,7 @@ def told_of_what_nobody_announced(fleet: Fleet, listener: Vehicle) -> Block:
     return told
 
 
-def test_what_a_block_waits_for_is_an_event_and_so_is_that_it_was_dropped(finders: Fleet) -> None:
+def test_a_pending_block_and_its_discard_are_recorded_as_events(finders: Fleet) -> None:
     """It came at 1 s and waits for 30 s at most."""
     listener = named(finders, "AUV00")
     told = told_of_what_nobody_announced(finders, listener)
@@ -96,7 +96,7 @@ def test_what_a_block_waits_for_is_an_event_and_so_is_that_it_was_dropped(finder
     assert listener.beliefs.model.digest().get((node, 0)) is None
 
 
-def test_what_no_packet_carries_is_kept_to_itself(fleet: Fleet) -> None:
+def test_facts_that_no_packet_carries_stay_private(fleet: Fleet) -> None:
     """An attribute without a priority, what is for the vehicle alone, and all where nobody speaks."""
     vehicle = named(fleet, "AUV01")
     tells, fact = vehicle.radio.tells, vehicle.beliefs.fact
@@ -109,7 +109,7 @@ def test_what_no_packet_carries_is_kept_to_itself(fleet: Fleet) -> None:
     assert not tells([mapped])
 
 
-def test_what_is_kept_is_named_apart_and_leaves_no_gap_in_what_is_told(fleet: Fleet) -> None:
+def test_private_items_have_own_numbers_and_leave_no_sequence_gap(fleet: Fleet) -> None:
     vehicle = named(fleet, "AUV01")
     before = len(fleet.recorder.items)
     node = vehicle.data.node

@@ -1,4 +1,4 @@
-"""The recorder: tables are declared by who writes them, once, and rows stay as they were given."""
+"""The recorder: each table is declared once by its writer, and rows are not modified."""
 
 import pytest
 
@@ -9,7 +9,7 @@ DEPTHS = Table("depths", (TIME, VEHICLE, Column("depth_m", "float", "m")))
 
 
 @pytest.mark.parametrize("table", [*TABLES, DEPTHS], ids=lambda table: table.name)
-def test_columns_have_names_of_their_own_kinds_that_can_be_written_and_units_that_their_names_say(table: Table) -> None:
+def test_columns_need_unique_names_writable_types_and_matching_units(table: Table) -> None:
     assert len(set(table.column_names)) == len(table.columns)
     units = {"s": "s", "m": "m", "rad": "rad", "mps": "m/s", "j": "J", "bits": "bit"}
     for column in table.columns:
@@ -29,7 +29,7 @@ def test_two_tables_of_one_name_with_other_columns_or_units_are_refused(columns:
 
 
 @pytest.mark.parametrize("name", ["", "../depths", "a/b", "a\\b", ".hidden"])
-def test_a_table_whose_name_is_none_for_a_file_is_refused(name: str) -> None:
+def test_a_table_name_unfit_for_a_file_is_refused(name: str) -> None:
     with pytest.raises(PluginError, match="its name is that of a file"):
         Table(name, (TIME, VEHICLE))
 

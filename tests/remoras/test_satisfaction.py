@@ -1,4 +1,4 @@
-"""Satisfaction and altruism: laws that hold whatever the constants.
+"""Satisfaction and altruism: laws that hold for all constants.
 
 They are the ones to expect of satisfaction-altruism (Simonin and Ferber 2000): satisfaction is bounded and follows
 progress, a signal calls the more the more dissatisfied its emitter is, and a signal that is lost only delays.
@@ -70,7 +70,7 @@ def test_the_length_of_a_tick_does_not_matter(value, progress, n, constants) -> 
 
 
 @given(st.integers(LOWEST, HIGHEST), durations, constants_drawn)
-def test_only_dissatisfaction_calls(value: int, age_s: float, constants: DecisionConstants) -> None:
+def test_only_dissatisfaction_emits_negative_signals(value: int, age_s: float, constants: DecisionConstants) -> None:
     strength = call(value, age_s, constants)
     assert 0.0 <= strength <= 1.0
     if value >= 0:
@@ -78,7 +78,7 @@ def test_only_dissatisfaction_calls(value: int, age_s: float, constants: Decisio
 
 
 @given(st.integers(LOWEST, -1), st.integers(LOWEST, -1), durations, durations, constants_drawn)
-def test_the_worse_and_the_fresher_call_louder(value, other, age_s, other_age_s, constants) -> None:
+def test_signal_intensity_grows_with_dissatisfaction_and_freshness(value, other, age_s, other_age_s, constants) -> None:
     worse, better = sorted((value, other))
     fresher_s, older_s = sorted((age_s, other_age_s))
     assert call(worse, fresher_s, constants) >= call(better, fresher_s, constants)
@@ -92,7 +92,7 @@ shares = st.floats(0.0, 1.0)
 
 
 @given(shares, shares, shares, shares, satisfactions)
-def test_a_call_is_weighed_against_the_own_work(loud, answers, left, less_left, satisfaction) -> None:
+def test_a_call_is_compared_with_satisfaction_from_own_work(loud, answers, left, less_left, satisfaction) -> None:
     """A louder call, less work left and less content: each moves more to answer; the contented are not moved."""
     less_left, left = sorted((left, less_left))
     own, less = contentment(left, satisfaction), contentment(less_left, satisfaction)
@@ -122,7 +122,7 @@ def test_motivation_grows_with_each_of_its_sources(importance, stimulus, value, 
     assert moved(value=HIGHEST) >= moved(value=value) >= moved(value=LOWEST) >= moved()
 
 
-def test_the_three_sources_add_up() -> None:
+def test_motivation_is_the_sum_of_its_three_sources() -> None:
     """0.6 * 0.5 + 1.0 * 0.25 + 0.2 * (63.25 + 128) / 255 = 0.3 + 0.25 + 0.15."""
     constants = DecisionConstants(weight_continuing=0.2, weight_external=1.0)
     assert motivation(0.6, 0.5, 63.25, 0.25, constants) == pytest.approx(0.7)

@@ -1,4 +1,4 @@
-"""Sonar contacts against all pairs, layers, and conflicts as rows."""
+"""Sonar contacts against all pairs, depth layers, and rows of conflicts."""
 
 import itertools
 import random
@@ -41,7 +41,7 @@ def by_pairs(fleet: list[Buoy]) -> dict[int, list[Neighbour]]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_cells_find_what_pairs_find_in_the_order_of_the_nodes(seed: int) -> None:
+def test_grid_search_equals_pairwise_search_in_node_order(seed: int) -> None:
     draw = random.Random(seed)
     fleet = [
         at(number, draw.uniform(-200.0, 200.0), draw.uniform(-200.0, 200.0), draw.choice([18.0, 20.0, 22.5, 40.0, 0.0]))
@@ -56,7 +56,7 @@ def test_cells_find_what_pairs_find_in_the_order_of_the_nodes(seed: int) -> None
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_pairs_looked_at_when_they_may_be_near_are_those_found_at_every_look(seed: int) -> None:
+def test_scheduled_pair_checks_find_the_conflicts_of_constant_checks(seed: int) -> None:
     draw = random.Random(seed)
     fleet = [at(number, draw.uniform(-300.0, 300.0), draw.uniform(-300.0, 300.0)) for number in range(12)]
     for one in fleet:
@@ -69,7 +69,7 @@ def test_pairs_looked_at_when_they_may_be_near_are_those_found_at_every_look(see
             motion.x_m, motion.y_m = motion.x_m + 3.0 * motion.ahead[0], motion.y_m + 3.0 * motion.ahead[1]
 
 
-def test_a_pair_that_comes_too_near_is_a_row_once_until_it_has_parted() -> None:
+def test_a_conflict_is_one_row_until_the_pair_has_separated() -> None:
     near, far = at(0, 0.0, 0.0), at(1, 10.0, 0.0)
     fleet = [near, far, at(2, 0.0, 1.0, depth_m=40.0)]
     watch = Separation(fleet, 5.0)

@@ -1,4 +1,4 @@
-"""The social layer on a fleet at rest: what is assigned, by whom it may be, and from when it counts.
+"""The social layer on a fleet at rest: assignments, authority, and times of effect.
 
 The vehicles are those of the shipped mapping mission at time 0, before anything has been said: ASV00 is the
 MissionAdministrator of the Coordination group, AUV00 its Tactician and Coordinator of the Operational group, AUV01
@@ -29,7 +29,7 @@ WORDS = {
 
 
 @pytest.mark.parametrize("name", WORDS)
-def test_an_assignment_finds_room_or_waits(name: str) -> None:
+def test_an_assignment_takes_a_vacancy_or_is_deferred(name: str) -> None:
     said, holders, waiting = WORDS[name]
     words = [
         Instruction((float(number), 0, 0, number, 0), word[0] != "-", word.removeprefix("-"))
@@ -42,7 +42,7 @@ def test_an_assignment_finds_room_or_waits(name: str) -> None:
 # Meeting ------------------------------------------------------------------------------------------
 
 
-def test_a_meeting_that_was_concluded_alone_counts_only_while_the_vehicle_is_cut_off(fleet: Fleet) -> None:
+def test_a_rendezvous_concluded_in_isolation_is_valid_only_while_isolated(fleet: Fleet) -> None:
     beliefs, key = named(fleet, "AUV00").beliefs, ("gatheredAt", "Operational")
     gatherings = Gatherings(beliefs, ["Operational", "Coordination"], {})
     for group in ("Operational", "Coordination"):

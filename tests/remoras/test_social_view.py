@@ -1,4 +1,4 @@
-"""A view of the organisation is a value: what was stated in a round is folded into it, in whatever order it was heard.
+"""The organisation view is a value: statements of a round are merged in any order of reception.
 
 Anybody states anything: claims, assents, orders, objectives and missions, with authority or without, and forms and
 dissolves a group at sea. AUV03 leads the fleet, AUV00 the team, whose head has to be the Tactician of the fleet.
@@ -90,7 +90,7 @@ SOME = st.sampled_from([(), (Authority.TAKE,), (Authority.TAKE, Authority.RECRUI
 
 @settings(max_examples=80)
 @given(SOME, STATED, STATED, SEEN, st.randoms(use_true_random=False))
-def test_in_a_round_it_does_not_matter_what_was_heard_first_or_twice(authorities, first, then, now, draws) -> None:
+def test_order_and_repetition_within_a_round_change_nothing(authorities, first, then, now, draws) -> None:
     before = consult(founded(*authorities), first, [], now)
     after = consult(before, then, [], now)
     shuffled = draws.sample(then, len(then)) + then[:3]
@@ -100,7 +100,7 @@ def test_in_a_round_it_does_not_matter_what_was_heard_first_or_twice(authorities
 
 @settings(max_examples=40)
 @given(SOME, STATED, STATED, SEEN)
-def test_the_view_before_stays_as_it_was(authorities, first, then, now) -> None:
+def test_the_previous_view_is_not_modified(authorities, first, then, now) -> None:
     """It may be folded once more, with the same outcome: nothing of it is shared with the one after it and changed."""
     before = consult(founded(*authorities), first, then[:2], now)
     was = repr(before)
@@ -113,7 +113,7 @@ def test_the_view_before_stays_as_it_was(authorities, first, then, now) -> None:
 
 @settings(max_examples=80)
 @given(SOME, STATED, SEEN)
-def test_what_is_heard_again_in_another_round_changes_nothing(authorities, stated, now) -> None:
+def test_repetition_in_a_later_round_changes_nothing(authorities, stated, now) -> None:
     once = consult(founded(*authorities), stated, [], now)
     twice = consult(once, stated, [], now)
     for part in ("organisation", "leadership", "newest", "missions", "formations"):

@@ -1,4 +1,4 @@
-"""Who leads what in the end: vehicles that see different peers, claim, forge claims and are lost come to one view.
+"""Agreement on leaders: vehicles with differing peers, claims, forged claims and losses reach one view.
 
 Four vehicles of the shipped mission are asked by hand, round by round, what they state; words reach each of them in a
 round of their own. Whom each takes for absent is drawn, whatever it hears: nothing is assumed of how they come to that.
@@ -83,7 +83,7 @@ TERMS = (1, 2, 3, 40, 64, 100, 255)
 @pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(st.randoms(use_true_random=False), st.integers(3, 40), st.sampled_from((0.1, 0.2, 0.5, 0.9)))
-def test_whatever_was_claimed_all_come_to_one_head(draws: Random, n_rounds: int, p_reaches: float) -> None:
+def test_all_views_agree_on_one_leader_after_any_claims(draws: Random, n_rounds: int, p_reaches: float) -> None:
     """Once all hear each other, and the lost are missed: one organisation in all views, and a head for each group."""
     talk = Talk()
     absent: dict[str, set[str]] = {name: set() for name in NAMES}

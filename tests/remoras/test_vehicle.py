@@ -1,4 +1,4 @@
-"""The vehicle: what it makes of observations, and what it does without its mission asking for it."""
+"""The vehicle: processing of observations, independent of the mission."""
 
 from collections.abc import Iterator, Sequence
 
@@ -44,7 +44,7 @@ def items(fleet: Fleet, name: str) -> list[str]:
     return [row[2] for row in fleet.recorder.knowledge if (row[1], row[4]) == (name, "observed")]
 
 
-def test_an_observation_is_recorded_written_and_told(fleet: Fleet) -> None:
+def test_an_observation_is_recorded_stored_and_sent(fleet: Fleet) -> None:
     """One with facts becomes one item, whatever their number; one with a row only becomes a row only."""
     vehicle = fleet.vehicles[1]
     before = items(fleet, vehicle.name)

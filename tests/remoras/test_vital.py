@@ -1,4 +1,4 @@
-"""What a vehicle needs to live: when it goes home and back, and that no mission can change it."""
+"""Vital behaviours: return on the energy reserve and into the area of operations, beyond any mission."""
 
 from samples import AUV, auv
 

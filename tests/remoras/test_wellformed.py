@@ -1,4 +1,4 @@
-"""Well-formedness: each demand of a specification that does not hold is one value, and nothing else is."""
+"""Well-formedness: one value for each violated demand of a specification, and none otherwise."""
 
 from dataclasses import replace
 
@@ -50,12 +50,12 @@ def organised(*more: tuple[str, str, str], less: tuple[tuple[str, str, str], ...
         ),
     ],
 )
-def test_what_does_not_hold_is_named_with_who_and_what_is_allowed(organisation: Organisation, fault: Malformed) -> None:
+def test_a_violated_demand_states_holders_and_allowed_values(organisation: Organisation, fault: Malformed) -> None:
     assert specification_faults(organisation) == (fault,)
     assert fault.key == f"group.{fault.group}.role.{fault.role}.{fault.defect.value}"
 
 
-def test_a_group_has_as_many_subgroups_as_it_says() -> None:
+def test_a_group_has_its_declared_number_of_subgroups() -> None:
     other = replace(TEAM, name="Other")
     (fault,) = specification_faults(
         Organisation.of([FLEET, TEAM, other], [RoleAssignment(*one) for one in sorted(WELL)])

@@ -1,4 +1,4 @@
-"""Work: what is open, vacant, held and done, and chains of jobs that need each other."""
+"""Jobs of a group: open, vacant, held and done ones, and chains of jobs joined by precedence."""
 
 from dataclasses import dataclass, replace
 
@@ -50,7 +50,7 @@ class Heavy(Visit):
     n_vehicles: int = 2
 
 
-def test_who_has_waited_in_vain_may_help_still() -> None:
+def test_a_vehicle_that_gave_up_a_shared_job_may_still_assist() -> None:
     """Before, a job that takes all was said to be impossible once one of them had given up."""
     both = replace(work(), jobs=JOBS | {"load": Heavy("load", (100.0, 0.0))}, unable=frozenset({("AUV01", "load")}))
     assert both.impossible == both.short_handed == frozenset()
@@ -61,12 +61,12 @@ def test_who_has_waited_in_vain_may_help_still() -> None:
     assert neither.impossible == {"load"}
 
 
-def test_jobs_that_need_each_other_are_a_chain() -> None:
+def test_jobs_joined_by_precedence_form_a_chain() -> None:
     found = [names(chain) for chain in chains(work())]
     assert sorted(found) == [["Dock", "Load", "Leave"], ["Look"]]
 
 
-def test_a_chain_is_given_out_as_one_job() -> None:
+def test_a_chain_is_assigned_as_one_job() -> None:
     """50 s there, 60 s and 60 s at the dock, 50 s on and 60 s there: 280 s."""
     plan = chained(work())
     assert names(plan.open) == ["Dock", "Look"]
@@ -77,7 +77,7 @@ def test_a_chain_is_given_out_as_one_job() -> None:
     ]
 
 
-def test_what_follows_in_a_chain_is_left_to_who_began_it() -> None:
+def test_the_rest_of_a_chain_is_left_to_its_first_vehicle() -> None:
     begun = work(("Dock", "AUV02"), ("Look", "AUV02"), done=("dock",))
     assert FixedPartition().adapt(begun) == ()
     organisation = Organisation.of([GROUP], [a for a in begun.organisation.assignments if a.role != "Dock"])
@@ -85,7 +85,7 @@ def test_what_follows_in_a_chain_is_left_to_who_began_it() -> None:
     assert names(chained(orphaned).vacant) == ["Load"]
 
 
-def test_who_goes_ends_what_is_left_of_a_wait() -> None:
+def test_going_at_once_ends_the_remaining_share_of_a_wait() -> None:
     """All start at (0, 0) and go 2 m/s, so the way to (200, 0) takes 100 s.
 
     AUV01 has 110 s to do at (100, 0), and 50 s more to the place: 160 s. So by going at once it ends 1 - 100 / 160 of
@@ -98,7 +98,7 @@ def test_who_goes_ends_what_is_left_of_a_wait() -> None:
     assert busy.ended("AUV01", "AUV00", place_m, {"AUV01", "AUV02"}, 0.0) == 1.0
 
 
-def test_where_a_caller_waits_for_two_the_second_to_come_counts() -> None:
+def test_with_two_helpers_needed_the_second_arrival_ends_the_wait() -> None:
     """Alone, AUV02 would be there at once, AUV01 after 160 s; without either of them the second never comes."""
     place_m, busy = (200.0, 0.0), work(("Dock", "AUV01"))
     assert busy.ended("AUV01", "AUV00", place_m, (), 0.0, 2) == 1.0 - 100.0 / 160.0

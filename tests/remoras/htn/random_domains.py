@@ -1,4 +1,4 @@
-"""Small random domains, recursion and all, and a planner that goes through everything to hold the real one against.
+"""Small random domains with recursion, and a brute-force planner as reference.
 
 States are sets of propositions, tasks have no arguments. Brute force goes through (tasks to be done, state) breadth
 first; nothing is shared with the planner.

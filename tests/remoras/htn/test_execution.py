@@ -1,4 +1,4 @@
-"""Plans that are carried out: order, tests and effects of the facts at hand, and the repair of one branch.
+"""Execution of plans: order, tests and effects on the current facts, and repair of one branch.
 
 The trip: pack, go from A to B by one of three ways, then report. ``go`` has a sailing method with two boats (two
 decompositions of one method) and a walking method.
@@ -82,7 +82,7 @@ def carry_on(execution: Execution, facts: dict[Any, Any], does: dict[str, dict[A
     return started
 
 
-def test_steps_start_in_order_and_wait_for_what_they_need() -> None:
+def test_steps_start_in_order_after_their_preconditions() -> None:
     """Packing takes a while: what needs it waits, and ends when the facts say so, not when the planner foresaw it."""
     facts: dict[Any, Any] = {}
     execution = begun(trip(Counter()), facts)
@@ -104,14 +104,14 @@ def test_steps_start_in_order_and_wait_for_what_they_need() -> None:
     assert set(texts(execution).values()) == {"done"}
 
 
-def test_what_holds_already_is_done_without_being_carried_out() -> None:
+def test_a_step_whose_effect_already_holds_is_skipped() -> None:
     facts: dict[Any, Any] = {}
     execution = begun(trip(Counter()), facts)
     facts |= {"packed": True, ("on", "Ada"): True}
     assert carry_on(execution, facts, {"sail": {"at": "B"}}) == ["sail(Ada)", "report()"]
 
 
-def test_only_the_branch_that_fails_is_planned_anew() -> None:
+def test_only_the_failed_branch_is_replanned() -> None:
     """The boat Ada sinks under way: Bea is taken, by the same method; packing is not looked at, nor the trip."""
     asked: Counter[str] = Counter()
     facts: dict[Any, Any] = {}
@@ -130,7 +130,7 @@ def test_only_the_branch_that_fails_is_planned_anew() -> None:
     ]  # fmt: skip
 
 
-def test_a_failure_climbs_until_there_is_another_way() -> None:
+def test_a_failure_propagates_up_to_the_first_alternative() -> None:
     """Both boats sink: on foot, another method. In a storm there is none, and above ``go`` none either."""
     for storm, ends in ((False, "done"), (True, "failed")):
         facts: dict[Any, Any] = {"storm": storm}
@@ -147,7 +147,7 @@ def test_a_failure_climbs_until_there_is_another_way() -> None:
         assert texts(execution)["report()"] == ("dropped" if storm else "done")
 
 
-def test_a_plan_for_the_whole_keeps_what_it_shares_with_the_one_before() -> None:
+def test_a_new_plan_keeps_steps_shared_with_the_previous_one() -> None:
     facts: dict[Any, Any] = {}
     domain = trip(Counter())
     execution = begun(domain, facts)
@@ -163,7 +163,7 @@ def test_a_plan_for_the_whole_keeps_what_it_shares_with_the_one_before() -> None
     assert Counter(texts(execution).values()) == {"done": 1, "dropped": 5}
 
 
-def test_what_a_step_is_expected_to_take_is_asked_when_it_starts_and_until_somebody_can_tell() -> None:
+def test_the_expected_duration_of_a_step_is_queried_from_start_until_known() -> None:
     facts: dict[Any, Any] = {"length_m": None}
 
     def expected(facts: Any) -> Expected | None:
@@ -179,7 +179,7 @@ def test_what_a_step_is_expected_to_take_is_asked_when_it_starts_and_until_someb
     assert execution.branches[1].expected == Expected(20.0, 5.0)  # 40 m at 2 m/s
 
 
-def test_a_lasting_step_goes_on_until_the_plan_has_it_no_longer() -> None:
+def test_a_lasting_step_continues_until_the_plan_drops_it() -> None:
     domain = Domain.of([Operator("watch", lasts=True)], {"guard": [Method.fixed("watch", "watch")]})
     execution = begun(domain, {}, Task("guard"))
     assert carry_on(execution, {}, {}) == ["watch()"]
@@ -212,7 +212,7 @@ def ladder(n_legs: int, n_ways: int) -> Domain:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_where_steps_fail_at_random_each_leg_gets_to_the_first_way_that_works(seed: int) -> None:
+def test_after_random_failures_each_leg_uses_the_first_working_method(seed: int) -> None:
     """8 legs of 3 ways, each of which works with 0.75, drawn before: 0.98 per leg, 0.88 in all."""
     draw = random.Random(seed)
     works = {(leg, way): draw.random() < 0.75 for leg in range(8) for way in range(3)}

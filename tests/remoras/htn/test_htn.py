@@ -49,13 +49,13 @@ SURVEY = Domain.of(
         ({}, "survey", ["report"]),
     ],
 )
-def test_a_mission_becomes_elementary_tasks_by_its_first_method_that_goes(facts, task, steps) -> None:
+def test_a_mission_is_decomposed_by_its_first_applicable_method(facts, task, steps) -> None:
     given = dict(facts)
     assert names(plan(SURVEY, given, Task(task))) == steps
     assert given == facts
 
 
-def test_every_step_knows_where_it_came_from() -> None:
+def test_every_step_records_its_parent_tasks() -> None:
     found = plan(SURVEY, {"charged": True}, Task("survey"))
     dive, mapping = [node for node in found.nodes if node.method is None][:2]
     descend = found.nodes[dive.parent]
@@ -64,7 +64,7 @@ def test_every_step_knows_where_it_came_from() -> None:
         assert (found.nodes[place].task.name, found.nodes[place].method) == ("survey", "dive for it")
 
 
-def test_no_plan_rests_on_what_the_search_asked() -> None:
+def test_the_absence_of_a_plan_depends_on_the_facts_read() -> None:
     domain = Domain.of(
         [making("dive", when="charged"), making("sail", when="wind")],
         {"move": [fixed("below", "dive"), fixed("above", "sail")]},
@@ -89,7 +89,7 @@ def test_an_unknown_task_is_named() -> None:
 # Planners side by side --------------------------------------------------------------------------
 
 
-def test_a_planner_may_ask_another_one_while_it_plans() -> None:
+def test_planners_may_be_nested() -> None:
     """A condition of the fleet's plan is that the vehicle's own planner finds a plan, with facts of its own."""
     own = Domain.of([making("dive", when="charged", deep=True)], {})
     fleet = Domain.of(
@@ -101,7 +101,7 @@ def test_a_planner_may_ask_another_one_while_it_plans() -> None:
     assert found.rests_on == frozenset()
 
 
-def test_endless_recursion_is_an_error_that_takes_no_memory() -> None:
+def test_endless_recursion_is_an_error_in_bounded_memory() -> None:
     endless = Domain.of([], {"a": [Method("again", lambda facts: [Task("a")])]})
     with pytest.raises(PlanningError, match="within 200000 expansions"):
         plan(endless, {}, Task("a"))

@@ -30,14 +30,14 @@ ROUTES = Domain.of(
 )
 
 
-def test_one_method_gives_one_decomposition_per_binding_and_circles_of_roads_do_not_matter() -> None:
+def test_a_method_gives_one_decomposition_per_binding_despite_cycles() -> None:
     """From A to D; of the two roads into D the first comes from C, and C is reached only from D: a circle."""
     facts = {("at", "AUV00"): "A", ("roads to", "D"): "CB", ("roads to", "C"): "D", ("roads to", "B"): "A"}
     found = plan(ROUTES, facts, Task("go", ("D",)))
     assert [str(task) for task in found.tasks] == ["drive(A, B)", "drive(B, D)"]
 
 
-def test_no_way_says_so_though_roads_go_in_circles() -> None:
+def test_an_unreachable_goal_is_reported_despite_cycles() -> None:
     """B and C lie on a circle that A does not reach; the loop check alone cannot tell, so depth is tried as well."""
     roads = {("roads to", "C"): "B", ("roads to", "B"): "C", ("at", "AUV00"): "A"}
     with pytest.raises(PlanningError, match=r"recursion: go\(C\) > go\(B\) > go\(C\), "):

@@ -70,7 +70,7 @@ def seek(elementary: Raw, abstract: Raw, facts: Raw, tasks: Sequence[str]) -> li
 
 
 @given(operators, lower, worlds)
-def test_the_search_finds_what_the_textbook_search_finds(elementary: Raw, abstract: Raw, world: Raw) -> None:
+def test_the_search_finds_the_plan_of_the_textbook_search(elementary: Raw, abstract: Raw, world: Raw) -> None:
     found = plan(domain_of(elementary, abstract, lazily=False), world, Task("X"))
     steps = [task.name for task in found.tasks] if isinstance(found, Plan) else None
     assert steps == seek(elementary, abstract, world, ["X"])
@@ -78,7 +78,7 @@ def test_the_search_finds_what_the_textbook_search_finds(elementary: Raw, abstra
 
 @few
 @given(operators, methods, worlds, worlds)
-def test_facts_that_a_plan_does_not_rest_on_do_not_matter_in_recursion_either(elementary, abstract, world, other):
+def test_unread_facts_do_not_change_a_recursive_plan(elementary, abstract, world, other):
     domain = domain_of(elementary, abstract, lazily=False)
     found = planned(domain, world)
     if found is None:

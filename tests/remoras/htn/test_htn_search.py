@@ -25,14 +25,14 @@ WAIT = Domain.of(
 )
 
 
-def test_a_task_in_the_state_of_its_ancestor_is_given_up_first_and_tried_by_depth_after() -> None:
+def test_loops_are_pruned_first_and_explored_by_depth_afterwards() -> None:
     """``idle`` must be its own ancestor three times, each time in the first state, for three waits to follow."""
     found = plan(WAIT, {}, Task("all"))
     assert steps(found) == ["wait()", "wait()", "wait()", "go()"]
     assert is_executable(WAIT, {}, found)
 
 
-def test_arguments_that_cannot_be_hashed_are_planned_with_though_not_compared() -> None:
+def test_unhashable_arguments_are_planned_without_comparison() -> None:
     domain = Domain.of([Operator("go")], {"visit": [Method("go", lambda facts, places: [Task("go", (places,))])]})
     assert steps(plan(domain, {}, Task("visit", (["A", "B"],)))) == ["go(['A', 'B'])"]
 
@@ -90,7 +90,7 @@ def test_tasks_in_order_are_one_plan_with_several_roots() -> None:
 # Faults of domains ------------------------------------------------------------------------------
 
 
-def test_all_faults_of_a_domain_are_told_at_once() -> None:
+def test_all_faults_of_a_domain_are_reported_together() -> None:
     with pytest.raises(PlanningError) as caught:
         Domain(
             {"dive": Operator("dive")},
@@ -111,7 +111,7 @@ def test_all_faults_of_a_domain_are_told_at_once() -> None:
         assert part in text
 
 
-def test_a_method_keeps_to_what_it_declares() -> None:
+def test_a_method_with_undeclared_subtasks_is_an_error() -> None:
     domain = Domain.of(
         [Operator("dive"), Operator("climb")], {"move": [Method("down", lambda facts: [Task("climb")], uses=("dive",))]}
     )

@@ -1,4 +1,4 @@
-"""What of a goal is within reach of those left: by jobs, by what comes before them, by roles and by what works."""
+"""Achievable share of the goal with the remaining vehicles: jobs, predecessors, roles and working parts."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ JOBS: dict[str, Any] = {one.name: one for one in (Look("a"), Look("b"), Look("c"
 TEAM = Group("Team", tuple(RoleSpecification(f"R{name}", 0, 1, job=name) for name in JOBS), None, "Looking")
 
 
-def test_who_is_left_needs_role_and_sensor_and_what_comes_before_must_be_within_reach_too() -> None:
+def test_a_job_needs_role_sensor_and_achievable_predecessors() -> None:
     """Somebody may play the roles of a, c and d: b, and with it c and d, is out of reach, until b is done."""
     one = vehicle(SENSING, "Ra", "Rc", "Rd")
     assert within_reach(JOBS, [TEAM], fleet(one), ()) == {"a"}
@@ -63,7 +63,7 @@ def test_who_is_left_needs_role_and_sensor_and_what_comes_before_must_be_within_
     st.sets(st.sampled_from(sorted(JOBS))),
     st.lists(st.sets(st.sampled_from([f"R{name}" for name in JOBS])), min_size=1, max_size=4),
 )
-def test_fewer_vehicles_never_reach_more_and_nobody_less_than_is_reached(reached, done, crews) -> None:
+def test_achievable_share_shrinks_with_the_fleet_down_to_the_achieved_share(reached, done, crews) -> None:
     vehicles = [vehicle(SENSING, *roles) for roles in crews]
     shares = [reachable_by_jobs(reached, JOBS, [TEAM], fleet(*vehicles[:n]), done) for n in range(len(vehicles) + 1)]
     assert shares == sorted(shares)
@@ -83,7 +83,7 @@ def test_fewer_vehicles_never_reach_more_and_nobody_less_than_is_reached(reached
         ((), False, True, None),
     ],
 )
-def test_what_a_vehicle_is_left_with(condition, is_exhausted, has_resigned, sensors) -> None:
+def test_faults_and_exhaustion_limit_abilities(condition, is_exhausted, has_resigned, sensors) -> None:
     body: Any = SimpleNamespace(
         name="A", social=None, has_resigned=has_resigned, condition=condition_under(condition),
         functional=SimpleNamespace(exhausted=is_exhausted, data=SENSING, headway=SimpleNamespace(is_lost=False)),

@@ -1,4 +1,4 @@
-"""What a vehicle that is cut off leaves to the others: whose each job is, and until when it waits for them."""
+"""Isolation grace period: the owner of each job, and the time an isolated vehicle leaves it alone."""
 
 from collections.abc import Mapping, Sequence
 from itertools import permutations
@@ -37,7 +37,7 @@ points_m = st.tuples(st.integers(-300, 300).map(float), st.integers(-300, 300).m
 
 
 @given(st.lists(points_m, min_size=1, max_size=6, unique=True), st.permutations(NAMES))
-def test_whose_a_job_is_does_not_depend_on_who_holds_what(places_m, order) -> None:
+def test_the_owner_of_a_job_does_not_depend_on_present_holders(places_m, order) -> None:
     """Every job has one owner, the same in the view of each, whatever it heard of roles, positions and jobs done."""
     held = [(f"Role{n}", name) for n, name in enumerate(order[: len(places_m)])]
     found = owners(work_of(places_m))
@@ -57,7 +57,7 @@ def patience(
     return patience_with([(whole, work, division)], me, known, {"jetty": RALLY_M, "buoy": (0.0, 100.0)}, now_s, 280.0)
 
 
-def test_the_others_have_until_they_should_have_come_and_some_time_more() -> None:
+def test_the_grace_period_covers_expected_arrival_and_a_margin() -> None:
     place_m = (0.0, 300.0)
     work = work_of([place_m], ("Role0", B), positions_m={B: (0.0, 0.0)})
     data = work.database[B]
@@ -70,7 +70,7 @@ def test_the_others_have_until_they_should_have_come_and_some_time_more() -> Non
 
 
 @pytest.mark.parametrize("order", list(permutations(NAMES)))
-def test_each_job_is_left_to_one_whoever_looks(order: tuple[str, ...]) -> None:
+def test_isolated_vehicles_leave_each_job_to_exactly_one(order: tuple[str, ...]) -> None:
     """Who is cut off may have heard of other roles: a job of which nobody has heard is still nobody else's."""
     places_m = [(0.0, 300.0), (260.0, -150.0), (-260.0, -150.0), (0.0, 60.0)]
     takes = {name: {f"Role{n}" for n in range(4)} for name in NAMES}
@@ -81,7 +81,7 @@ def test_each_job_is_left_to_one_whoever_looks(order: tuple[str, ...]) -> None:
     assert "Role3" in takes[order[0]]
 
 
-def test_a_job_is_whose_the_messages_of_the_strategy_have_made_it() -> None:
+def test_the_strategy_messages_determine_the_owner_of_a_job() -> None:
     """Else it is whose it would have been before the mission; and a holder that is known comes before both."""
     work = work_of([(0.0, 300.0), (260.0, -150.0), (-260.0, -150.0)], ("Role2", C))
     before = owners(work_of([job.place_m for job in work.jobs.values()]))

@@ -1,4 +1,4 @@
-"""Positions that cannot be: what is suspected, what is believed in the end, and what is left alone."""
+"""Position outliers: suspected, confirmed, and unfiltered reports."""
 
 import pytest
 
@@ -20,25 +20,25 @@ def suspected(*blocks: Block) -> list[bool]:
 
 
 @pytest.mark.parametrize(("beyond_m", "is_suspected"), [(0.0, False), (0.1, True)])
-def test_the_reach_is_that_of_the_top_speed_and_its_margins(beyond_m: float, is_suspected: bool) -> None:
+def test_plausible_reach_is_top_speed_plus_margins(beyond_m: float, is_suspected: bool) -> None:
     assert suspected(said(0, 0.0), said(1, REACH_M + beyond_m)) == [False, is_suspected]
 
 
-def test_one_wrong_report_is_set_aside_and_the_next_true_one_counts() -> None:
+def test_an_implausible_report_is_ignored_and_the_next_plausible_one_accepted() -> None:
     assert suspected(said(0, 0.0), said(1, 512.0), said(2, 20.0), said(3, 30.0)) == [False, True, False, False]
 
 
-def test_a_second_report_that_fits_the_first_confirms_it() -> None:
+def test_a_second_consistent_report_confirms_a_jump() -> None:
     """It was carried off, or its first report was the wrong one."""
     assert suspected(said(0, 900.0), said(1, 0.0), said(2, 10.0), said(3, 20.0)) == [False, True, False, False]
 
 
-def test_what_others_say_of_it_and_what_is_no_vehicle_is_left_alone() -> None:
+def test_second_hand_and_non_vehicle_positions_are_not_filtered() -> None:
     blocks = [said(0, 0.0, origin=2), said(1, 900.0, origin=2), said(0, 0.0, subject=7), said(1, 900.0, subject=7)]
     assert suspected(*blocks) == [False] * 4
 
 
-def test_a_copy_that_others_relay_confirms_nothing_and_an_older_report_is_left_alone() -> None:
+def test_relayed_copies_and_older_reports_confirm_no_jump() -> None:
     once, again = said(2, 512.0), said(2, 512.0)
     assert suspected(said(0, 0.0), once, again, said(1, 900.0), said(3, 30.0)) == [False, True, True, True, False]
     assert suspected(said(5, 0.0), said(3, 900.0), said(6, 5.0)) == [False, False, False]

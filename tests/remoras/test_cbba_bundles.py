@@ -1,4 +1,4 @@
-"""Plain CBBA against sequential greedy (Choi, Brunet, How 2009), on fleets that have not begun to work.
+"""Plain CBBA against sequential greedy (Choi, Brunet, How 2009), on fleets before their first job.
 
 Bids may come at any time of a mission: a fleet that starts late divides its work as one that starts at once.
 """
@@ -88,7 +88,7 @@ def agreed(team: Waiting, start_s: float) -> Paths:
 
 
 @pytest.mark.parametrize("start_s", STARTS_S)
-def test_bundles_for_the_own_gain_are_those_of_sequential_greedy_at_any_time(start_s: float) -> None:
+def test_cbba_bundles_equal_sequential_greedy_at_any_start_time(start_s: float) -> None:
     teams = [waiting(seed) for seed in range(N_INSTANCES)]
     differ = [seed for seed, team in enumerate(teams) if agreed(team, start_s) != sequential_greedy(team)]
     assert differ == []

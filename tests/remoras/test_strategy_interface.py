@@ -1,4 +1,4 @@
-"""A strategy that lacks a part, raises or answers with something else: one clear message, by name."""
+"""A strategy with a missing part, an exception or a wrong answer gives one message that names it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ class WithNoClass(Central):
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_what_an_object_lacks_is_said_part_by_part(found: Any, says: list[str]) -> None:
+def test_each_missing_part_of_a_strategy_is_named(found: Any, says: list[str]) -> None:
     assert list(faults_of_strategy(found)) == says
 
 
@@ -81,7 +81,7 @@ QUESTIONS: dict[str, tuple[Callable[[Any], Any], str]] = {
 
 
 @pytest.mark.parametrize("part", QUESTIONS)
-def test_an_answer_of_another_type_is_shown_beside_what_was_expected(part: str) -> None:
+def test_an_answer_of_a_wrong_type_is_shown_with_the_expected_type(part: str) -> None:
     question, expected = QUESTIONS[part]
     with pytest.raises(PluginError, match=rf"^strategy answering: {part} returned \[1\]; expected: {expected}$"):
         question(Answering([1]))

@@ -1,4 +1,4 @@
-"""Strategies that hang or write files are stopped, named, and the run goes on; others are not touched."""
+"""Strategies that hang or write files are stopped and named, and the run continues."""
 
 import gc
 import time
@@ -70,7 +70,7 @@ def rows_of(run: Run) -> dict[str, list[Any]]:
 
 
 @pytest.mark.parametrize("turns", [hang, hang_on, lambda: sum(range(10**8))])
-def test_one_that_hangs_falls_silent_and_is_named(turns: Callable[[], Any]) -> None:
+def test_a_hanging_strategy_is_silenced_and_named(turns: Callable[[], Any]) -> None:
     began_s = time.process_time()
     run = flown(TurnsStrategy(turns), LIMIT)
     assert time.process_time() - began_s < 30.0
@@ -83,21 +83,21 @@ def test_one_that_hangs_falls_silent_and_is_named(turns: Callable[[], Any]) -> N
     assert "AUV01" not in senders
 
 
-def test_a_decision_pays_for_no_garbage_of_others() -> None:
+def test_garbage_collection_is_off_during_a_decision() -> None:
     collected: list[bool] = []
     flown(TurnsStrategy(lambda: collected.append(gc.isenabled())), LIMIT)
     assert collected == [False]
     assert gc.isenabled()
 
 
-def test_one_that_is_in_time_gives_the_same_bytes_watched_and_not() -> None:
+def test_a_time_limit_that_is_kept_changes_no_byte() -> None:
     limited, free = flown(Cbba(), LIMIT), flown(Cbba())
     assert limited.recorder.rows("silenced") == []
     assert {name: rows for name, rows in rows_of(limited).items() if name != "silenced"} == rows_of(free)
     assert "n_silenced" not in summary(free)
 
 
-def test_a_file_that_a_decision_opens_to_write_is_named_and_not_written(tmp_path: Path) -> None:
+def test_a_file_opened_for_writing_in_a_decision_is_named_and_not_written(tmp_path: Path) -> None:
     file = tmp_path / "notes"
     with pytest.raises(PluginError, match=r"strategy turns: negotiate opened '.*notes' for writing; allowed: to read"):
         flown(TurnsStrategy(lambda: file.write_text("x")), LIMIT)

@@ -1,4 +1,4 @@
-"""Reorganising: an organisation that changes itself at sea, when something is not as foreseen and news is fresh."""
+"""Adaptive strategies: reorganisation at run time after a deviation, given fresh information."""
 
 from dataclasses import replace
 
@@ -43,7 +43,7 @@ def made(me: str = "AUV00") -> Reorganiser:
     return reorganiser
 
 
-def test_the_head_proposes_when_a_worker_is_gone_and_news_is_fresh() -> None:
+def test_the_leader_proposes_when_a_worker_is_lost_and_information_fresh() -> None:
     assert said_numbers(made().negotiate(known())) == []
     assert said_numbers(made().negotiate(lacking(known(), "AUV01"))) == [1]
     assert said_numbers(made("AUV01").negotiate(lacking(known(), "AUV02"))) == []  # it leads nobody
@@ -51,14 +51,14 @@ def test_the_head_proposes_when_a_worker_is_gone_and_news_is_fresh() -> None:
     assert said_numbers(made().negotiate(lacking(known(frame_s=33.0), "AUV01"))) == []
 
 
-def test_news_is_as_old_as_a_frame_over_the_share_that_is_heard_or_as_the_last_word() -> None:
+def test_age_of_information_is_frame_over_delivery_rate_or_time_since_reception() -> None:
     assert news_age_s(known(loss=0.5)) == pytest.approx(14.0)
     assert news_age_s(replace(known(), heard_s=dict.fromkeys(NAMES[1:], -26.0))) == pytest.approx(40.0)
     alone = known().work
     assert news_age_s(replace(known(), work=replace(alone, unavailable=frozenset(NAMES[1:])))) == float("inf")
 
 
-def test_the_head_proposes_when_a_job_is_late_and_not_before() -> None:
+def test_the_leader_proposes_only_when_a_job_is_late() -> None:
     late = known(number=10_000)
     assert said_numbers(made().negotiate(late)) == [1]
     assert said_numbers(Reorganising(share=1e3).negotiator("AUV00", late.work.group).negotiate(late)) == []

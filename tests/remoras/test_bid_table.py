@@ -1,4 +1,4 @@
-"""Claims: a table that is a join, so that vehicles which have heard the same agree."""
+"""The bid table: a join, so that vehicles which received the same bids agree."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -34,7 +34,7 @@ def content(claims: Claims) -> tuple[object, ...]:
 
 
 @given(news)
-def test_hearing_it_again_is_no_news(heard: list[News]) -> None:
+def test_a_repeated_bid_changes_nothing(heard: list[News]) -> None:
     once = table(heard)
     before = content(once)
     assert not any(once.take(*one) for one in heard)
@@ -42,13 +42,13 @@ def test_hearing_it_again_is_no_news(heard: list[News]) -> None:
 
 
 @given(news, st.randoms(use_true_random=False))
-def test_any_order_has_the_same_winner(heard: list[News], random: object) -> None:
+def test_the_winner_does_not_depend_on_the_order_of_bids(heard: list[News], random: object) -> None:
     shuffled = list(heard)
     random.shuffle(shuffled)  # type: ignore[attr-defined]
     assert content(table(shuffled)) == content(table(heard))
 
 
-def test_the_strongest_wins_and_of_equals_the_lower_node() -> None:
+def test_the_strongest_bid_wins_and_ties_go_to_the_lower_node() -> None:
     claims = table(
         [("Scout", "AUV02", RoleClaim(1, 5)), ("Scout", "AUV01", RoleClaim(9, 5)), ("Scout", "AUV00", RoleClaim(9, 4))]
     )
@@ -58,7 +58,7 @@ def test_the_strongest_wins_and_of_equals_the_lower_node() -> None:
     assert claims.winner("Sweeper") is None
 
 
-def test_claims_of_those_who_have_left_or_cannot_play_the_role_do_not_count() -> None:
+def test_bids_of_departed_or_unable_vehicles_are_ignored() -> None:
     claims = table(
         [("Scout", "AUV00", RoleClaim(1, 5)), ("Scout", "AUV01", RoleClaim(1, 1)), ("Scout", "AUV03", RoleClaim(1, 9))]
     )
@@ -78,7 +78,7 @@ def sayings(heard: list[tuple[bool, int]]) -> Sayings:
 
 
 @given(times_s, st.randoms(use_true_random=False))
-def test_who_holds_a_role_since_when_does_not_depend_on_what_was_heard_first(heard, random) -> None:
+def test_holder_and_start_time_do_not_depend_on_reception_order(heard, random) -> None:
     shuffled = list(heard)
     random.shuffle(shuffled)
     assert sayings(shuffled).claim() == sayings(heard).claim()

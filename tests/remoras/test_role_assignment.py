@@ -1,4 +1,4 @@
-"""Who founds the groups."""
+"""Initial role assignment of groups."""
 
 import itertools
 
@@ -75,7 +75,7 @@ FLEETS = st.lists(
 
 
 @given(specifications(), FLEETS)
-def test_whenever_all_founding_roles_can_be_filled_they_are(groups, vehicles) -> None:
+def test_all_founding_roles_are_filled_whenever_possible(groups, vehicles) -> None:
     """Against all foundings there are, tried one by one."""
     fleet = database(
         *(

@@ -1,4 +1,4 @@
-"""What a vehicle concludes for itself, which of its sensors tell that they work, and beacons that vehicles carry."""
+"""Conclusions of a vehicle, working sensors, and beacons carried by vehicles."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -65,7 +65,7 @@ def of_mission(mission: type[TridentMission]) -> Any:
     return assemble(replace(setup, mission=mission.from_scenario(setup.scenario)), 2)
 
 
-def test_what_a_vehicle_concludes_is_recorded_and_told() -> None:
+def test_conclusions_of_a_vehicle_are_recorded_and_sent() -> None:
     whole = of_mission(Talkative)
     whole.run()
     rows = [row for row in whole.recorder.items if row[5] == "serviceCost"]
@@ -73,12 +73,12 @@ def test_what_a_vehicle_concludes_is_recorded_and_told() -> None:
     assert whole.vehicles[1].beliefs.get(("serviceCost", "ASV00 usbl")) == 7.0
 
 
-def test_what_is_no_finding_is_refused_by_name() -> None:
+def test_an_invalid_conclusion_is_refused_by_name() -> None:
     with pytest.raises(Exception, match=r"conclusions.*a list of Finding"):
         of_mission(Wrong).run()
 
 
-def test_who_is_back_looks_at_nothing_before_it_acts_again() -> None:
+def test_a_restarted_vehicle_observes_nothing_before_it_acts() -> None:
     """Else what stood under a sensor that went too fast to see would be seen by it at rest."""
     whole = assemble(resolved(load("mapping-rendezvous")), 2)
     while not any(vehicle.functional.sensors.looking for vehicle in whole.vehicles):

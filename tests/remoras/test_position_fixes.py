@@ -1,4 +1,4 @@
-"""Fixing the position: the bound holds, a vehicle goes up in time, stays while it is worth it, keeps clear."""
+"""Position fixes: error bound, time of surfacing, duration of a fix, separation during ascent."""
 
 import math
 import random
@@ -99,7 +99,7 @@ def test_no_error_is_greater_than_its_bound(ways: list[tuple[float, float]], dri
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 400.0), st.floats(0.0, 60.0)), min_size=1, max_size=6))
-def test_its_error_on_each_axis_spreads_no_more_than_it_says(ways: list[tuple[float, float]]) -> None:
+def test_position_error_per_axis_stays_within_its_stated_spread(ways: list[tuple[float, float]]) -> None:
     """The mean square over directions drawn evenly, of each way anew: what it says is the most that it can be."""
     draw, squares = random.Random(7), list[float]()
     for _ in range(200):
@@ -116,7 +116,7 @@ def test_its_error_on_each_axis_spreads_no_more_than_it_says(ways: list[tuple[fl
         assert sum(squares) / len(squares) >= 0.6 * navigation.sigma_m**2
 
 
-def test_a_vehicle_goes_up_once_it_may_be_too_far_off_and_goes_on_where_it_stopped() -> None:
+def test_a_vehicle_surfaces_at_its_error_limit_and_resumes_its_work() -> None:
     """2 % of 500 m are 10 m; up and down 40 s each, and a stay of 24 s: ``takes_s`` says 104."""
     voyage = Voyage()
     voyage.go_on(lambda: voyage.is_fixing)
@@ -133,7 +133,7 @@ def test_a_vehicle_goes_up_once_it_may_be_too_far_off_and_goes_on_where_it_stopp
     assert pose.sigma_m == pytest.approx(pose.uncertainty_m / math.sqrt(2.0)) != 0.0
 
 
-def test_a_vehicle_that_goes_up_claims_all_above_it_and_waits_while_somebody_is_there() -> None:
+def test_an_ascending_vehicle_reserves_the_layers_above_and_waits_if_occupied() -> None:
     """Between layers nobody sees anybody, unless one leaves its own."""
     voyage = Voyage()
     adrift = voyage.adrift
@@ -158,7 +158,7 @@ class Placed:
         self.data = auv(name=f"AUV0{node}", node=node, depth_m=layer.data.depth_m)
 
 
-def test_sonars_look_into_the_column_of_who_goes_up() -> None:
+def test_sonars_cover_the_water_column_of_an_ascending_vehicle() -> None:
     voyage, above = Voyage(), Voyage()
     above.layer.data = auv(depth_m=5.0)
     boat = Placed(above.layer, 1)
@@ -179,7 +179,7 @@ def test_sonars_look_into_the_column_of_who_goes_up() -> None:
     assert len(separation.conflicts(1.0)) == 1
 
 
-def test_a_beacon_is_passed_where_that_is_sooner() -> None:
+def test_a_beacon_replaces_surfacing_where_it_is_faster() -> None:
     """From (500, 0) the rim of one at (560, 0) is 30 m off, 12 s; 40 s up. It is under water all the time."""
     voyage = Voyage(Beacon((560.0, 0.0), 30.0))
     voyage.go_on(lambda: voyage.is_fixing)

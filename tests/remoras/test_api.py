@@ -1,4 +1,4 @@
-"""The Python face: what ``import remoras`` offers, in a script and in a notebook."""
+"""The Python API: functions of ``import remoras`` in a script and in a notebook."""
 
 import subprocess
 import sys
@@ -18,7 +18,7 @@ def short() -> remoras.Run:
     return remoras.run("mapping-rendezvous", per=0.4, seed=3, set=SHORT)
 
 
-def test_importing_it_loads_nothing_heavy() -> None:
+def test_importing_the_package_loads_no_heavy_library() -> None:
     program = (
         "import sys, remoras; heavy = {'mesa', 'numpy', 'pandas', 'pyarrow', 'rdflib', 'matplotlib', 'pydantic'};"
         "print(*sorted(heavy & sys.modules.keys()))"
@@ -26,7 +26,7 @@ def test_importing_it_loads_nothing_heavy() -> None:
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "\n"
 
 
-def test_options_are_those_of_the_command_line(short: remoras.Run) -> None:
+def test_api_options_equal_those_of_the_command_line(short: remoras.Run) -> None:
     assert (short.summary["per"], short.summary["seed"], short.scenario.scenario.duration_s) == (0.4, 3, 60.0)
     loaded = remoras.load("mapping-rendezvous", strategy="cbba", policy="mps-ack", channel="perfect", set=SHORT)
     assert (loaded.strategy.name, loaded.communication.policy, loaded.channel.name) == ("cbba", "mps-ack", "perfect")
@@ -43,7 +43,7 @@ def test_tables_are_data_frames_with_units(short: remoras.Run) -> None:
         short.table("trajectory")
 
 
-def test_what_is_saved_and_opened_answers_alike(short: remoras.Run, tmp_path: Path) -> None:
+def test_saved_results_equal_those_in_memory(short: remoras.Run, tmp_path: Path) -> None:
     short.save(tmp_path / "run")
     opened = remoras.open(tmp_path / "run")
     assert opened.tables == short.tables
@@ -64,7 +64,7 @@ def test_a_strategy_may_be_an_object() -> None:
     assert by_object.table("packets").equals(by_name.table("packets"))
 
 
-def test_wrong_arguments_are_told_with_what_is_allowed() -> None:
+def test_errors_of_arguments_state_the_allowed_values() -> None:
     with pytest.raises(TypeError, match=r"seed is 1\.5; allowed: a whole number, 0 or more"):
         remoras.run("mapping-rendezvous", seed=1.5, set=SHORT)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="seed is -1"):
@@ -84,7 +84,7 @@ def test_faults_name_the_argument() -> None:
         remoras.load("mapping-rendezvouz")
 
 
-def test_what_vehicles_knew_can_be_asked(short: remoras.Run) -> None:
+def test_knowledge_of_vehicles_can_be_queried(short: remoras.Run) -> None:
     found = short.query("SELECT ?role WHERE { ?vehicle0 rm:playsRole ?role }")
     assert list(found.columns) == ["vehicle", "role"]
     assert set(found["vehicle"]) == {"ASV00", "AUV00", "AUV01", "AUV02"}
@@ -100,7 +100,7 @@ def test_the_exchange_study_is_a_data_frame() -> None:
     assert (rows["source_acked_slots.mean"] > 3).all()
 
 
-def test_a_sweep_is_made_opened_and_compared(tmp_path: Path) -> None:
+def test_a_sweep_can_be_run_opened_and_compared(tmp_path: Path) -> None:
     study = tmp_path / "tiny.toml"
     study.write_text(
         '[study]\nname = "tiny"\nscenario = "mapping-rendezvous"\nstrategies = ["central", "remoras"]\nrepeats = 2\n'
