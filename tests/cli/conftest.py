@@ -1,4 +1,4 @@
-"""A short run and a small sweep, made once for all tests of commands."""
+"""A short run and a small sweep, shared by all tests of commands."""
 
 from pathlib import Path
 

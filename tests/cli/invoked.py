@@ -1,4 +1,4 @@
-"""The command line as tests call it: in this process, or as a program of its own."""
+"""Invocation of the command line: in this process, or as a program of its own."""
 
 import sys
 

@@ -38,7 +38,7 @@ def test_a_benchmark_writes_card_tables_and_citation_and_can_be_verified(suite: 
     assert (shown["verified"], shown["of"], shown["other_code"], shown["other"]) == (2, 2, {}, {})
 
 
-def test_a_card_that_is_none_is_told(suite: Path, tmp_path: Path) -> None:
+def test_an_invalid_result_card_is_reported(suite: Path, tmp_path: Path) -> None:
     (tmp_path / "card.json").write_text("[]")
     assert "no card of a benchmark" in refused("benchmark", suite, "--verify", tmp_path / "card.json")
 
@@ -54,7 +54,7 @@ def test_a_folder_of_other_runs_is_refused(suite: Path, tmp_path: Path) -> None:
     assert "--accept-code" not in message
 
 
-def test_a_strategy_that_does_not_conform_makes_no_run(
+def test_a_nonconforming_strategy_is_refused_before_any_run(
     suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

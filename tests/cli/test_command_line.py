@@ -1,4 +1,4 @@
-"""The command line as a person and as a script meet it: what is printed where, and with what exit code."""
+"""The command line for users and scripts: streams, texts and exit codes."""
 
 import json
 import re
@@ -52,7 +52,7 @@ HEAVY = {
         ),
     ],
 )  # fmt: skip
-def test_commands_load_what_they_need_and_nothing_else(
+def test_commands_import_only_the_libraries_they_need(
     commands: dict[str, int], needed: str, swept: Path, results: Path, tmp_path: Path
 ):
     """What is answered at once needs none of these libraries: to load one takes longer than the answer may."""
@@ -80,7 +80,7 @@ print(*sys.modules)
         ("channels", "bernoulli"), ("modems", "nanomodem-v3"),
     ],
 )  # fmt: skip
-def test_what_can_be_named_is_listed_and_described(kind: str, among: str):
+def test_plug_in_names_are_listed_and_described(kind: str, among: str):
     text = remoras("list", kind)
     assert text.exit_code == 0
     assert re.search(rf"^ +{among} +\S", text.stdout, re.MULTILINE)
@@ -91,7 +91,7 @@ def test_what_can_be_named_is_listed_and_described(kind: str, among: str):
     assert all(row["description"] for row in rows)
 
 
-def test_everything_is_listed_and_studies_with_what_they_are_about():
+def test_list_shows_every_kind_and_the_subject_of_studies():
     everything = json.loads(remoras("list", "--json").stdout)
     assert list(everything) == ["scenarios", "strategies", "policies", "channels", "modems", "networks"]
     found = {row["name"]: row["description"] for row in json.loads(remoras("list", "studies", "--json").stdout)}
@@ -99,7 +99,7 @@ def test_everything_is_listed_and_studies_with_what_they_are_about():
     assert found["strategies-quick"].startswith("The study strategies-under-loss in little")
 
 
-def test_what_can_be_set_of_a_strategy_is_listed():
+def test_settings_of_a_strategy_are_listed():
     rows = {row["name"]: row for row in json.loads(remoras("list", "strategies", "--json").stdout)}
     central = rows["central"]
     assert central["source"].startswith("leader-follower")
@@ -144,7 +144,7 @@ def test_options_reach_the_run():
     assert given.items() <= report.items()
 
 
-def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_results_are_not_overwritten_without_force(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The mission would not complete and exit 1; an output that cannot be is refused before the run."""
     out = tmp_path / "run"
     run = ("run", "mapping-rendezvous", *SHORT, "--out")
@@ -160,7 +160,7 @@ def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: P
     assert "--out" in refused(*run, out / "summary.json" / "below")
 
 
-def test_all_faults_of_a_file_are_told_with_file_and_line(tmp_path: Path):
+def test_all_faults_of_a_file_are_reported_with_file_and_line(tmp_path: Path):
     file = tmp_path / "mine.toml"
     text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
     file.write_text(text.replace("cell_m = 25.0", "cell = 25.0").replace("slot = 2", "slot = -1"), encoding="utf-8")
@@ -214,7 +214,7 @@ def test_the_ontology_of_a_scenario_is_explained_term_by_term():
     assert all(term["meaning"] for term in terms)
 
 
-def test_no_key_is_explained_by_a_type_of_python():
+def test_explanations_of_keys_show_no_python_types():
     for name, (kind, _) in (explanations() | study_explanations()).items():
         assert re.match(r"(text|number|whole number|true or false|table|lists? of|one of|value)", kind), (name, kind)
         assert not re.search(r"\b(str|int|float|bool|dict|tuple|None|Any|Literal|Annotated)\b|[()]", kind), (name, kind)
@@ -246,7 +246,7 @@ def test_the_schema_takes_every_shipped_file():
         ("slot = 2", 'slot = "two"'),
     ],
 )
-def test_the_schema_refuses_what_the_checks_of_single_values_refuse(old: str, new: str):
+def test_the_schema_refuses_the_values_that_validation_refuses(old: str, new: str):
     text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
     assert old in text
     with pytest.raises(jsonschema.ValidationError):
@@ -256,7 +256,7 @@ def test_the_schema_refuses_what_the_checks_of_single_values_refuse(old: str, ne
 # plot, doctor, what is not there yet --------------------------------------------------------------
 
 
-def test_a_name_that_the_font_lacks_is_one_line(tmp_path: Path):
+def test_a_name_with_glyphs_missing_in_the_font_is_one_line(tmp_path: Path):
     text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8").replace("AUV01", "AUV\N{FISH}")
     (tmp_path / "fish.toml").write_text(text, encoding="utf-8")
     assert remoras("run", tmp_path / "fish.toml", *SHORT, "--out", tmp_path / "out").exit_code == 1
@@ -302,14 +302,14 @@ def test_an_export_is_written_into_the_folder_and_counted(results: Path, tmp_pat
     assert again.stdout.startswith(f"{tmp_path / 'tables'}\n")
 
 
-def test_the_formats_are_those_of_the_package() -> None:
+def test_figure_formats_are_those_of_the_package() -> None:
     from remoras.cli.results import ExportFormat
     from visualisation.exports import FORMATS
 
     assert [*get_args(ExportFormat)] == [*FORMATS]
 
 
-def test_an_export_is_of_one_run(results: Path, swept: Path, tmp_path: Path) -> None:
+def test_export_refuses_a_sweep(results: Path, swept: Path, tmp_path: Path) -> None:
     assert "holds a sweep; allowed: the results of one run" in refused("export", swept, "--format", "csv")
     assert "no results of a run" in refused("export", tmp_path, "--format", "csv")
     assert list(tmp_path.iterdir()) == []
@@ -321,7 +321,7 @@ def test_an_export_is_of_one_run(results: Path, swept: Path, tmp_path: Path) -> 
     assert "world.origin_deg" in refused("export", tmp_path / "nowhere", "--format", "geojson")
 
 
-def test_the_organisation_is_drawn_at_a_time_in_a_view(results: Path, swept: Path, tmp_path: Path) -> None:
+def test_the_organisation_is_drawn_for_a_time_and_a_view(results: Path, swept: Path, tmp_path: Path) -> None:
     made = remoras(
         "plot", results, "organisation", "--at", "20", "--viewer", "AUV01", "--format", "svg", "--out", tmp_path
     )
@@ -338,7 +338,7 @@ def test_the_organisation_is_drawn_at_a_time_in_a_view(results: Path, swept: Pat
 
 
 @pytest.mark.slow
-def test_the_doctor_finds_this_installation_well():
+def test_doctor_reports_no_fault_in_this_installation():
     result = remoras("doctor")
     assert result.exit_code == 0, result.output
     assert "mesa" in result.stdout

@@ -1,4 +1,4 @@
-"""What the shell offers on Tab, and what help shows: commands in the order of use, each with an example that works."""
+"""Shell completion and help texts: commands in order of use, each with a valid example."""
 
 import re
 import shlex
@@ -61,7 +61,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, results: Path, swept: Path)
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_names_are_offered(words: str, expected: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_names_are_completed(words: str, expected: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     assert sorted(offered(words)) == sorted(expected)
 
@@ -74,7 +74,7 @@ def commands() -> list[str]:
     return re.findall(r"^  ([a-z-]+) ", listed, re.MULTILINE)
 
 
-def test_commands_are_listed_by_what_they_are_for() -> None:
+def test_help_groups_commands_by_purpose() -> None:
     shown = remoras("--help").stdout
     assert commands() == [*HOMES]
     headings = [shown.index(f"\n{heading}:\n") for heading in GROUPS]
@@ -82,7 +82,7 @@ def test_commands_are_listed_by_what_they_are_for() -> None:
     assert "..." not in shown.partition("Run:")[2]
 
 
-def test_every_command_shows_an_example_that_the_parser_takes_and_no_types_of_python() -> None:
+def test_help_of_every_command_has_a_valid_example_and_no_python_types() -> None:
     everything = remoras("--help").stdout
     for name in commands():
         text = remoras(name, "--help").stdout

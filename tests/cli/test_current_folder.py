@@ -1,4 +1,4 @@
-"""Nothing of the current folder is imported unless a file or an option names it."""
+"""Modules of the current folder are imported only if a file or an option names them."""
 
 import os
 import subprocess
@@ -75,7 +75,7 @@ def study(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_no_command_executes_what_a_library_would_like_to_import(tmp_path: Path) -> None:
+def test_no_command_executes_modules_of_the_current_folder(tmp_path: Path) -> None:
     plant(tmp_path, *OPTIONAL, "numpy", "pyarrow")
     study(tmp_path)
     commands = [
@@ -91,7 +91,7 @@ def test_no_command_executes_what_a_library_would_like_to_import(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_python_m_takes_libraries_from_where_they_are_installed(tmp_path: Path) -> None:
+def test_python_m_imports_installed_libraries_only(tmp_path: Path) -> None:
     plant(tmp_path, *OPTIONAL, "numpy", "pyarrow", "pydantic")
     assert command(tmp_path, "validate", "mapping-rendezvous", module=True).returncode == 0
     assert sung(tmp_path) == []
@@ -99,7 +99,7 @@ def test_python_m_takes_libraries_from_where_they_are_installed(tmp_path: Path) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("module", [False, True])
-def test_a_named_plug_in_is_found_with_what_lies_beside_it_then_and_later(tmp_path: Path, module: bool) -> None:
+def test_a_named_plug_in_can_import_its_neighbours_at_any_time(tmp_path: Path, module: bool) -> None:
     plant(tmp_path, "helper", "later", "orjson")
     plant(tmp_path, "mine", more=MINE)
     done = command(tmp_path, "run", "mapping-rendezvous", "--strategy", "mine:Mine", *SHORT, "--json", module=module)
@@ -108,7 +108,7 @@ def test_a_named_plug_in_is_found_with_what_lies_beside_it_then_and_later(tmp_pa
 
 
 @pytest.mark.slow
-def test_workers_of_a_sweep_find_it_too(tmp_path: Path) -> None:
+def test_workers_of_a_sweep_find_a_named_plug_in(tmp_path: Path) -> None:
     plant(tmp_path, "orjson", "numpy")
     inner = tmp_path / "inner"
     inner.mkdir()

@@ -1,4 +1,4 @@
-"""The folder of an exchange study appears, and is replaced, whole or not at all."""
+"""The folder of an exchange study is created and replaced atomically."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ def content_of(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.slow
-def test_force_takes_all_of_the_older_study_away_and_leaves_what_is_the_users(older: Path) -> None:
+def test_force_removes_the_older_study_and_keeps_files_of_the_user(older: Path) -> None:
     assert "--force" in refused(*STUDY, "--seed", 2, "--out", older)
     before = content_of(older)
     remoras(*STUDY, "--seed", 2, "--load", "poisson:0.01", "--capacity-bits", 256, "--out", older, "--force")
@@ -40,9 +40,7 @@ def test_force_takes_all_of_the_older_study_away_and_leaves_what_is_the_users(ol
     assert list(older.parent.iterdir()) == [older]
 
 
-def test_what_is_interrupted_while_it_draws_leaves_the_older_study(
-    older: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_drawing_keeps_the_older_study(older: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before, caption, shown = content_of(older), policies.caption, list[str]()
 
     def interrupted(rows: list[policies.StudyRow], kind: str) -> str:

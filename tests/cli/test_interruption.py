@@ -1,4 +1,4 @@
-"""How Ctrl-C and a termination by the system end a command: one line, the exit code of the signal, no half results."""
+"""Ctrl-C and SIGTERM end a command with one line, the exit code of the signal and no partial results."""
 
 import subprocess
 import sys
@@ -50,14 +50,14 @@ def ended(trap: str, *arguments: object, handlers: str = "SIG_DFL") -> "subproce
 
 @ENDS
 @pytest.mark.parametrize("module", ["remoras.cli.app", "numpy"])
-def test_while_libraries_load_it_is_one_line(module: str, number: int, code: int, said: str) -> None:
+def test_an_interruption_during_imports_is_one_line(module: str, number: int, code: int, said: str) -> None:
     done = ended(WHILE_LOADING.format(module=module, number=number), *RUN)
     assert (done.returncode, done.stdout, done.stderr) == (code, "", f"remoras: {said}\n")
 
 
 @pytest.mark.slow
 @ENDS
-def test_in_the_middle_of_a_run_nothing_is_written(tmp_path: Path, number: int, code: int, said: str) -> None:
+def test_an_interrupted_run_writes_nothing(tmp_path: Path, number: int, code: int, said: str) -> None:
     out = tmp_path / "out"
     done = ended(WHILE_RUNNING.format(number=number), *RUN, "--out", out)
     assert (done.returncode, done.stdout) == (code, "")
@@ -65,14 +65,14 @@ def test_in_the_middle_of_a_run_nothing_is_written(tmp_path: Path, number: int, 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_results_that_were_written_by_then_are_there(tmp_path: Path) -> None:
+def test_results_written_before_an_interruption_remain(tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = ended(WHEN_WRITTEN.format(number=15), *RUN, "--out", out)
     assert (done.returncode, done.stderr) == (143, "remoras: terminated\n")
     assert (out / "summary.json").is_file()
 
 
-def test_who_has_the_signals_ignored_is_not_interrupted() -> None:
+def test_ignored_signals_do_not_interrupt() -> None:
     """So does ``nohup``, and a shell with what it starts in the background."""
     done = ended(WHILE_LOADING.format(module="typer", number=2), "--version", handlers="SIG_IGN")
     assert done.returncode == 0

@@ -1,4 +1,4 @@
-"""The command that shows a run while it goes: what it serves, what it refuses, and that it gives what ``run`` gives."""
+"""The command ``live``: its server, its refusals, and results equal to those of ``run``."""
 
 import http.client
 import json
@@ -80,7 +80,7 @@ def served(*arguments: object, cwd: Path | None = None) -> Iterator[Client]:
         process.communicate()
 
 
-def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None:
+def test_results_of_live_equal_those_of_run(tmp_path: Path) -> None:
     live, whole = tmp_path / "live", tmp_path / "run"
     with served(*SHORT, "--out", live) as client:
         assert client.when(lambda news: news["number"] > 0)["phase"] == "ready"
@@ -111,7 +111,7 @@ def test_results_are_those_of_run_however_it_was_stepped(tmp_path: Path) -> None
     assert last["data"] in remoras.open(live).replay().text
 
 
-def test_all_but_the_controls_of_its_own_page_is_refused_and_changes_nothing(tmp_path: Path) -> None:
+def test_requests_from_other_pages_are_refused_and_change_nothing(tmp_path: Path) -> None:
     with served(*SHORT, "--out", tmp_path / "live") as client:
         before = client.when(lambda news: news["number"] > 0)
         for control in (
@@ -153,7 +153,7 @@ def test_all_but_the_controls_of_its_own_page_is_refused_and_changes_nothing(tmp
     assert not (tmp_path / "live").exists()
 
 
-def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path) -> None:
+def test_a_crash_is_reported_and_existing_results_are_kept(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(CRASHING)
     with served(*SHORT, "--strategy", "mine:CRASHING", "--out", "live", cwd=tmp_path) as client:
         client.control(FULL)
@@ -165,7 +165,7 @@ def test_a_crash_is_told_and_what_was_there_is_kept(tmp_path: Path) -> None:
     assert not (tmp_path / "live").exists()
 
 
-def test_what_cannot_be_served_is_one_clear_error(tmp_path: Path) -> None:
+def test_settings_that_cannot_be_served_are_one_error(tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -179,7 +179,7 @@ def test_what_cannot_be_served_is_one_clear_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_page_follows_the_run_and_steers_it(chrome: Any) -> None:
+def test_the_live_page_shows_and_controls_the_run(chrome: Any) -> None:
     with served(*SHORT) as client:
         window = Window(chrome.new_context(viewport={"width": 1280, "height": 720}).new_page())
         page = window.page

@@ -1,4 +1,4 @@
-"""What `remoras new` writes works as it is: scenarios run, plug-ins conform; nothing is replaced unasked."""
+"""Output of `remoras new`: scenarios run, plug-ins conform, existing files stay without --force."""
 
 import re
 from pathlib import Path
@@ -32,7 +32,7 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         "--areas 6 --side 1000 --modem whoi-fsk-0",
     ],
 )
-def test_a_scenario_has_no_fault_and_can_do_its_work(flags: str) -> None:
+def test_a_new_scenario_is_valid_and_feasible(flags: str) -> None:
     assert remoras("new", "scenario", "mine", *flags.split()).exit_code == 0
     setup = resolved(load("mine.toml"))
     asked = dict(re.findall(r"--(\w+) (\S+)", flags))
@@ -45,7 +45,7 @@ def test_a_scenario_has_no_fault_and_can_do_its_work(flags: str) -> None:
     assert "$" not in Path("mine.toml").read_text(encoding="utf-8")
 
 
-def test_a_scenario_runs_at_once() -> None:
+def test_a_new_scenario_runs_unchanged() -> None:
     said = remoras("new", "scenario", "mine", "--areas", "2", "--side", "75", "--lost", "1", "--vehicles", "3").stdout
     told = said.splitlines()[-1].removeprefix("try it with: remoras ").split()
     ran = remoras(*told)
@@ -57,7 +57,7 @@ def test_a_scenario_runs_at_once() -> None:
 
 
 @pytest.mark.parametrize("kind", PLUGINS)
-def test_a_plug_in_is_its_template_under_another_name(kind: str) -> None:
+def test_a_new_plug_in_equals_its_template_under_another_name(kind: str) -> None:
     """All that is written is shown in a how-to, whose commands are run; the name takes the place of the template's."""
     made = remoras("new", kind, "by_night", "--out", "deep/er")
     assert made.exit_code == 0
@@ -78,7 +78,7 @@ def test_a_plug_in_is_its_template_under_another_name(kind: str) -> None:
 
 
 @pytest.mark.parametrize("arguments", ["scenario mine", "metric mine", "mission mine"])
-def test_nothing_is_replaced_unasked(arguments: str) -> None:
+def test_new_replaces_no_file_without_force(arguments: str) -> None:
     assert remoras("new", *arguments.split()).exit_code == 0
     before = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
     changed = next(iter(before))

@@ -1,4 +1,4 @@
-"""What files name is imported, unless --no-plugins is given: then nothing is that is not shipped."""
+"""Code named by files is imported unless --no-plugins is given, which admits shipped code only."""
 
 import os
 import sys
@@ -53,7 +53,7 @@ def is_told(message: str, *parts: str) -> None:
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_a_file_that_names_other_code_is_refused_before_it_is_imported(tmp_path: Path, canary: Path, key: str) -> None:
+def test_a_file_naming_other_code_is_refused_before_its_import(tmp_path: Path, canary: Path, key: str) -> None:
     path = scenario(tmp_path, key, OTHER)
     is_told(refused("validate", path, "--no-plugins"), f"{path}:", key, f'"{OTHER}"')
     assert not canary.exists()
@@ -97,7 +97,7 @@ def test_a_sensor_and_a_study_that_name_other_code_are_refused(tmp_path: Path, c
 
 
 @pytest.mark.parametrize(("options", "is_looked_in"), [([], True), (["--no-plugins"], False)])
-def test_plug_ins_are_looked_for_in_the_current_folder_unless_that_is_forbidden(
+def test_plug_ins_are_searched_in_the_current_folder_unless_forbidden(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], is_looked_in: bool
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -111,14 +111,14 @@ def test_plug_ins_are_looked_for_in_the_current_folder_unless_that_is_forbidden(
     assert str(tmp_path) not in sys.path
 
 
-def test_every_command_that_may_load_code_has_the_option_and_leaves_the_environment_as_it_was() -> None:
+def test_every_command_loading_code_has_no_plugins_and_keeps_the_environment() -> None:
     without = {name for name in HOMES if "--no-plugins" not in remoras(name, "--help").stdout}
     assert without == {"list", "doctor", "new", "verify"}
     assert remoras("validate", "mapping-rendezvous", "--no-plugins").exit_code == 0
     assert NO_PLUGINS not in os.environ
 
 
-def test_the_variable_holds_in_python_and_shipped_names_do_not_lead_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_environment_variable_works_in_python_and_shipped_names_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(NO_PLUGINS, "1")
     assert named_object("missions.mapping:MappingMission").__name__ == "MappingMission"
     for reference in ("math:sqrt", "missions.files:Path", "remoras.plugins:importlib", "remorasx.mine:Mine"):
@@ -133,7 +133,7 @@ def test_the_variable_holds_in_python_and_shipped_names_do_not_lead_elsewhere(mo
         *((table, "a/b") for table in ("group", "vehicle", "role", "study")),
     ],
 )
-def test_names_lead_to_no_other_folder_and_are_no_formula(tmp_path: Path, table: str, name: str) -> None:
+def test_names_contain_no_path_and_no_spreadsheet_formula(tmp_path: Path, table: str, name: str) -> None:
     raw = tomllib.loads(shipped()["mapping-rendezvous"].read_text(encoding="utf-8"))
     changed = {"scenario": raw["scenario"], "vehicle": raw["vehicle"][0], "group": raw["group"][0]}
     if table == "study":
@@ -147,7 +147,7 @@ def test_names_lead_to_no_other_folder_and_are_no_formula(tmp_path: Path, table:
     assert "allowed: 1 to 40 characters, none of them . / " in refused("validate", path)
 
 
-def test_results_that_name_other_code_import_none(tmp_path: Path, canary: Path) -> None:
+def test_results_naming_other_code_import_none(tmp_path: Path, canary: Path) -> None:
     not_complete = 1
     done = remoras("run", "mapping-rendezvous", "--set", "scenario.duration_s=30", "--out", "dive")
     assert done.exit_code == not_complete

@@ -36,7 +36,7 @@ def run(names: list[str], out: Path | None, **more) -> Swarm:
 
 
 @pytest.mark.slow
-def test_two_come_to_know_the_same_while_a_third_is_killed_and_their_logs_repeat_them(tmp_path: Path) -> None:
+def test_nodes_agree_after_one_is_killed_and_their_logs_replay(tmp_path: Path) -> None:
     def kill(pids: dict[str, int]) -> None:
         os.kill(pids["AUV02"], signal.SIGKILL)
 
@@ -68,7 +68,7 @@ def test_a_swarm_by_command_gives_one_json_value() -> None:
 
 
 @pytest.mark.slow
-def test_a_node_joins_a_mission_that_is_under_way() -> None:
+def test_a_node_can_join_a_running_mission() -> None:
     def node(vehicle: str, bind: str, peers: str, until_s: float) -> subprocess.Popen[str]:
         options = f"--bind {bind} --peers {peers} --until {until_s} --settle 0 --speed 60 --json"
         command = [sys.executable, "-c", MAIN, "node", SCENARIO, vehicle, *options.split()]
@@ -94,7 +94,7 @@ def test_a_node_joins_a_mission_that_is_under_way() -> None:
         first.kill()
 
 
-def test_a_node_goes_on_though_its_peer_is_never_there(tmp_path: Path) -> None:
+def test_a_node_runs_without_its_peer(tmp_path: Path) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as nobody:
         nobody.bind(("127.0.0.1", 0))
         peer = f"AUV00=127.0.0.1:{nobody.getsockname()[1]}"
@@ -127,7 +127,7 @@ def test_a_port_in_use_is_one_line() -> None:
     assert message == f"remoras: --bind 127.0.0.1:{number}: Address already in use; {why}"
 
 
-def test_a_port_that_is_none_and_a_log_that_is_none_are_named(tmp_path: Path) -> None:
+def test_an_invalid_port_and_an_invalid_log_are_named(tmp_path: Path) -> None:
     now = datetime.now(UTC).isoformat()
     (tmp_path / "AUV00.jsonl").write_text("x\n", encoding="utf-8")
     assert "no line of a log" in refused("node", SCENARIO, "AUV00", "--resume", "--out", tmp_path).splitlines()[-1]

@@ -1,4 +1,4 @@
-"""`remoras query` ends: after its time, and after as many rows as are asked for."""
+"""`remoras query` ends at its time limit and its row limit."""
 
 import json
 import subprocess
@@ -23,7 +23,7 @@ def test_a_runaway_query_ends_in_one_line(results: Path) -> None:
     assert "within 2 s" in json.loads(done.stdout)["error"]
 
 
-def test_only_so_many_rows_are_shown_and_that_is_said(results: Path) -> None:
+def test_shown_rows_are_limited_and_the_limit_is_stated(results: Path) -> None:
     done = remoras("query", results, PAIRS, "--limit", 5, "--json")
     assert done.exit_code == 0
     assert len(json.loads(done.stdout)) == 5

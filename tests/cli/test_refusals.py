@@ -1,4 +1,4 @@
-"""What users get wrong, command by command: exit 2, one line with what is allowed, and one JSON value with --json."""
+"""User errors of every command: exit 2, one line with the allowed values, one JSON value with --json."""
 
 import json
 import re
@@ -104,7 +104,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("words", "says"), WRONG, ids=[words[:60] for words, _ in WRONG])
-def test_what_is_wrong_is_one_line_and_one_json_value(
+def test_a_user_error_is_one_line_and_one_json_value(
     words: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""The command that makes a page of a run: what it writes where, and what it refuses."""
+"""The command ``replay``: the place of its page, and its refusals."""
 
 import resource
 import shutil
@@ -18,7 +18,7 @@ def record(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", s
     return folder
 
 
-def test_the_page_is_in_the_folder_or_where_one_says(results: Path, tmp_path: Path) -> None:
+def test_the_page_is_written_into_the_folder_or_to_out(results: Path, tmp_path: Path) -> None:
     shutil.copytree(results, tmp_path / "run")
     result = remoras("replay", tmp_path / "run")
     assert (result.exit_code, result.stdout.strip()) == (0, str(tmp_path / "run" / "replay.html"))
@@ -30,7 +30,7 @@ def test_the_page_is_in_the_folder_or_where_one_says(results: Path, tmp_path: Pa
     assert (tmp_path / "mission.html").read_text(encoding="utf-8") == text
 
 
-def test_a_file_that_is_there_is_kept_without_force(results: Path, tmp_path: Path) -> None:
+def test_replay_keeps_an_existing_file_without_force(results: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine.html"
     out.write_text("mine")
     assert (
@@ -42,7 +42,7 @@ def test_a_file_that_is_there_is_kept_without_force(results: Path, tmp_path: Pat
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_on_a_full_disk_nothing_is_left_and_nothing_harmed(results: Path, tmp_path: Path) -> None:
+def test_a_full_disk_leaves_no_partial_file_and_harms_none(results: Path, tmp_path: Path) -> None:
     """The disk is full for files of more than 20 kB."""
     out = tmp_path / "mission.html"
     out.write_text("older")
@@ -58,7 +58,7 @@ def test_on_a_full_disk_nothing_is_left_and_nothing_harmed(results: Path, tmp_pa
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_what_is_no_run_is_named(results: Path, tmp_path: Path) -> None:
+def test_a_folder_that_is_no_run_is_named(results: Path, tmp_path: Path) -> None:
     assert "is a folder; name a file, such as" in refused("replay", results, "--out", tmp_path)
     assert "there is no folder" in refused("replay", results, "--out", tmp_path / "none" / "a.html")
     (tmp_path / "study.json").write_text("{}")
@@ -66,7 +66,7 @@ def test_what_is_no_run_is_named(results: Path, tmp_path: Path) -> None:
     assert "holds a sweep" in refused("replay", results, tmp_path, "--out", tmp_path / "a.html")
 
 
-def test_a_cut_table_is_named_and_nothing_written(results: Path, tmp_path: Path) -> None:
+def test_a_truncated_table_is_named_and_nothing_is_written(results: Path, tmp_path: Path) -> None:
     shutil.copytree(results, tmp_path / "run")
     path = tmp_path / "run" / "items.parquet"
     path.write_bytes(path.read_bytes()[:100])
@@ -74,7 +74,7 @@ def test_a_cut_table_is_named_and_nothing_written(results: Path, tmp_path: Path)
     assert not (tmp_path / "run" / "replay.html").exists()
 
 
-def test_of_a_folder_that_lacks_tables_it_says_what_is_not_shown(results: Path, tmp_path: Path) -> None:
+def test_missing_tables_are_listed_with_the_views_they_remove(results: Path, tmp_path: Path) -> None:
     shutil.copytree(results, tmp_path / "run")
     for name in ("decisions", "items", "trajectories", "packets", "roles", "knowledge"):
         (tmp_path / "run" / f"{name}.parquet").unlink()
@@ -93,7 +93,7 @@ def test_a_scenario_that_this_version_cannot_read_is_refused(results: Path, tmp_
     assert "length_s" in refused("replay", tmp_path / "run")
 
 
-def test_two_runs_stand_side_by_side_in_one_world_only(results: Path, tmp_path: Path) -> None:
+def test_two_runs_of_different_worlds_are_not_compared(results: Path, tmp_path: Path) -> None:
     """Of other seed, loss and strategy, that is; not of other borders, work or vehicles."""
     other = record(tmp_path / "other", "channel.per=0.1", "strategy.name='central'", seed=2)
     assert remoras("replay", results, other, "--out", tmp_path / "two.html").exit_code == 0

@@ -1,4 +1,4 @@
-"""The command ``sea`` of networks and of scenarios, the option ``--network``, and the marks of ``list modems``."""
+"""The command ``sea`` of networks and scenarios, the option ``--network``, the marks of ``list modems``."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ def points(*arguments: object) -> list[dict[str, float]]:
     return found
 
 
-def test_a_line_for_each_modem_and_range():
+def test_sea_prints_a_line_per_modem_and_range():
     done = remoras("sea", "--modem", "nanomodem-v3,whoi-psk-1", "--ranges", "2000,1000")
     assert done.exit_code == 0, done.output
     head, *lines = done.stdout.splitlines()
@@ -27,7 +27,7 @@ def test_a_line_for_each_modem_and_range():
     ]
 
 
-def test_the_sea_is_that_of_the_scenario_and_can_be_set():
+def test_sea_uses_the_scenario_and_its_overrides():
     """By hand: 2 km lose 66.02 dB by spherical spreading, and 2 * 7.3915 by the absorption of Thorp at 28 kHz."""
     sea = ("--set", "channel.spreading=2", "--set", "channel.absorption=thorp")
     (one,) = points("mapping-patches", "--modem", "nanomodem-v3", "--ranges", "2000", *sea)
@@ -47,7 +47,7 @@ def test_the_sea_is_that_of_the_scenario_and_can_be_set():
         (2, "none", (3350, 5300, 7500, 5650)),
     ],
 )
-def test_the_reach_that_the_documents_state(spreading: float, fading: str, half_m: tuple[int, ...]):
+def test_sea_prints_the_ranges_that_the_documents_state(spreading: float, fading: str, half_m: tuple[int, ...]):
     names = ("nanomodem-v3", "whoi-fsk-0", "whoi-psk-1", "atm-900")
     for name, range_m in zip(names, half_m, strict=True):
         sea = ("--set", f"channel.spreading={spreading}", "--set", f"channel.fading={fading}")
@@ -69,7 +69,7 @@ def test_the_list_of_modems_marks_what_is_not_verified():
 SHORT = ("--set", "scenario.duration_s=30")
 
 
-def test_a_network_is_told_with_its_source_and_what_is_assumed() -> None:
+def test_a_network_is_described_with_source_and_assumptions() -> None:
     text = remoras("sea", "mission-2012").stdout
     assert "source: M. Chitre" in text
     assert "assumed: static links on moving vehicles" in text
@@ -82,7 +82,7 @@ def test_a_network_is_told_with_its_source_and_what_is_assumed() -> None:
 
 
 @pytest.mark.parametrize("name", shipped())
-def test_what_is_drawn_has_a_caption_and_numbers(name: str, tmp_path: Path) -> None:
+def test_figures_of_sea_have_a_caption_and_numbers(name: str, tmp_path: Path) -> None:
     remoras("sea", name, "--out", tmp_path, "--format", "svg")
     stem = tmp_path / f"network-{name}"
     assert stem.with_suffix(".svg").read_text().startswith("<?xml")

@@ -1,4 +1,4 @@
-"""Study files at the command line: an example to start from, what the keys mean, is the file in order."""
+"""Study files at the command line: the commented example, explanations of keys, validation."""
 
 import json
 import re
@@ -17,7 +17,7 @@ def example(tmp_path: Path) -> Path:
     return file
 
 
-def test_the_example_is_commented_and_loads_as_it_is(example: Path) -> None:
+def test_the_example_study_is_commented_and_loads(example: Path) -> None:
     assert example.read_text(encoding="utf-8").strip() == example_study().strip()
     assert "#" in example_study()
     sizes = {len(configuration.scenario.vehicle) for configuration in load_study(str(example)).configurations}
@@ -30,7 +30,7 @@ def test_every_key_of_a_study_is_in_the_example() -> None:
 
 
 @pytest.mark.slow
-def test_what_the_example_has_in_comments_loads_too(tmp_path: Path) -> None:
+def test_commented_keys_of_the_example_load(tmp_path: Path) -> None:
     text = example_study()
     points_from, latin_from, factorial_from, stopping_from = (
         text.index(start) for start in ("# [[point]]", "# [latin]", "# [factorial]", "# [stopping]")
@@ -59,7 +59,7 @@ def test_validate_tells_studies_from_scenarios_and_counts_runs(example: Path) ->
     assert "scenario ok; 4 vehicles" in remoras("validate", "mapping-rendezvous").stdout
 
 
-def test_a_stopping_rule_says_at_most(example: Path) -> None:
+def test_a_stopping_rule_shows_the_maximum_number_of_runs(example: Path) -> None:
     rule = '[stopping]\nmetric = "n_bytes"\nhalf_width = 1.0\nmaximum = 60\n'
     example.write_text(example_study() + rule, encoding="utf-8")
     assert "at most 1920 runs" in remoras("validate", example).stdout
@@ -68,7 +68,7 @@ def test_a_stopping_rule_says_at_most(example: Path) -> None:
 @pytest.mark.parametrize(
     ("repeats", "said"), [(5, "5 repeats: no interval (8 needed), smallest p 0.062; 8 give 0.0078"), (8, "")]
 )
-def test_too_few_repeats_are_told_before_any_run(tmp_path: Path, repeats: int, said: str) -> None:
+def test_too_few_repeats_are_reported_before_any_run(tmp_path: Path, repeats: int, said: str) -> None:
     file = tmp_path / "few.toml"
     file.write_text(
         f'[study]\nname = "few"\nscenario = "mapping-rendezvous"\nrepeats = {repeats}\n'
