@@ -1,4 +1,4 @@
-"""Channel models that break one rule each, and one from outside that keeps to all: they prove that checks can fail."""
+"""Channel models that break one rule each, and a conforming external one: proof that checks can fail."""
 
 import random
 from collections.abc import Callable, Iterator

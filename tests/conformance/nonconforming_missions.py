@@ -1,4 +1,4 @@
-"""Missions that break one rule each, made from one of visits that keeps to all."""
+"""Missions that break one rule each, derived from a conforming mission of visits."""
 
 import itertools
 import math

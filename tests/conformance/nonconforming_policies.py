@@ -1,4 +1,4 @@
-"""Policies that break one rule each, and one from outside that keeps to all: they prove that the checks can fail."""
+"""Policies that break one rule each, and a conforming external one: proof that checks can fail."""
 
 from exchange.policy.acknowledgement import Acknowledgement
 from exchange.policy.policies import ACK, M_ACK, MPS_ACK, AckPolicy

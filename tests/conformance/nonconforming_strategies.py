@@ -1,4 +1,4 @@
-"""Strategies that break one rule each: they prove that the checks of conformance can fail."""
+"""Strategies that break one rule each: proof that the conformance checks can fail."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

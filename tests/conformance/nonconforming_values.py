@@ -1,4 +1,4 @@
-"""Value rules that break the seam, each in one way."""
+"""Value rules that break their interface, each in one way."""
 
 import math
 

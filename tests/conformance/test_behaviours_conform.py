@@ -1,4 +1,4 @@
-"""Every general and vital behaviour conforms, and the check finds a behaviour that breaks a rule."""
+"""Every general and vital behaviour conforms, and the check detects a behaviour that breaks a rule."""
 
 import itertools
 import math
@@ -109,12 +109,12 @@ REFERS: list[tuple[Answer, str]] = [
 @pytest.mark.parametrize(
     ("part", "answer", "says"), [("perceive", *one) for one in PERCEIVES] + [("reference", *one) for one in REFERS]
 )
-def test_a_behaviour_that_breaks_a_rule_is_found_out(part: str, answer: Answer, says: str) -> None:
+def test_a_behaviour_that_breaks_a_rule_is_detected(part: str, answer: Answer, says: str) -> None:
     with pytest.raises(AssertionError, match=says):
         conformance.check(type("Broken", (Standing,), {part: answer}), AUV)
 
 
-def test_the_lives_hold_all_that_a_vehicle_may_meet() -> None:
+def test_checked_situations_cover_all_that_a_vehicle_may_meet() -> None:
     """Else a behaviour could break a rule in a corner that nobody looks into."""
     moments = conformance.story(AUV, ("AUV01",), ("Operational",))
     pictures = [moment.picture for moment in moments]

@@ -1,4 +1,4 @@
-"""Every shipped channel model conforms, one from outside does, and each check finds a model that breaks its rule."""
+"""Shipped channel models and an external one conform, and each check detects a model that breaks its rule."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -49,7 +49,7 @@ def test_every_shipped_model_conforms(check: Callable[[conformance.Model], None]
     ],
     ids=lambda value: getattr(value, "__name__", ""),
 )
-def test_a_model_that_breaks_a_rule_is_found_out(check, model, says) -> None:
+def test_a_channel_model_that_breaks_a_rule_is_detected(check, model, says) -> None:
     with pytest.raises(AssertionError, match=says):
         check(model)
 
@@ -66,6 +66,6 @@ def test_a_model_that_breaks_a_rule_is_found_out(check, model, says) -> None:
         ("Absent", "Absent"),
     ],
 )
-def test_what_is_no_channel_model_is_refused_by_what_it_lacks(name: str, says: str) -> None:
+def test_an_object_that_is_no_channel_model_is_refused_with_its_missing_parts(name: str, says: str) -> None:
     with pytest.raises(PluginError, match=says):
         model_named(f"nonconforming_channels:{name}")

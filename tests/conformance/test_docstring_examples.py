@@ -1,4 +1,4 @@
-"""The examples in the docstrings of the seams run, and what they make keeps to its seam."""
+"""The examples in the docstrings of plug-in interfaces run and conform."""
 
 import inspect
 import math
@@ -48,7 +48,7 @@ def run_example(documented: Any, **names: Any) -> dict[str, Any]:
     return namespace
 
 
-def test_the_job_of_the_example_can_be_given_out() -> None:
+def test_the_example_job_can_be_assigned() -> None:
     """It is 40 m away, at 2 m/s, and takes its 60 s: done after 80 s."""
     visit = run_example(remoras.work.Job, math=math, dataclass=dataclass)["Visit"]("buoy", (40.0, 0.0))
     assert all(hasattr(visit, part) for part in ("name", "place_m", "needs", "done"))

@@ -1,4 +1,4 @@
-"""The drivers that come with the package keep to the seam, and the checks find those that do not."""
+"""Shipped modem drivers conform to the interface, and the checks detect those that do not."""
 
 import time
 
@@ -43,7 +43,7 @@ def test_shipped_drivers_conform(make) -> None:
 
 
 @pytest.mark.parametrize("kind", [Deaf, Cutting])
-def test_others_are_found_out(kind: type[MemoryDriver]) -> None:
+def test_a_driver_that_breaks_a_rule_is_detected(kind: type[MemoryDriver]) -> None:
     def make() -> conformance.Pair:
         one, other, pace = in_memory()
         other.__class__ = kind

@@ -1,4 +1,4 @@
-"""Kinds of faults keep to their seam; one that does not is refused by what is wrong with it."""
+"""Shipped kinds of faults conform; a kind that does not is refused with the reason."""
 
 import sys
 from typing import Any
@@ -35,7 +35,7 @@ def test_shipped_kinds_conform(kind: str) -> None:
     assert len(list(conformance.conforms(kind, KEYS.get(kind)))) == len(conformance.CHECKS)
 
 
-def test_a_kind_that_does_not_is_told_why(tmp_path, monkeypatch) -> None:
+def test_a_nonconforming_fault_kind_is_refused_with_the_reason(tmp_path, monkeypatch) -> None:
     (tmp_path / "fickle_kinds.py").write_text(FICKLE, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "fickle_kinds", raising=False)

@@ -1,4 +1,4 @@
-"""The checks of metrics and figures pass sound ones, and name what is wrong with others."""
+"""The checks of metrics and figures pass valid ones and name the flaw of others."""
 
 import itertools
 from typing import Any
@@ -21,7 +21,7 @@ def metric(name: str = "n_assigned", label: str = "roles assigned", of: Any = n_
     return Metric(name, others.pop("unit", ""), others.pop("better", Better.LOWER), label, of, **others)
 
 
-def test_a_sound_metric_conforms() -> None:
+def test_a_valid_metric_conforms() -> None:
     check_metric(metric())
 
 
@@ -50,7 +50,7 @@ def test_metrics_of_the_mapping_mission_conform(one: Metric) -> None:
         (metric(of=lambda run: next(COUNTER)), "asked of the same run again"),
     ],
 )
-def test_a_faulty_metric_is_told(faulty: Any, said: str) -> None:
+def test_a_faulty_metric_is_reported(faulty: Any, said: str) -> None:
     with pytest.raises(AssertionError, match=said):
         check_metric(faulty)
 
@@ -67,7 +67,7 @@ SOUND: tuple[Declared, ...] = (
 
 
 @pytest.mark.parametrize("figure", SOUND, ids=lambda one: type(one).__name__)
-def test_a_sound_figure_conforms(figure: Declared) -> None:
+def test_a_valid_figure_conforms(figure: Declared) -> None:
     check_figure(figure)
 
 
@@ -87,6 +87,6 @@ def test_a_sound_figure_conforms(figure: Declared) -> None:
         (Figure("times", "Times", lambda axes, results, style: str(next(COUNTER))), "asked of the same run again"),
     ],
 )
-def test_a_faulty_figure_is_told(faulty: Any, said: str) -> None:
+def test_a_faulty_figure_is_reported(faulty: Any, said: str) -> None:
     with pytest.raises(AssertionError, match=said):
         check_figure(faulty)

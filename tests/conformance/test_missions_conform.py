@@ -1,4 +1,4 @@
-"""Shipped missions and one of visits conform, and the check finds a mission that breaks a rule."""
+"""Shipped missions and one of visits conform, and the check detects a mission that breaks a rule."""
 
 import nonconforming_missions as broken
 import pytest
@@ -70,7 +70,7 @@ def test_shipped_missions_conform(name: str, monkeypatch: pytest.MonkeyPatch) ->
     ],
     ids=lambda value: value.__name__ if isinstance(value, type) else "",
 )
-def test_a_mission_that_breaks_a_rule_is_found_out(
+def test_a_mission_that_breaks_a_rule_is_detected(
     mission: type[Mission], says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if mission is not broken.ByHash:  # runs in other processes take long

@@ -1,4 +1,4 @@
-"""Every shipped policy conforms, one from outside does, and each check finds a policy that breaks its rule."""
+"""Shipped policies and an external one conform, and each check detects a policy that breaks its rule."""
 
 from collections.abc import Callable
 from itertools import product
@@ -19,7 +19,7 @@ CASES = [
     for check, name in product(conformance.CHECKS, CONFORMING)
     if check is not conformance.check_compiles
 ]
-"""That policies compile, ``test_compiled_is_interpreted`` tries of shipped ones, and the how-to of one from outside."""
+"""A test of ``exchange`` compiles shipped policies, and a how-to one from outside."""
 
 
 @pytest.mark.slow
@@ -29,7 +29,7 @@ def test_every_shipped_policy_conforms(check: Callable[[AckPolicy], None], name:
 
 
 @pytest.mark.parametrize("codes", [False, True])
-def test_one_from_outside_may_state_holdings(codes: bool) -> None:
+def test_an_external_policy_may_report_holdings(codes: bool) -> None:
     """Its vector comes in every second frame: what is not in a header says nothing of links either."""
     kind = broken.SPARSE.acknowledgement._replace(name="stating", states=True, codes=codes)
     for check in conformance.CHECKS:
@@ -54,12 +54,12 @@ def test_one_from_outside_may_state_holdings(codes: bool) -> None:
     ],
     ids=lambda value: value.__name__ if callable(value) else "",
 )
-def test_a_policy_that_breaks_a_rule_is_found_out(check: Callable[[Any], None], policy: Any, says: str) -> None:
+def test_a_policy_that_breaks_a_rule_is_detected(check: Callable[[Any], None], policy: Any, says: str) -> None:
     with pytest.raises(AssertionError, match=says):
         check(policy)
 
 
 @pytest.mark.slow
-def test_a_policy_whose_functions_cannot_be_compiled_is_found_out() -> None:
+def test_a_policy_that_cannot_be_compiled_is_detected() -> None:
     with pytest.raises(ConfigurationError, match="'moody' cannot be compiled"):
         conformance.check_compiles(broken.MOODY)

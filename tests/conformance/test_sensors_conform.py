@@ -1,4 +1,4 @@
-"""The shipped sensor and one of another kind conform, and the check finds a sensor that breaks a rule."""
+"""Two kinds of sensors conform, and the check detects a sensor that breaks a rule."""
 
 import itertools
 from typing import Any
@@ -70,11 +70,11 @@ def saying(**said: Any) -> dict[str, Any]:
         ({"sense": takes_out}, "changed the world"),
     ],
 )
-def test_a_sensor_that_breaks_a_rule_is_found_out(parts: dict[str, Any], says: str) -> None:
+def test_a_sensor_that_breaks_a_rule_is_detected(parts: dict[str, Any], says: str) -> None:
     with pytest.raises(AssertionError, match=says):
         conformance.check(settings_of(Sounding, **parts), AUV, {})
 
 
-def test_what_has_no_sense_is_found_out() -> None:
+def test_an_object_without_sense_method_is_refused() -> None:
     with pytest.raises(AssertionError, match="which has no sense"):
         conformance.check(settings_of(object), AUV, {})

@@ -1,4 +1,4 @@
-"""Every shipped strategy conforms, and each check finds a strategy that breaks its rule."""
+"""Every shipped strategy conforms, and each check detects a strategy that breaks its rule."""
 
 from collections.abc import Callable
 from itertools import product
@@ -63,23 +63,23 @@ def test_every_shipped_strategy_conforms(check: Callable[[Strategy], None], name
     ],
     ids=lambda value: value.__name__ if callable(value) else type(value).__name__,
 )
-def test_a_strategy_that_breaks_a_rule_is_found_out(check, strategy, says) -> None:
+def test_a_strategy_that_breaks_a_rule_is_detected(check, strategy, says) -> None:
     with pytest.raises(AssertionError, match=says):
         check(strategy)
 
 
-def test_a_strategy_that_fails_in_silence_is_found_out() -> None:
+def test_a_strategy_that_fails_while_receiving_nothing_is_detected() -> None:
     with pytest.raises(PluginError, match=r"negotiate raised (KeyError|ValueError)"):
         conformance.check_survives_silence(broken.Trusting())
 
 
 @pytest.mark.slow
-def test_a_strategy_that_goes_by_hashes_is_found_out() -> None:
+def test_a_strategy_that_depends_on_hashes_is_detected() -> None:
     with pytest.raises(AssertionError, match="depend on the order of a set"):
         conformance.check_deterministic("nonconforming_strategies:BY_HASH")
 
 
-def test_all_checks_are_made_of_a_strategy_that_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_check_runs_on_a_strategy_given_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of all the checks, whatever they are, and of the one in other processes."""
     made: list[str] = []
     noting = [lambda strategy, n=n: made.append(f"{n} {strategy.name}") for n in range(len(conformance.CHECKS))]

@@ -1,4 +1,4 @@
-"""Every shipped value rule keeps to the seam; the check finds each way of not doing so."""
+"""Shipped value rules conform to their interface, and the check detects each violation."""
 
 import pytest
 from nonconforming_values import Counting, Disordered, Endless, Meddling, Nameless, Overtaking
@@ -15,7 +15,7 @@ def test_a_shipped_rule_conforms(name: str, seed: int) -> None:
     check(VALUE_RULES[name], seed)
 
 
-def test_a_rule_that_knows_no_order_conforms() -> None:
+def test_a_value_rule_without_order_conforms() -> None:
     class Unordered:
         name = "unordered"
 
@@ -39,6 +39,6 @@ def test_a_rule_that_knows_no_order_conforms() -> None:
         (Overtaking(), "the higher rank and the lower value"),
     ],
 )
-def test_a_rule_that_breaks_the_seam_is_found(rule: ValueRule, fault: str) -> None:
+def test_a_value_rule_that_breaks_its_interface_is_detected(rule: ValueRule, fault: str) -> None:
     with pytest.raises(AssertionError, match=fault):
         check(rule)

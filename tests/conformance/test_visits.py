@@ -1,4 +1,4 @@
-"""Every shipped strategy divides a mission that is not mapping: all places are visited, none before its turn."""
+"""Every shipped strategy completes a mission other than mapping: all places visited, in their order."""
 
 from itertools import product
 
@@ -29,7 +29,7 @@ def test_all_places_are_visited_in_their_order(name: str, per: float) -> None:
                 assert min(ended_s[f"visited {needed}"]) <= end_s - STAY_S, f"place {number} before {needed}"
 
 
-def test_a_mission_of_another_build_has_it_by_its_jobs() -> None:
+def test_the_achievable_share_of_any_mission_follows_from_its_jobs() -> None:
     """Its truth says nothing of what is within reach: five visits, all vehicles lost at once, or one able one left."""
     scenario = visiting_scenario(0.0)
     intact = run(scenario)

@@ -1,4 +1,4 @@
-"""A mission of another kind than mapping: visits with a stay and an order, for whole runs of every strategy."""
+"""A mission other than mapping: visits with a dwell time and an order, for whole runs of every strategy."""
 
 import tempfile
 from collections.abc import Mapping, Sequence

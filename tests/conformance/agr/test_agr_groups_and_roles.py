@@ -1,4 +1,4 @@
-"""Groups, roles, membership as AGR has them, on the value and on the decision of who may change it."""
+"""Groups, roles and membership as in AGR: the organisation value, and authority to change it."""
 
 from dataclasses import replace
 from typing import Any
@@ -33,13 +33,13 @@ def played(*assignments: tuple[str, str, str]) -> Organisation:
 LED = played(("AUV00", "Team", "Head"), ("AUV01", "Team", "Hand"))
 
 
-def test_who_is_not_able_to_do_its_job_is_given_no_role() -> None:
+def test_an_unable_vehicle_is_assigned_no_role() -> None:
     rules = Rules(FLEET, frozenset({Authority.TAKE}), {"pit": Visit("pit", (0.0, 0.0), greatest_depth_m=1e4)})
     asked = Request("AUV01", Act.ASSIGN, "Team", "Digger", "AUV01")
     assert may_assign(asked, LED, rules) is Outcome.UNABLE
 
 
-def test_room_is_made_by_the_absent_and_jobs_go_to_who_takes_them() -> None:
+def test_absent_holders_are_displaced_and_jobs_go_to_their_successors() -> None:
     rules, asked = RULES, Request("AUV00", Act.ASSIGN, "Team", "Digger", "AUV01")
     full = played(
         *(("AUV00", "Team", "Head"), ("AUV01", "Team", "Hand")), *((f"AUV0{n}", "Team", "Digger") for n in (2, 3))
@@ -51,7 +51,7 @@ def test_room_is_made_by_the_absent_and_jobs_go_to_who_takes_them() -> None:
     assert may_assign(asked, LED, rules, unavailable={"AUV01"}) is Outcome.UNAVAILABLE
 
 
-def test_a_head_that_steps_down_leaves_its_role_and_takes_one_of_the_succession() -> None:
+def test_a_leader_that_steps_down_takes_a_role_of_the_succession() -> None:
     crew = Group("Crew", TEAM.roles, succession=("Hand",))
     held = [RoleAssignment(*one) for one in (("Crew", "Head", "AUV00"), ("Crew", "Hand", "AUV01"))]
     led = Organisation.of([crew], held)
@@ -61,7 +61,7 @@ def test_a_head_that_steps_down_leaves_its_role_and_takes_one_of_the_succession(
     assert stepping_down("AUV00", LED, FLEET) == []  # nobody may succeed it
 
 
-def test_who_leaves_a_group_leaves_all_its_roles_there_and_none_elsewhere() -> None:
+def test_leaving_a_group_releases_its_roles_in_that_group_only() -> None:
     """A vehicle that resigns leaves group by group: each of its roles, in one block."""
     with fleet_at_rest() as fleet:
         leaver, peer = named(fleet, "AUV00"), named(fleet, "AUV02")
@@ -73,7 +73,7 @@ def test_who_leaves_a_group_leaves_all_its_roles_there_and_none_elsewhere() -> N
         assert [one.role for one in peer.social.organisation.roles_of("AUV00", "Coordination")] == ["Tactician"]
 
 
-def test_who_is_lost_is_removed_from_every_role() -> None:
+def test_a_lost_vehicle_is_removed_from_every_role() -> None:
     organisation = played(("AUV00", "Team", "Head"), ("AUV00", "Open", "Diver"), ("AUV01", "Team", "Hand"))
     left = organisation.without({"AUV00"})
     assert left.roles_of("AUV00") == ()

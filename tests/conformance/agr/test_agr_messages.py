@@ -1,4 +1,4 @@
-"""What is told and what it does at those who hear it, as AGR has it where a broadcast radio does."""
+"""Messages and their effect at the receivers, as in AGR, over a broadcast radio."""
 
 import pytest
 from resting import fleet_at_rest, hear, named, say
@@ -19,7 +19,7 @@ def hear_a_call(fleet: Fleet, hearer: str, sender: str, frame: int = 0) -> set[s
     return set(named(fleet, hearer).executive.calls(opens_s + 1.0))
 
 
-def test_who_shares_a_group_is_heeded_and_nobody_else_is() -> None:
+def test_only_signals_from_a_shared_group_are_accepted() -> None:
     """ASV00 and AUV01 share no group; AUV00 shares one with each."""
     with fleet_at_rest() as fleet:
         performer = named(fleet, "AUV01")
@@ -29,7 +29,7 @@ def test_who_shares_a_group_is_heeded_and_nobody_else_is() -> None:
         assert ruling.outcome is Outcome.OUTSIDE
 
 
-def test_who_is_outside_turns_to_the_head_alone() -> None:
+def test_a_non_member_reaches_the_leader_only() -> None:
     """What it may do is give the group its mission: the head plans it, members do nothing about it."""
     with fleet_at_rest() as fleet:
         block = say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping"))
@@ -48,7 +48,7 @@ def test_a_vehicle_signals_under_the_roles_that_it_holds() -> None:
             assert {role for role, _ in vehicle.executive.signals()} == held
 
 
-def test_who_has_left_a_role_is_not_reached_by_it() -> None:
+def test_a_released_role_does_not_reach_its_former_holder() -> None:
     with fleet_at_rest() as fleet:
         performer = named(fleet, "AUV01")
         assert hear_a_call(fleet, "AUV01", "AUV00") == {"AUV00"}

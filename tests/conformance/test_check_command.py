@@ -1,4 +1,4 @@
-"""``remoras check KIND NAME``: what passes, what does not, and what there is none of."""
+"""``remoras check KIND NAME``: plug-ins that pass, plug-ins that fail, unknown names."""
 
 import pytest
 from click.testing import Result
@@ -18,13 +18,13 @@ def test_a_shipped_model_passes_every_check() -> None:
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "gadget"])
-def test_what_there_is_none_of_is_said_in_one_line(kind: str) -> None:
+def test_an_unknown_name_to_check_is_one_line(kind: str) -> None:
     done = check(kind, "nosuch")
     (line,) = done.stderr.splitlines()
     assert (done.exit_code, "nosuch" in line or "gadget" in line) == (2, True)
 
 
-def test_what_does_not_conform_is_named() -> None:
+def test_a_failed_check_names_its_rule() -> None:
     done = check("policy", "nonconforming_values:Nameless")
     assert done.exit_code == 1
     assert done.stderr.startswith("remoras: policy nonconforming_values:Nameless does not conform: ")

@@ -1,4 +1,4 @@
-"""What vehicles tell of their energy and their sensors decides who is given which job; taken out, missions are worse.
+"""Reported energy and sensors determine job assignment; without them missions are worse.
 
 Two vehicles, two visits: `far` at (600, 0), `near` at (-100, 0). AUV00, the head, starts at (0, 0), AUV01 at (50, 0),
 so by time alone AUV01 goes far. That takes it 275 s in transit at 20 + 10 * 2^3 = 100 W, a stay of 40 s, and 458 s home
@@ -54,7 +54,7 @@ def visitors(finished: Run) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", CASES)
-def test_who_has_little_energy_is_given_what_it_can_finish(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_low_energy_limits_assignment_to_feasible_jobs(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     ample, short = visits(strategy, 2e6), visits(strategy, ENOUGH_TO_GO_NEAR_J)
     assert ample.completed
     assert short.completed
@@ -99,7 +99,7 @@ def needs_j(team: Work, vehicle: str, role: str) -> float:
     return float(low)
 
 
-def test_a_plan_moves_what_a_vehicle_cannot_finish_and_leaves_what_nobody_can() -> None:
+def test_a_plan_moves_infeasible_jobs_to_able_vehicles_only() -> None:
     far_j, near_j = (needs_j(work({}), "AUV01", role) for role in ("Far", "Near"))
     assert far_j > near_j > 0.0
     assert roles_of({"AUV01": far_j - 1.0})["AUV00"] == ["Far"]
@@ -108,7 +108,7 @@ def test_a_plan_moves_what_a_vehicle_cannot_finish_and_leaves_what_nobody_can() 
     assert nobody == {"AUV00": [], "AUV01": ["Near"]}
 
 
-def test_what_a_vehicle_holds_and_cannot_finish_any_more_is_not_counted_as_its_own() -> None:
+def test_a_held_job_beyond_the_energy_of_its_vehicle_is_not_counted() -> None:
     far, near = JOB_ROLES
     engaged = Engagement((), (near, far), lambda: Outlook(0.0, (0.0, 0.0)))
     assert affordable(work({}), FLEET["AUV01"], engaged) == (near, far)
@@ -116,7 +116,7 @@ def test_what_a_vehicle_holds_and_cannot_finish_any_more_is_not_counted_as_its_o
     assert affordable(work({"AUV01": near_j}), FLEET["AUV01"], engaged) == (near,)
 
 
-def test_energy_is_what_was_told_last_less_what_work_has_taken_since() -> None:
+def test_energy_is_the_last_report_minus_consumption_since() -> None:
     short = [("--set", f"vehicle.AUV01.energy_j={2e5}"), ("--set", "scenario.duration_s=7200")]
     fleet = assemble(resolved(load("mapping-rendezvous", short)), seed=1)
     head, told = fleet.vehicles[1], fleet.vehicles[2]
@@ -129,7 +129,7 @@ def test_energy_is_what_was_told_last_less_what_work_has_taken_since() -> None:
     fleet.close()
 
 
-def test_who_says_that_its_sensors_are_dead_is_given_nothing_that_takes_them() -> None:
+def test_a_vehicle_reporting_dead_sensors_is_assigned_no_job_needing_them() -> None:
     """It still takes what does not, and nobody says so of another."""
     fleet = assemble(resolved(load("mapping-rendezvous", [("--set", "strategy.name='central'")])), seed=1)
     head, blind, other = fleet.vehicles[1], fleet.vehicles[2], fleet.vehicles[3]

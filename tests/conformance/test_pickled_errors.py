@@ -1,4 +1,4 @@
-"""Errors go whole from process to process: a pool whose worker cannot hand one over breaks."""
+"""Errors can be pickled: a process pool breaks if a worker cannot return one."""
 
 import pickle
 
@@ -18,7 +18,7 @@ ERRORS = [
 
 
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
-def test_an_error_says_the_same_in_another_process(error: Exception) -> None:
+def test_an_error_keeps_its_message_across_processes(error: Exception) -> None:
     back = pickle.loads(pickle.dumps(error))
     assert type(back) is type(error)
     assert str(back) == str(error)
