@@ -1,4 +1,4 @@
-"""Better equipment and less work do not make the mission worse: mean over seeds, with vehicles unlike their data."""
+"""Better equipment and less work do not lengthen the mission: means over seeds."""
 
 from __future__ import annotations
 

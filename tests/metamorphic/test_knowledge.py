@@ -1,4 +1,4 @@
-"""What vehicles tell each other bears on what they do: taken away, plans change, for the reason claimed."""
+"""Exchanged knowledge changes plans: each test removes one part and checks the claimed effect."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.slow
-def test_a_map_that_nobody_is_told_of_is_made_twice(tmp_path: Path) -> None:
+def test_areas_are_mapped_twice_if_mapping_is_not_reported(tmp_path: Path) -> None:
     """AUV01 goes home from an area over half done: whoever takes it over goes on where it stopped, if it knows where.
 
     At most 3 % are mapped twice with the map, more than 15 % without. It fails if areas are begun anew on a hand-over,

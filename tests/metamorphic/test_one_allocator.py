@@ -1,4 +1,4 @@
-"""With nothing lost and nothing unforeseen, strategies that share one allocator are alike, but for help they lack."""
+"""Without losses and faults, strategies that share one allocator give equal results apart from assistance."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def to_95_s(scenario: str, strategy: str, *settings: str) -> float:
 
 @pytest.mark.slow
 @pytest.mark.thorough
-def test_strategies_are_alike_where_jobs_have_room_for_one() -> None:
+def test_strategies_are_equal_where_each_job_takes_one_vehicle() -> None:
     means_s = [to_95_s("mapping-patches", strategy) for strategy in WITH_HELP + WITHOUT_HELP]
     assert max(means_s) <= 1.03 * min(means_s)
 
 
 @pytest.mark.slow
 @pytest.mark.thorough
-def test_strategies_are_alike_without_help() -> None:
+def test_strategies_are_equal_without_assistance() -> None:
     """On the corridor two may share a job: whoever helps is ahead, and is no longer once help is taken away."""
     alone_s = {strategy: to_95_s("mapping-corridor", strategy) for strategy in WITHOUT_HELP}
     alone_s |= {strategy: to_95_s("mapping-corridor", strategy, *NO_HELP) for strategy in WITH_HELP}

@@ -1,4 +1,4 @@
-"""Every parameter of every strategy bears on the mission: another value moves vehicles otherwise, in the case named."""
+"""Every strategy parameter has an effect: another value changes the tracks in the named case."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def tracks(strategy: str, case: tuple[str, ...], *settings: str) -> object:
     ("strategy", "parameter"),
     sampled(TUNED, *list({parameter: (strategy, parameter) for strategy, parameter in TUNED}.values())[::3]),
 )
-def test_a_parameter_moves_vehicles(strategy: str, parameter: str) -> None:
+def test_each_strategy_parameter_changes_the_tracks(strategy: str, parameter: str) -> None:
     """One of these values, at least, gives other tracks than the default: the ends of its range, and one beyond."""
     default = next(one.default for one in parameters(tunable()[strategy]) if one.name == parameter)
     ends = [*(type(default)(end) for end in range_of(strategy, parameter)), BEYOND.get(parameter, default)]

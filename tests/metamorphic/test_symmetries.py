@@ -1,4 +1,4 @@
-"""What a mission does not depend on: the names of vehicles, the order of tables in a file, where its world lies."""
+"""Invariance of missions under renamed vehicles, reordered tables in files, and a translated world."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def shifted(text: str) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "contract-net"))
-def test_renaming_vehicles_renames_only(strategy: str, tmp_path: Path) -> None:
+def test_renaming_vehicles_changes_names_only(strategy: str, tmp_path: Path) -> None:
     """It fails if a tie is broken by name, or names are sorted anywhere that decides: in a claim, a succession."""
     text = text_of("mapping-rendezvous")
     usual = tables(of(text, tmp_path, strategy, 0.5))
@@ -124,7 +124,7 @@ def test_the_order_of_tables_changes_nothing(strategy: str, header: str, tmp_pat
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", sampled(["remoras", "central", "cbba"], "remoras"))
-def test_a_world_that_lies_elsewhere_shifts_the_tracks(strategy: str, tmp_path: Path) -> None:
+def test_translating_the_world_translates_the_tracks(strategy: str, tmp_path: Path) -> None:
     """It fails if the origin has a meaning: cells counted from 0, a distance from (0, 0), a place where nobody is.
 
     Once a group is together its vehicles keep places that turn with the heading of the leader, as it follows from

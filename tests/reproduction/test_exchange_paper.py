@@ -1,4 +1,4 @@
-"""Figures 3, 4 and 5 of Maurelli et al. (TDMA-based exchange policies): what captions and text say, at 2000 trials."""
+"""Figures 3, 4 and 5 of Maurelli et al. (TDMA-based exchange policies): claims of captions and text, 2000 trials."""
 
 from collections.abc import Callable, Iterator
 from itertools import pairwise
@@ -159,7 +159,7 @@ def test_with_three_nodes_the_crossing_lies_much_lower(rows: dict[int, list[Stud
     assert all(value("mps-ack", per).mean < value("m-ack-repeat", per).mean for per in PER)
 
 
-def test_the_strongest_policy_so_far_is_mps_ack_repeat(figure_4: Figure, figure_5: Figure) -> None:
+def test_mps_ack_repeat_delivers_soonest(figure_4: Figure, figure_5: Figure) -> None:
     for value in (figure_4, figure_5):
         for per in PER:
             assert all(value("mps-ack-repeat", per).mean <= value(policy, per).mean for policy in OTHERS)

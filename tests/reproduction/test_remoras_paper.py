@@ -1,4 +1,4 @@
-"""The run of the REMORAS paper (section VII.B), and what causes it."""
+"""The run of the REMORAS paper (section VII.B), and the causes of its milestones."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ def test_the_milestones_come_in_the_order_of_the_paper(paper_run: Run) -> None:
     assert order == list(PAPER_S)
 
 
-def test_nobody_believes_what_is_not_so(paper_run: Run) -> None:
+def test_no_vehicle_holds_a_false_belief(paper_run: Run) -> None:
     assert paper_run.completed
     assert paper_run.n_false_beliefs == 0
     assert paper_run.recorder.faults == []

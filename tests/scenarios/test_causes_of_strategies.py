@@ -1,4 +1,4 @@
-"""What the strategies do, and that it is gone when its cause is: on the patches."""
+"""Effects of strategies, and their absence without the cause: on the patches scenario."""
 
 from functools import cache
 from typing import Any
@@ -50,7 +50,7 @@ def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_los
 # Meetings cost time -------------------------------------------------------------------------------
 
 
-def test_the_way_to_the_meetings_is_what_they_cost() -> None:
+def test_the_cost_of_rendezvous_is_the_travel_to_them() -> None:
     """Who gets all areas before the dive has nowhere to go between them."""
     often, never = (report("rendezvous-sync", f"strategy.parameters.jobs_per_leg={n}") for n in (1, 13))
     assert never["distance_m"] < 0.9 * often["distance_m"]
@@ -60,7 +60,7 @@ def test_the_way_to_the_meetings_is_what_they_cost() -> None:
 
 
 @pytest.mark.slow
-def test_what_a_silent_vehicle_holds_is_auctioned_anew() -> None:
+def test_jobs_of_a_silent_vehicle_are_auctioned_again() -> None:
     """AUV00 is the head: when it is silent the others auction by themselves what it holds."""
 
     def passed_on(lease_frames: int) -> int:

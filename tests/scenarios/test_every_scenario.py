@@ -1,4 +1,4 @@
-"""Every shipped scenario is run: nobody can add one that is never tried."""
+"""Every shipped scenario runs; a new one cannot be left untested."""
 
 import pytest
 from recorded import flown
@@ -18,7 +18,7 @@ POLICY = "communication.policy=mps-ack-repeat"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in shipped() if name not in (DAY, SEARCH)])
-def test_it_completes_over_a_lossy_channel(name: str) -> None:
+def test_every_scenario_completes_over_a_lossy_channel(name: str) -> None:
     report = summary(flown(name, "channel.per=0.3", POLICY, seed=2))
     assert report["completed"], report["reason"]
     assert report["false_beliefs"] == 0
@@ -26,18 +26,18 @@ def test_it_completes_over_a_lossy_channel(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_day_begins() -> None:
+def test_the_day_long_scenario_progresses_in_its_first_hour() -> None:
     """The first hour of 24."""
     assert flown(DAY, "scenario.duration_s=3600.0", "fault=[]", "current.surge=[]").goal_fraction > 0.04
 
 
-def test_a_search_ends_with_all_together() -> None:
+def test_a_search_ends_with_all_vehicles_gathered() -> None:
     finished = flown(SEARCH, POLICY, "mission.search_s=900.0", seed=2)
     assert "gathered" in {one.name for one in finished.milestones}
     assert summary(finished)["false_beliefs"] == 0
 
 
-def test_strategies_and_loss_do_not_touch_each_others_draws() -> None:
+def test_draws_of_strategies_and_of_loss_are_independent() -> None:
     """Whatever a vehicle says, the packets lost in a slot are the same: paired comparison."""
     lost = []
     for policy in ("ack", "m-ack-repeat"):

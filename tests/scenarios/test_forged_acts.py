@@ -1,4 +1,4 @@
-"""Forged acts are refused by every vehicle of a fleet and leave no trace.
+"""Forged organisational acts are refused by every vehicle of a fleet and leave no trace.
 
 The facts are put into a world model as if they had been heard, at time 1, before anybody has said anything. The fleet
 is that of `mapping-rendezvous`: ASV00 is MissionAdministrator of the Coordination group, AUV00 its Tactician and
@@ -107,7 +107,7 @@ def test_every_forged_formation_is_refused_by_all(act: str) -> None:
 
 
 @pytest.mark.parametrize("strategy", [*RECRUITING, *TAKING])
-def test_a_vehicle_without_the_social_layer_takes_no_part_where_vehicles_divide_jobs(strategy: str) -> None:
+def test_a_vehicle_without_social_layer_takes_no_part_in_allocation(strategy: str) -> None:
     taken = ("AUV02", "playsRole", "Operational.RightWinger")
     assert refused_by_all(strategy, "AUV02", taken) == {Outcome.NO_SOCIAL_LAYER.value}
     assert refused_by_all(strategy, "AUV01", taken) == {Outcome.NO_AUTHORITY.value}
@@ -121,14 +121,14 @@ def test_a_vehicle_without_the_social_layer_takes_no_part_where_vehicles_divide_
         ((), "AUV01", "AUV01", Outcome.HEAD_PRESENT),
     ],
 )
-def test_a_claim_to_lead_that_is_not_sound_is_refused_by_all(settings, issuer, head, outcome) -> None:
+def test_an_invalid_leadership_claim_is_refused_by_all(settings, issuer, head, outcome) -> None:
     claim = (("Operational", "headedBy", head), ("Operational", "headTerm", 1))
     settings = settings or ("group.Operational.succession=['Performer']",)
     assert refused_by_all("remoras", issuer, *claim, settings=settings) == {outcome.value}
 
 
 @pytest.mark.parametrize(("term", "outcome"), [(64, Outcome.HEAD_PRESENT), (65, Outcome.TERM_LEAPS)])
-def test_nobody_takes_the_lead_while_its_head_is_there(term: int, outcome: Outcome) -> None:
+def test_no_claim_succeeds_while_the_leader_is_present(term: int, outcome: Outcome) -> None:
     """Not the sitting head, nor the members, nor whoever claims: the lead stays where it is."""
     claim = (("Operational", "headedBy", "AUV01"), ("Operational", "headTerm", term))
     assert refused_by_all("remoras", "AUV01", *claim, settings=SUCCEEDED) == {outcome.value}
@@ -171,7 +171,7 @@ def heard(issuer: str, claim_s: float, order_s: float, claim_first: bool) -> Org
         ("AUV00", 1.0, 2.0, False),  # it leads no longer, whether that is heard first or not
     ],
 )
-def test_an_order_counts_by_who_led_when_it_was_given(issuer, claim_s, order_s, counts, claim_first) -> None:
+def test_an_order_is_valid_if_its_issuer_led_when_it_was_given(issuer, claim_s, order_s, counts, claim_first) -> None:
     organisation = heard(issuer, claim_s, order_s, claim_first)
     assert organisation.heads("Operational") == ("AUV01",)
     assert organisation.plays("AUV02", "Operational", "RightWinger") is counts

@@ -1,4 +1,4 @@
-"""Nine vehicles from files alone, in three teams and in four levels of groups: meetings go from the bottom up."""
+"""Nine vehicles in three teams and four levels of groups, from files alone: rendezvous from the lowest level up."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ succession = ["Deputy"]
 
 
 @pytest.mark.slow
-def test_whoever_belongs_to_several_levels_goes_to_the_lowest_meeting_first(tmp_path: Path) -> None:
+def test_members_of_several_levels_attend_the_lowest_rendezvous_first(tmp_path: Path) -> None:
     """Where a vehicle went to the meeting whose head had called last, 25 of 66 and 4 of 55 changes were undone."""
     finished = flown(str(four_levels(tmp_path)), "channel.per=0.4")
     assert finished.completed, finished.reason

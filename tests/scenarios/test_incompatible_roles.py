@@ -1,4 +1,4 @@
-"""Roles that exclude each other: no vehicle plays both, whoever gives them out, and the mission is done."""
+"""Incompatible roles: no vehicle plays both, whoever assigns them, and the mission completes."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ def played_together(finished: Run, one: str, *others: str) -> set[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "cbba"])
-def test_the_head_does_no_job_that_excludes_leading(strategy: str) -> None:
+def test_the_leader_takes_no_job_incompatible_with_leading(strategy: str) -> None:
     """Two vehicles have to map three areas; without the key the Coordinator maps one of them."""
     finished = flown("mapping-rendezvous", HEAD_WORKS_NOT, f"strategy.name={strategy}")
     assert finished.completed, finished.reason
     assert played_together(finished, "Coordinator", *JOBS) == set()
 
 
-def test_who_succeeds_leaves_what_excludes_leading() -> None:
+def test_a_successor_releases_roles_incompatible_with_leading() -> None:
     """The first Performer becomes the Coordinator and is a Performer no longer."""
     lost = 'fault=[{kind="lost",vehicle="AUV00",at_s=400.0}]'
     apart = 'group.Operational.role.Coordinator.incompatible=["Performer"]'

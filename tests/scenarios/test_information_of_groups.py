@@ -1,4 +1,4 @@
-"""What a group knows of its jobs is replicated, or held by its head: what that saves, and costs without the head."""
+"""Group facts replicated to all members or held by the leader: bytes saved, and the cost without a leader."""
 
 import pytest
 from recorded import flown
@@ -34,7 +34,7 @@ def cells_known(made: Run, vehicle: str) -> set[str]:
     return {f"{one.origin}-{one.sequence}" for one in cells}
 
 
-def test_the_head_holds_it_and_a_member_its_own_and_what_its_jobs_take(held: Run) -> None:
+def test_the_leader_holds_all_facts_and_a_member_those_of_its_jobs(held: Run) -> None:
     everything = {row[0].partition(".")[0] for row in held.recorder.items if row[5] == "mappedCell"}
     assert len(cells_known(held, "AUV00")) > 0.95 * len(everything)
     for name in ("AUV01", "AUV02", "AUV03"):
@@ -44,14 +44,14 @@ def test_the_head_holds_it_and_a_member_its_own_and_what_its_jobs_take(held: Run
         assert len(cells_known(held, name) - own) < 0.1 * len(everything)
 
 
-def test_it_takes_fewer_bytes(held: Run) -> None:
+def test_facts_held_by_the_leader_take_fewer_bytes(held: Run) -> None:
     """Measured over five seeds: 55 % fewer bits of observations."""
     observations = bits_of(Content.OBSERVATIONS)
     assert observations(held) < 0.6 * observations(finished())
     assert held.completed
 
 
-def test_the_new_head_gathers_anew_what_the_others_know(without_its_head: Run) -> None:
+def test_a_new_leader_collects_the_facts_of_the_members(without_its_head: Run) -> None:
     made = without_its_head
     successor, leads_s = next(
         (row[1], row[0]) for row in made.recorder.roles if row[0] > 600.0 and row[3:] == ("Coordinator", "assigned")

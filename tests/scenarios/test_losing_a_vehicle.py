@@ -1,4 +1,4 @@
-"""A vehicle that runs low on energy goes home, leaves its roles, and its area passes on."""
+"""A vehicle low on energy goes home, releases its roles, and its area is reassigned."""
 
 import math
 
@@ -14,7 +14,7 @@ def finished() -> Run:
     return flown("mapping-rendezvous", "vehicle.AUV01.energy_j=150000")
 
 
-def test_its_area_is_allocated_anew_and_the_others_meet_without_it(finished: Run) -> None:
+def test_the_area_of_a_lost_vehicle_is_reallocated_and_the_others_meet(finished: Run) -> None:
     roles = finished.recorder.roles
     left_s = min(row[0] for row in roles if row[1] == "AUV01" and row[4] == "left")
     taken_over = [row for row in roles if row[3] == "LeftWinger" and row[4] == "assigned" and row[1] != "AUV01"]
@@ -23,14 +23,14 @@ def test_its_area_is_allocated_anew_and_the_others_meet_without_it(finished: Run
     assert finished.completed
 
 
-def test_it_comes_home_before_its_battery_is_empty(finished: Run) -> None:
+def test_a_vehicle_low_on_energy_gets_home_before_its_battery_is_empty(finished: Run) -> None:
     track = [row for row in finished.recorder.trajectories if row[1] == "AUV01"]
     home = [row for row in track if math.dist(row[2:4], track[0][2:4]) <= 1.0 and row[0] > 100.0]
     assert home
     assert home[0][6] < 150_000.0
 
 
-def test_a_head_that_joins_late_gives_way_to_its_successor() -> None:
+def test_a_leader_that_joins_late_yields_to_its_successor() -> None:
     """It gives out jobs before it hears of its successor: these are taken back, or both would wait for good."""
     late = 'fault=[{kind="joins", vehicle="AUV00", at_s=900.0}]'
     finished = flown("mapping-patches", "strategy.name=central", "channel.per=0.4", late, seed=3)
@@ -38,7 +38,7 @@ def test_a_head_that_joins_late_gives_way_to_its_successor() -> None:
     assert finished.end_s < 3000.0
 
 
-def test_what_the_goal_spares_is_not_given_to_others_once_its_vehicle_is_lost() -> None:
+def test_a_job_not_needed_for_the_goal_is_not_reassigned_after_a_loss() -> None:
     """All but a few cells are mapped. The successor waits for nothing that nobody needs, and meets the others."""
     fault = 'fault=[{kind="lost", vehicle="AUV00", at_s=1920}]'
     finished = flown("mapping-rendezvous", fault, "channel.per=0.2")

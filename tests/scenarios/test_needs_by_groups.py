@@ -1,4 +1,4 @@
-"""Three teams under one head: what a team maps concerns nobody else, and is neither repeated nor kept by others."""
+"""Three teams under one leader: the map of a team is neither repeated nor stored by the others."""
 
 import statistics
 
@@ -49,7 +49,7 @@ def test_the_world_model_of_a_team_has_no_cells_of_another(by_groups: Run) -> No
     assert cells_known(by_groups) == {(name, team) for team, names in TEAMS.items() for name in names}
 
 
-def test_no_packet_carries_what_nobody_in_need_of_it_could_lack() -> None:
+def test_no_packet_carries_items_that_no_interested_node_could_lack() -> None:
     """Cells ride in packets of the own team alone, and only until all of it are known to hold them."""
     made = flown(TEAMS_OF_THREE, LOSS, "communication.policy=ack-repeat", "scenario.duration_s=900")
     area_of = {row[0]: row[4] for row in made.recorder.items if row[5] == "mappedCell"}
@@ -81,7 +81,7 @@ def test_fewer_bytes_and_sooner_news_at_the_same_mission_time(by_groups: Run, fo
     assert by_groups.n_false_beliefs == 0
 
 
-def test_a_new_head_takes_up_what_it_had_set_aside() -> None:
+def test_a_new_leader_uses_facts_it_had_filtered_out() -> None:
     """AUV00 leads all groups in the place of ASV00: it needs to know from then on what is done, and who does it."""
     made = flown(
         TEAMS_OF_THREE, LOSS, 'fault=[{kind="lost", vehicle="ASV00", at_s=1000.0}]', "communication.lease_frames=15"

@@ -1,4 +1,4 @@
-"""A step fails in mid-mission: its branch alone is planned anew, and without that the mission fails.
+"""Failure of a step during a mission: only its branch is replanned; without repair the mission fails.
 
 The mission of the paper, without losses. AUV02 maps at 0.9 m/s, and so explores its area for longer than the others do
 theirs; from when these have finished, nothing but a failure makes anybody plan. Then its sensor dies. After two rows
@@ -79,7 +79,7 @@ def planned(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[Task]]:
     return found
 
 
-def test_only_the_branch_that_failed_is_planned_anew(tmp_path: Path, planned: dict[str, list[Task]]) -> None:
+def test_only_the_failed_branch_of_a_mission_is_replanned(tmp_path: Path, planned: dict[str, list[Task]]) -> None:
     finished = broken(tmp_path)
     assert finished.completed
     [(given_up_s, _, _, detail)] = [row for row in finished.recorder.faults if row[2] == "cannot"]

@@ -1,4 +1,4 @@
-"""Vehicles that are lost, mute or deaf: the others go on, meet and end; who comes back is one of them again."""
+"""Lost, mute or deaf vehicles: the others continue, meet and finish; a returning vehicle rejoins."""
 
 from typing import Any
 
@@ -41,7 +41,7 @@ def test_a_lost_administrator_is_succeeded_by_the_tactician() -> None:
     assert ("AUV00", "MissionAdministrator") in took(finished)
 
 
-def test_who_begins_anew_takes_jobs_whatever_it_said_before() -> None:
+def test_a_restarted_vehicle_takes_jobs_despite_earlier_reports() -> None:
     """Cut off, it says that it takes none, which the others hear; then it begins anew, and says that it does."""
     faults = (
         '{kind="deaf",vehicle="AUV01",at_s=30,until_s=205}',

@@ -156,7 +156,7 @@ def test_table_ii_parameters(fleet: Fleet) -> None:
     assert [found[0] for found in parameters(fleet, "AUV00", "Midfield", "Positioning")] == [("top", "middle")]
 
 
-def test_after_consultation_the_vehicles_set_out(fleet: Fleet) -> None:
+def test_after_consultation_the_vehicles_move(fleet: Fleet) -> None:
     """Section VII.B: the MissionAdministrator goes to its rally point; AUV00 neglects its role of Tactician and goes
     to the central area, the wingers to theirs."""
     driving = {vehicle.name: {role for _, role in vehicle.executive.decision.driving} for vehicle in fleet.vehicles}

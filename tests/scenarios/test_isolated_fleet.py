@@ -1,4 +1,4 @@
-"""All are cut off while they are at work: each does what is its own, they meet, and only then take anything over."""
+"""All vehicles isolated at work: each does its own jobs, they meet, and only then take over others."""
 
 import math
 from functools import cache
@@ -30,14 +30,14 @@ def silent_s() -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "central", "cbba"])
-def test_a_fleet_that_is_cut_off_for_good_is_not_much_later_than_one_that_never_speaks(strategy: str) -> None:
+def test_a_permanently_isolated_fleet_is_about_as_fast_as_a_silent_one(strategy: str) -> None:
     figures = summary(finished(strategy, blackout(7200.0)))
     assert figures["mission_time_s"] <= 1.3 * silent_s()
     assert figures["duplicate_fraction"] <= 0.1
 
 
 @pytest.mark.slow
-def test_without_patience_all_do_everything(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_grace_period_isolated_vehicles_duplicate_all_jobs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(layer, "patience_with", lambda *asked: Patience(-math.inf, -math.inf, frozenset()))
     figures = summary(finished("remoras", blackout(7200.0)))
     assert figures["mission_time_s"] > 2.0 * silent_s()
@@ -45,7 +45,7 @@ def test_without_patience_all_do_everything(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.slow
-def test_the_only_one_left_waits_and_then_does_it_all() -> None:
+def test_the_only_survivor_waits_and_then_does_all_jobs() -> None:
     lost = ", ".join(f'{{kind="lost", vehicle="{name}", at_s=600.0}}' for name in ("ASV00", "AUV01", "AUV02"))
     done = finished("remoras", f"fault=[{lost}]")
     assert done.completed, done.reason

@@ -1,4 +1,4 @@
-"""Seas in which few links join the vehicles: what word of others and relaying are worth, and what is lost without."""
+"""Sparsely connected fleets: the value of second-hand reports and relaying."""
 
 from itertools import combinations
 
@@ -30,7 +30,7 @@ def taken_for_absent(finished: Run) -> int:
 
 
 @pytest.mark.parametrize("sea", SEAS)
-def test_nobody_is_taken_for_absent_who_is_heard_by_others(sea: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_vehicle_received_by_others_is_not_declared_absent(sea: str, monkeypatch: pytest.MonkeyPatch) -> None:
     together = sailed(sea)
     assert together.completed
     assert taken_for_absent(together) == 0

@@ -1,4 +1,4 @@
-"""What is not asked again, since its answer holds, would be the same: each is asked every time here, with equal tables.
+"""Cached answers equal those computed every time: here each is recomputed, with equal tables.
 
 Facts that nobody in the social layer rests on are not considered, a decision under which nothing changed is not taken
 again, nor is one searched for by the same motivations, and work is kept until what is known of it changes.
@@ -61,7 +61,7 @@ def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("scenario", "strategy", "per", "more"), CASES)
-def test_asking_every_time_changes_no_table(scenario, strategy, per, more, monkeypatch) -> None:
+def test_cached_answers_change_no_table(scenario, strategy, per, more, monkeypatch) -> None:
     kept, n_spared = of(scenario, strategy, per, more), [0, 0, 0, 0]
     ask_every_time(monkeypatch, n_spared)
     asked = of(scenario, strategy, per, more)

@@ -1,4 +1,4 @@
-"""After the mission the exchange may go on: then all vehicles that hear each other know the same, byte for byte."""
+"""Final exchange after the mission: all vehicles in contact end with identical knowledge."""
 
 from typing import Any
 
@@ -33,20 +33,20 @@ def knowledge(fleet: Fleet) -> tuple[set[str], list[dict[tuple[int, int], tuple[
     return {model.state_hash() for model in models}, [model.digest() for model in models]
 
 
-def test_it_ends_when_its_time_is_over() -> None:
+def test_the_final_exchange_ends_at_its_time_limit() -> None:
     fleet, settled = ended(1, CUT, "scenario.settle_s=5")
     assert settled == Settled(5.0, False)
     assert len(knowledge(fleet)[0]) > 1
 
 
-def test_a_deaf_vehicle_keeps_it_from_ending_and_the_others_know_the_same() -> None:
+def test_a_deaf_vehicle_prolongs_the_final_exchange_and_the_others_agree() -> None:
     fleet, settled = ended(1, CUT, SETTLED, "fault=[{kind='deaf',vehicle='AUV02',at_s=300}]")
     assert settled == Settled(900.0, False)
     others = {v.beliefs.model.state_hash() for v in fleet.vehicles if v.name != "AUV02"}
     assert len(others) == 1
 
 
-def test_what_somebody_has_given_up_is_waited_for() -> None:
+def test_the_final_exchange_waits_for_discarded_blocks() -> None:
     """AUV01 gives up a block of ASV00 at the end: nothing is open, and ASV00 has to hear of it and say it again."""
     setup = resolved(load("mapping-rendezvous", [("--set", SETTLED), ("--set", "scenario.duration_s=300")]))
     fleet = assemble(setup, 1)
@@ -68,7 +68,7 @@ def of_mission(results: MemoryResults) -> dict[str, Any]:
     return {"settling_s": None, "settled": None, **summary} | tables
 
 
-def test_the_mission_knows_nothing_of_it() -> None:
+def test_the_final_exchange_changes_no_mission_result() -> None:
     """Every metric and every table but one is that of the run without it."""
     without = of_mission(MemoryResults(run(scenario(CUT), 1)))
     results = MemoryResults(run(scenario(CUT, SETTLED), 1))
@@ -82,7 +82,7 @@ def test_the_mission_knows_nothing_of_it() -> None:
     assert all(row["time_s"] >= 900.0 for row in rows)
 
 
-def test_who_only_seems_to_be_away_is_waited_for() -> None:
+def test_the_final_exchange_waits_for_vehicles_that_seem_absent() -> None:
     """AUV02 has not heard ASV00 for long when the mission ends, and would tell it fourteen items that it lacks."""
     silence = "channel.blackout=[{from_s=150, until_s=300, vehicle='ASV00'}]"
     cut = ("scenario.duration_s=300", SETTLED, "communication.crc_bits=32", "channel.source_level_db=120.0", silence)

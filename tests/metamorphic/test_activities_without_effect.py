@@ -1,4 +1,4 @@
-"""What has no effect changes nothing: not a byte of any table."""
+"""Activities without effect change no byte of any table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The walk of one observation: from a sensor on A, over the channel, to a changed plan on B, by one item UID."""
+"""The path of one observation by its item UID: from a sensor on A, over the channel, to a changed plan on B."""
 
 import pytest
 from recorded import flown
@@ -15,7 +15,7 @@ def events_of(finished: Run, item: str) -> list[tuple[float, str, str]]:
     return [(row[0], row[1], row[4]) for row in finished.recorder.knowledge if row[2] == item]
 
 
-def test_a_finished_area_changes_the_coordinators_plan(finished: Run) -> None:
+def test_a_finished_area_changes_the_plan_of_the_coordinator(finished: Run) -> None:
     """AUV02's area is done: AUV00 plans its group's mission anew when the news arrives, not before."""
     done_s = next(m.time_s for m in finished.milestones if m.name == "mapping_done" and m.vehicle == "AUV02")
     item = next(

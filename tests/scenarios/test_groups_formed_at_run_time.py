@@ -1,4 +1,4 @@
-"""Groups formed, dissolved and formed anew at sea: by what was found, under losses, by nobody without authority.
+"""Groups formed, dissolved and formed again during a mission: on detections, under losses, with authority only.
 
 `mapping-inspection` is `mapping-rendezvous` with features of the seabed, and the group Inspectors. The head of the
 operational group forms it once something is found. AUV00 is that head; AUV01 and AUV02 are Performers.
@@ -39,7 +39,7 @@ def n_inspected(finished: Run) -> int:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("strategy", "per"), [("remoras", 0.4), ("central", 0.0), ("cbba", 0.4)])
-def test_a_group_is_formed_for_what_is_found_and_dissolved_when_that_is_inspected(strategy: str, per: float) -> None:
+def test_a_group_is_formed_on_a_detection_and_dissolved_after_inspection(strategy: str, per: float) -> None:
     finished = flown(INSPECTION, "finds.number=2", f"strategy.name={strategy}", f"channel.per={per}")
     assert finished.completed, finished.reason
     assert n_inspected(finished) == 2
@@ -70,7 +70,7 @@ def takes_in(vehicle: Vehicle, block: Block, now_s: float) -> None:
 
 
 @pytest.mark.parametrize("issuer", ["AUV02", "ASV00"])
-def test_who_leads_neither_does_not_dissolve_a_group(issuer: str) -> None:
+def test_only_a_leader_of_the_group_or_its_supervisor_dissolves_it(issuer: str) -> None:
     with fleet_at_rest(scenario=INSPECTION) as forger, fleet_at_rest(scenario=INSPECTION) as others:
         vehicle = named(others, "AUV00")
         formed = stated(named(forger, "AUV00"), *form("AUV01", 1))
@@ -110,7 +110,7 @@ def view_after(order: list[int], rounds: int) -> tuple[Organisation, dict[str, t
         return vehicle.social.organisation, dict(vehicle.social.missions)
 
 
-def test_formed_dissolved_and_formed_again_come_to_the_same_in_any_order() -> None:
+def test_forming_and_dissolving_commute_in_any_reception_order() -> None:
     organisation, given = expected = view_after(list(range(7)), 1)
     assert organisation.heads(GROUP) == ("AUV02",)
     assert organisation.members(GROUP) == ("AUV00", "AUV02")
