@@ -1,4 +1,4 @@
-"""Invariants of knowledge and organisation: known and believed is what was recorded and given; roles have authority."""
+"""Invariants of knowledge and organisation: beliefs match recorded content, and roles have authority."""
 
 from __future__ import annotations
 

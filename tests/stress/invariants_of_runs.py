@@ -1,4 +1,4 @@
-"""Invariants of how a run ends, of motion, of its tables, of results read independently, and of answers that hold."""
+"""Invariants of run ends, motion, tables, independently read results and cached answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nodes: the vehicles of a schedule by themselves, in virtual time without sockets, checked by invariants.
+"""Nodes: the vehicles of a schedule as separate processes in virtual time, without sockets, under invariants.
 
 They do what a simulated fleet never does: introduce themselves under a key, and go on from their logs once killed.
 """

@@ -1,4 +1,4 @@
-"""Faults planted in the code, one for each invariant: a mechanism is taken out or turned round.
+"""Faults planted in the code, at least one per invariant: a mechanism is removed or inverted.
 
 Each is to be named by the invariant that is about it. ``needs`` are kinds without which it has nothing to do.
 """

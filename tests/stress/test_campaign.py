@@ -1,4 +1,4 @@
-"""Campaign: random faults in random settings break no invariant; Hypothesis makes smaller what does."""
+"""Campaign: random faults in random settings violate no invariant; Hypothesis shrinks failing cases."""
 
 import pytest
 from hypothesis import HealthCheck, given, note, settings
@@ -17,7 +17,7 @@ def check(schedule: Schedule) -> None:
 @pytest.mark.slow
 @settings(max_examples=15, derandomize=True, **CAMPAIGN)
 @given(schedules())
-def test_no_schedule_breaks_an_invariant(schedule: Schedule) -> None:
+def test_no_schedule_violates_an_invariant(schedule: Schedule) -> None:
     check(schedule)
 
 
@@ -25,7 +25,7 @@ def test_no_schedule_breaks_an_invariant(schedule: Schedule) -> None:
 @pytest.mark.thorough
 @settings(max_examples=1000, **CAMPAIGN)
 @given(schedules())
-def test_no_further_schedule_breaks_an_invariant(schedule: Schedule) -> None:
+def test_no_further_schedule_violates_an_invariant(schedule: Schedule) -> None:
     check(schedule)
 
 

@@ -1,4 +1,4 @@
-"""Legs and decisions that stand change nothing: a fleet that moves and decides anew each time has the same tables."""
+"""Cached legs and decisions change nothing: recomputing them each time gives the same tables."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Schedules that broke something once hold. The first line of each file tells what it was."""
+"""Regression: schedules that once violated an invariant; the first line of each file states the violation."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ FAULTS = Path(__file__).parents[1] / "faults"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("file", sorted(FAULTS.glob("*.toml")), ids=lambda file: file.stem)
-def test_what_was_broken_once_holds(file: Path) -> None:
+def test_a_kept_schedule_violates_no_invariant(file: Path) -> None:
     assert file.read_text(encoding="utf-8").startswith("# ")
     schedule = read_schedule(file)
     outcome = judge(schedule)

@@ -1,4 +1,4 @@
-"""Each invariant names the faults that are planted against it: in drawn schedules, or in the one that found it once."""
+"""Each invariant names its planted faults: in random schedules, or in the schedule that first showed them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +19,7 @@ def named(outcome: Outcome) -> str:
     return "" if outcome.broken is None else outcome.broken[0]
 
 
-def test_there_is_a_plant_for_each_invariant() -> None:
+def test_each_invariant_has_a_planted_fault() -> None:
     assert {one.name for one in INVARIANTS} == {planted.invariant for planted in PLANTS}
 
 
@@ -27,7 +27,7 @@ def test_there_is_a_plant_for_each_invariant() -> None:
 @pytest.mark.parametrize(
     "planted", [pytest.param(one, id=f"{one.invariant}-{one.plant.__name__}") for one in PLANTS if not one.once]
 )
-def test_a_planted_fault_is_named(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_planted_fault_is_named_by_its_invariant(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
     ground_of(GROUND, APART)  # the run without faults has none planted either
     planted.plant(monkeypatch)
 
@@ -40,7 +40,7 @@ def test_a_planted_fault_is_named(planted: Planted, monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.slow
 @pytest.mark.parametrize("planted", [pytest.param(one, id=one.once) for one in PLANTS if one.once])
-def test_a_kept_schedule_breaks_without_the_mend(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kept_schedule_fails_without_its_fix(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
     schedule = read_schedule(FAULTS / f"{planted.once}.toml")
     planted.plant(monkeypatch)
     assert named(judge(schedule)) == planted.invariant

@@ -1,4 +1,4 @@
-"""Vehicles in processes of their own: the same promises, under what no simulated fleet meets."""
+"""Vehicles as separate processes: the same invariants, under conditions that no simulated fleet meets."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def check(schedule: Schedule) -> None:
 @pytest.mark.slow
 @settings(max_examples=40, derandomize=True, **CAMPAIGN)
 @given(node_schedules())
-def test_no_schedule_breaks_an_invariant_of_nodes(schedule: Schedule) -> None:
+def test_no_schedule_of_nodes_violates_an_invariant(schedule: Schedule) -> None:
     check(schedule)
 
 
@@ -34,7 +34,7 @@ def test_no_schedule_breaks_an_invariant_of_nodes(schedule: Schedule) -> None:
 @pytest.mark.thorough
 @settings(max_examples=5000, **CAMPAIGN)
 @given(node_schedules() | node_schedules(wide=True))
-def test_no_further_schedule_breaks_an_invariant_of_nodes(schedule: Schedule) -> None:
+def test_no_further_schedule_of_nodes_violates_an_invariant(schedule: Schedule) -> None:
     check(schedule)
 
 
@@ -43,7 +43,7 @@ def test_no_further_schedule_breaks_an_invariant_of_nodes(schedule: Schedule) ->
     (StressFault("noise", 5.0, until_s=100.0, packets=4), 0.2),
     (StressFault("foreign", 1.0, until_s=100.0), 0.0),
 ])  # fmt: skip
-def test_what_others_say_changes_nothing_under_a_key(what: StressFault, per: float) -> None:
+def test_packets_of_outsiders_change_nothing_under_a_key(what: StressFault, per: float) -> None:
     """Neither few random packets in the beginning nor many for long, nor another fleet: all come to know the same."""
     quiet = Schedule(3, 130.0, 600.0, node_settings("ack", per, "key"))
     alone, beside = judge_nodes(quiet), judge_nodes(replace(quiet, fault=(what,)))
@@ -56,14 +56,14 @@ def test_what_others_say_changes_nothing_under_a_key(what: StressFault, per: flo
 
 
 @pytest.mark.slow
-def test_a_fleet_that_believes_what_anybody_may_write_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_trust_in_unauthenticated_bytes_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     believe_what_anybody_may_write(monkeypatch)
     noise = StressFault("noise", 1.0, until_s=60.0, packets=40)
     outcome = judge_nodes(Schedule(1, 80.0, 600.0, node_settings("mps-ack-repeat", 0.0, "key"), (noise,)))
     assert outcome.broken is not None
 
 
-def test_every_kind_befalls_nodes_and_nothing_breaks() -> None:
+def test_every_fault_kind_of_nodes_occurs_and_violates_nothing() -> None:
     own = fault("killed", "AUV00", at_s=100.0, until_s=150.0), fault("noise", ""), fault("foreign", "")
     found = [one for case in CASES.values() for one in case if one.kind in OF_NODES]
     outcome = judge_nodes(Schedule(1, 210.0, 600.0, node_settings("ack", 0.0, "key"), (*found, *own)))
@@ -71,7 +71,7 @@ def test_every_kind_befalls_nodes_and_nothing_breaks() -> None:
     assert outcome.happened == set(OF_NODES)
 
 
-def test_a_resumed_node_has_all_but_what_it_observed_after_the_last_line_of_its_log() -> None:
+def test_a_resumed_node_lacks_only_observations_after_its_last_log_line() -> None:
     killed = fault("killed", "AUV00", at_s=61.4, until_s=78.0)
     outcome = judge_nodes(Schedule(0, 78.0, 600.0, node_settings("ack", 0.0, "key"), (killed,)))
     assert outcome.broken is None, outcome.broken

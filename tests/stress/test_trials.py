@@ -1,4 +1,4 @@
-"""Trials: every kind of fault changes something, and promises follow from what protects the fleet."""
+"""Trials: every kind of fault has an effect, and the active protections decide which invariants must hold."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -49,13 +49,13 @@ CASES: dict[str, list[StressFault]] = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_every_kind_changes_something_and_nothing_breaks(case: str) -> None:
+def test_every_fault_kind_has_an_effect_and_violates_nothing(case: str) -> None:
     outcome = judge(with_faults(*CASES[case]))
     assert outcome.broken is None, outcome.broken
     assert outcome.happened == {one.kind for one in CASES[case]}
 
 
-def test_all_kinds_are_among_the_cases() -> None:
+def test_the_cases_cover_every_fault_kind() -> None:
     assert {one.kind for case in CASES.values() for one in case} == set(KINDS)
 
 
@@ -64,7 +64,7 @@ def promised(*settings: str) -> set[str]:
     return set(judge(with_faults(brief, settings=(*SMALL, *settings), bound_s=30.0, must_finish=False)).judged)
 
 
-def test_a_checksum_makes_promises_hold_under_damage() -> None:
+def test_a_checksum_keeps_invariants_under_damaged_packets() -> None:
     without, checked = promised(), promised("communication.crc_bits=32")
     assert "exceptions" in without
     assert checked - without == {
@@ -75,7 +75,7 @@ def test_a_checksum_makes_promises_hold_under_damage() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("bound_s", "is_asked"), [(100.0, False), (1500.0, True)])
-def test_a_fleet_that_would_not_finish_without_faults_either_is_not_asked(bound_s: float, is_asked: bool) -> None:
+def test_completion_is_not_required_where_the_faultless_run_does_not_complete(bound_s: float, is_asked: bool) -> None:
     outcome = judge(with_faults(fault("mute", until_s=60.0), bound_s=bound_s, heal_s=60.0))
     assert outcome.broken is None
     assert ("finishes" in outcome.judged) is is_asked

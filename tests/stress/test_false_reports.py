@@ -1,4 +1,4 @@
-"""A job that is said to be done and is not: the fleet meets in vain, finds that out, and does it."""
+"""A job falsely reported done: the fleet meets in vain, detects the false report, and does the job."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ def outcome(strategy: str, *faults: StressFault) -> Outcome:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
-def test_what_is_said_to_be_done_and_is_not_is_done_after_all(strategy: str) -> None:
+def test_a_job_falsely_reported_done_is_done_in_the_end(strategy: str) -> None:
     found = outcome(strategy, *LIES)
     assert found.happened == {"forged-done"}
     assert "finishes" in found.judged
@@ -32,13 +32,13 @@ def test_what_is_said_to_be_done_and_is_not_is_done_after_all(strategy: str) -> 
 
 
 @pytest.mark.slow
-def test_it_is_not_if_nobody_asks_what_shows_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_false_report_stands_without_checks_of_its_traces(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mission, "given_anew", lambda *args: [])
     assert not outcome("remoras", *LIES).completed
 
 
 @pytest.mark.slow
-def test_nor_if_what_others_repeat_of_it_counts_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_false_report_stands_if_relayed_copies_confirm_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Under this strategy everybody repeats again and again which jobs are done."""
     nearer = (*(one for one in SMALL[:-1] if "coordination" not in one), NEAR_RALLY, "strategy.name=status-broadcast")
     lies = (replace(LIES[0], at_s=29.7), replace(LIES[1], at_s=48.7))
@@ -48,7 +48,7 @@ def test_nor_if_what_others_repeat_of_it_counts_again(monkeypatch: pytest.Monkey
     assert not judge(schedule).completed
 
 
-def test_without_a_lie_nothing_is_given_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_false_report_no_job_is_reassigned(monkeypatch: pytest.MonkeyPatch) -> None:
     honest = outcome("remoras")
     monkeypatch.setattr(mission, "given_anew", lambda *args: [])
     assert outcome("remoras").digest == honest.digest
@@ -64,6 +64,6 @@ def test_without_a_lie_nothing_is_given_anew(monkeypatch: pytest.MonkeyPatch) ->
         ("trident-intervention", "remoras", False),
     ],
 )
-def test_a_lie_is_found_out_where_the_work_shows(scenario: str, strategy: str, is_so: bool) -> None:
+def test_a_false_report_is_detected_where_work_leaves_traces(scenario: str, strategy: str, is_so: bool) -> None:
     setup = resolved(loaded(scenario, (f"strategy.name={strategy}",)))
     assert is_found_out(setup.mission.jobs.values(), setup.strategy.declaration) is is_so
