@@ -1,4 +1,4 @@
-"""Headless Chromium for tests of pages; what a page asks for and what it complains of is kept."""
+"""Headless Chromium for tests of pages; requests and console errors of the page are recorded."""
 
 import shutil
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""How often a vehicle changes its mind back, for tests of whole runs."""
+"""Count of reversed decisions of vehicles, for tests of whole runs."""
 
 from collections import defaultdict
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""A fleet at rest in which facts are stated and heard: that of a shipped mission, before anybody has said anything.
+"""A fleet at rest for statements and receptions: a shipped mission before the first packet.
 
 In `mapping-rendezvous` ASV00 is MissionAdministrator of Coordination, AUV00 its Tactician and Coordinator of
 Operational; AUV01 and AUV02 are Performers.

@@ -1,4 +1,4 @@
-"""The vehicle that tests start from, wherever they stand; what matters in a test is changed in it."""
+"""The sample vehicle of all tests; each test changes the values that matter."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Cases of a long test of which continuous integration tries some, and whoever wants to all."""
+"""Sampling of long parametrised tests: continuous integration runs a part, ``thorough`` the rest."""
 
 from collections.abc import Iterable
 from typing import Any

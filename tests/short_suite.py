@@ -1,4 +1,4 @@
-"""A suite of short runs, with two networks and speeds that nobody foresees."""
+"""A benchmark suite of short runs, with two networks and unexpected speeds."""
 
 SHORT = """
 [suite]

@@ -1,8 +1,8 @@
-"""The plan of the house, read from the sources themselves: imports, words, docstrings.
+"""The architecture, checked in the sources: imports, mission words, docstrings.
 
-A room is a package or a folder of one. Kernels and seams stand at the root of a package, parts in folders; no folder
-looks into a sibling. The hull (the fleet, and the views of the truth) alone knows all three layers; the face and the
-command line alone may import everything. Nothing outside a mission's folder knows the words of that mission.
+``ROOMS`` lists packages and their folders. Interfaces lie at the root of a package, implementations in its folders; no
+folder imports a sibling. Only the fleet and the views of the truth import all three layers, and only the API and the
+command line import everything. Words of a mission occur in its folder only.
 """
 
 import ast
@@ -319,14 +319,14 @@ def test_imports_follow_the_design() -> None:
     assert not found, "\n".join(found)
 
 
-def test_no_modules_import_each_other() -> None:
+def test_imports_form_no_cycle() -> None:
     arrows = {
         module: {one.target for one in imports(text, module)} for module, text in SOURCES.items() if module not in FACE
     }
     assert circles(arrows) == set()
 
 
-def test_types_go_in_few_circles() -> None:
+def test_imports_for_types_form_few_cycles() -> None:
     """A module that needs the type of one above it takes values instead, or says by a Protocol what it needs.
 
     Excepted are an optional part and its owner, which holds it or None, and a scenario and its tables, which are
@@ -352,7 +352,7 @@ def own_words(module: str) -> set[str]:
 
 
 @pytest.mark.parametrize("mission", WORDS_OF)
-def test_the_words_of_a_mission_stay_in_its_folder(mission: str) -> None:
+def test_words_of_a_mission_stay_in_its_folder(mission: str) -> None:
     found = [
         f"{module}:{line} says {word}"
         for module, text in SOURCES.items()
@@ -363,7 +363,7 @@ def test_the_words_of_a_mission_stay_in_its_folder(mission: str) -> None:
     assert not found, "\n".join(found)
 
 
-def test_no_hidden_source_of_chance_or_time() -> None:
+def test_no_hidden_source_of_randomness_or_time() -> None:
     """A run is a pure function of scenario and seed."""
     found = [
         f"{module}, {one}"
@@ -374,7 +374,7 @@ def test_no_hidden_source_of_chance_or_time() -> None:
     assert not found, "\n".join(found)
 
 
-def test_every_public_name_is_explained() -> None:
+def test_every_public_name_has_a_docstring() -> None:
     found = [f"{module}: {name}" for module, text in SOURCES.items() for name in undocumented(text)]
     assert not found, "\n".join(found)
 
@@ -388,7 +388,7 @@ def unexplained(source: str) -> list[int]:
     ]  # fmt: skip
 
 
-def test_who_writes_a_complex_function_says_why() -> None:
+def test_every_complex_function_states_its_reason() -> None:
     files = [file for folder in (*OURS, "benchmarks", "tests") for file in sorted((ROOT / folder).rglob("*.py"))]
     assert len(files) > 500
     found = [f"{file.relative_to(ROOT)}:{line}" for file in files for line in unexplained(file.read_text("utf-8"))]
@@ -404,7 +404,7 @@ def assigned(source: str) -> set[str]:
             for t in (n.targets if isinstance(n, ast.Assign) else [n.target]) if isinstance(t, ast.Name)}  # fmt: skip
 
 
-def test_every_package_says_what_is_promised_to_stay() -> None:
+def test_every_package_declares_its_public_names() -> None:
     assert [package for package in sorted(PACKAGES) if "__all__" not in assigned(SOURCES[package])] == []
 
 
@@ -419,15 +419,15 @@ def test_every_package_says_what_is_promised_to_stay() -> None:
         ("exchange.schedule", "def later():\n    from random import random"),
     ],
 )
-def test_a_violation_is_seen(module: str, line: str) -> None:
+def test_a_forbidden_import_is_detected(module: str, line: str) -> None:
     assert any(rule for found in imports(line, module) for rule in broken_rules(found))
 
 
-def test_a_circle_is_seen() -> None:
+def test_an_import_cycle_is_detected() -> None:
     arrows = {"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": {"e"}, "e": {"d"}}
     assert circles(arrows) == {("b", "c"), ("d", "e")}
 
 
-def test_words_of_a_mission_and_hidden_chance_are_seen() -> None:
+def test_mission_words_and_hidden_randomness_are_detected() -> None:
     assert {word for _, word in words_in("# coverage of n_cells")} & set(WORDS_OF["missions.mapping"])
     assert drawn_or_timed("np.random.rand(3)")

@@ -1,4 +1,4 @@
-"""What the package says of itself to those who install it: its name, its version, what it needs."""
+"""Metadata of the distribution: its name, its version, its requirements."""
 
 import re
 import tomllib
@@ -17,19 +17,19 @@ TEXTS = [
 ]
 
 
-def test_the_distribution_has_a_name_of_its_own() -> None:
+def test_the_distribution_name_is_unique() -> None:
     """In the public index \"remoras\" is somebody else's."""
     assert PROJECT["name"] == "remoras-sim"
     assert PROJECT["scripts"] == {"remoras": "remoras.__main__:main"}
 
 
-def test_nobody_is_told_to_install_somebody_elses_package() -> None:
+def test_install_hints_name_this_distribution() -> None:
     advice = re.compile(r"(pip|pipx|uv)\b[^`\n]*\binstall\b[^`\n]*[ \"']remoras(?!-sim)\b", re.IGNORECASE)
     assert len(TEXTS) > 100
     assert [path.name for path in TEXTS if advice.search(path.read_text(encoding="utf-8"))] == []
 
 
-def test_the_version_is_said_once() -> None:
+def test_the_version_is_declared_once() -> None:
     assert PROJECT["dynamic"] == ["version"]
     assert f"version: {remoras.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 

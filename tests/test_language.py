@@ -42,7 +42,7 @@ def n_words(text: str) -> int:
 
 
 @pytest.mark.parametrize("folder", PACKAGES, ids=lambda folder: str(folder.relative_to(ROOT)))
-def test_docstrings_name_actors_and_things(folder: Path) -> None:
+def test_docstrings_contain_few_vague_phrases(folder: Path) -> None:
     texts = list(docstrings(folder))
     words = sum(map(n_words, texts))
     vague = [match.group(0) for text in texts for match in VAGUE.finditer(text)]
@@ -50,7 +50,7 @@ def test_docstrings_name_actors_and_things(folder: Path) -> None:
     assert not [text for text in texts if OPENING.match(text)]
 
 
-def test_a_vague_docstring_is_seen() -> None:
+def test_a_vague_docstring_is_detected() -> None:
     assert len(VAGUE.findall("Whoever was told what is said to nobody says so once it is asked.")) == 7
     assert OPENING.match("What is answered.")
     assert not OPENING.match("Answer of the vehicle.")

@@ -1,4 +1,4 @@
-"""Results are made of operations that IEEE 754 rounds alike everywhere; read from the sources of the model.
+"""Models use only operations that IEEE 754 rounds alike everywhere; checked in their sources.
 
 These are + - * /, square roots, comparisons, whole numbers and the exact parts of a float. What a C library, a compiler
 or NumPy may round in its own way is refused: its functions, powers, and sums whose order is left open. The model takes
@@ -85,7 +85,7 @@ def _is_literal(node: ast.expr) -> bool:
     return isinstance(value, ast.Constant) and isinstance(value.value, int | float) and value.value == int(value.value)
 
 
-def test_a_model_rounds_alike_everywhere() -> None:
+def test_models_use_portable_arithmetic_only() -> None:
     found = [
         f"{module}, {one}"
         for module, text in SOURCES.items()
@@ -96,11 +96,11 @@ def test_a_model_rounds_alike_everywhere() -> None:
 
 
 @pytest.mark.parametrize("room", EXCEPT)
-def test_an_exception_is_one(room: str) -> None:
+def test_every_listed_exception_is_inexact(room: str) -> None:
     """A reason that is needed no more goes."""
     assert any(list(inexact(text)) for module, text in SOURCES.items() if within(module, room))
 
 
 @pytest.mark.parametrize("line", ["math.exp(x)", "x ** 2", "a @ b", "x.mean(axis=1)", "import scipy.special"])
-def test_what_may_be_rounded_otherwise_is_seen(line: str) -> None:
+def test_platform_dependent_rounding_is_detected(line: str) -> None:
     assert list(inexact(f"import math\nimport numpy as np\n{line}"))

@@ -1,4 +1,4 @@
-"""A shipped scenario for tests: its tables, a file of tables that were changed, and runs of it with keys set."""
+"""A shipped scenario for tests: its tables, files with changed tables, and cached runs with keys set."""
 
 import copy
 import tomllib

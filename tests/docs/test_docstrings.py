@@ -1,4 +1,4 @@
-"""Examples in docstrings give what they say."""
+"""Examples in docstrings give their stated output."""
 
 import doctest
 from functools import cached_property
@@ -16,7 +16,7 @@ WITH_EXAMPLES = [
 
 
 @pytest.mark.parametrize("path", WITH_EXAMPLES, ids=lambda path: ".".join(path.parts))
-def test_examples_give_what_they_say(path: Path) -> None:
+def test_docstring_examples_give_their_stated_output(path: Path) -> None:
     module = import_module(".".join(path.parts).removesuffix(".__init__"))
     cached = {
         f"{name}.{attribute}": value.func

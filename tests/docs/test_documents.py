@@ -1,4 +1,4 @@
-"""What the documents tell a user to type works, and their links lead somewhere."""
+"""Commands of the documents run as printed, and links have a target."""
 
 import os
 import re
@@ -54,7 +54,7 @@ def called(arguments: list[str], folder: Path) -> str:
 
 
 @pytest.mark.slow
-def test_a_newcomer_gets_to_the_figure_of_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_commands_lead_to_a_study_figure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Who takes commands, files and nothing else out of README and tutorial; what these print is what comes out.
 
     The program is installed already, so the commands that set it up are left out.
@@ -80,7 +80,7 @@ def test_a_newcomer_gets_to_the_figure_of_a_study(tmp_path: Path, monkeypatch: p
 
 
 @pytest.mark.slow
-def test_the_lines_of_python_in_the_readme_work(tmp_path: Path) -> None:
+def test_the_python_lines_of_the_readme_run(tmp_path: Path) -> None:
     (text,) = blocks(README, "python")
     assert len([line for line in text.splitlines() if line]) <= 10
     (tmp_path / "ten.py").write_text(text, encoding="utf-8")
@@ -93,7 +93,7 @@ def test_the_readme_cites_this_version() -> None:
 
 
 @pytest.mark.slow
-def test_what_troubleshooting_shows_is_what_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_troubleshooting_shows_the_actual_messages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every line below a command is a line that the command prints."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -113,6 +113,6 @@ def test_what_troubleshooting_shows_is_what_is_said(tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_relative_links_lead_somewhere(document: Path) -> None:
+def test_relative_links_have_a_target(document: Path) -> None:
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", document.read_text(encoding="utf-8")):
         assert (document.parent / target).exists(), f"{document.name}: {target}"

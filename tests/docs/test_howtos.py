@@ -90,7 +90,7 @@ def rows(folder: Path, table: str) -> list[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_tables_printed_alone_load(page: Path, tmp_path: Path) -> None:
+def test_printed_toml_fragments_load(page: Path, tmp_path: Path) -> None:
     """A TOML block without a name takes the place of a table of the shipped scenario, or is a study."""
     shipped_text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
     for number, (language, text) in enumerate(blocks(page)):

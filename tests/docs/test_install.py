@@ -1,9 +1,9 @@
-"""What an installation takes does not grow unseen."""
+"""The requirements of an installation do not grow unnoticed."""
 
 from benchmarks.install import NAME, closure, own_mb, required
 
 
-def test_what_is_required_is_what_is_said() -> None:
+def test_declared_requirements_equal_the_documented_ones() -> None:
     """Both figures stand in ``docs/decisions.md``; the goals of 9 packages and 450 MB are not met."""
     assert len(required(NAME)) <= 12
     sizes = closure(NAME)

@@ -1,4 +1,4 @@
-"""Claims of the page on security: nothing is fetched, nothing may carry code."""
+"""Claims of the security page: nothing is fetched, no format can carry code."""
 
 import re
 import socket
@@ -29,7 +29,7 @@ def test_an_ontology_that_imports_from_elsewhere_is_refused_and_nothing_is_fetch
         read_tbox(*core_ontology_paths(), path)
 
 
-def test_no_source_reads_what_may_carry_code_or_fetch() -> None:
+def test_no_source_reads_formats_that_carry_code_or_fetch() -> None:
     """Turtle alone is parsed, and lives of vehicles are copied through bytes that stay in memory."""
     excepted = {("remoras/testing/behaviours.py", "import pickle")}
     barred = re.compile(

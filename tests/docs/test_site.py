@@ -1,4 +1,4 @@
-"""The documentation builds as a site: without a warning, whole, with its notebooks executed, and readable offline."""
+"""The documentation site builds without a warning, complete, with executed notebooks, readable offline."""
 
 import fcntl
 import os

@@ -1,4 +1,4 @@
-"""Reference runs give what is written down, bit by bit, whatever the library of functions and however many workers."""
+"""Reference runs match their recorded digests, for any math library and number of workers."""
 
 import builtins
 import math
@@ -44,7 +44,7 @@ def whole_sums(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("whole_sums")
 @pytest.mark.parametrize("name", RUNS)
-def test_a_run_gives_what_is_written(name: str) -> None:
+def test_a_reference_run_matches_its_digest(name: str) -> None:
     assert digest(name) == written().get(name), (
         f"the run '{name}' gives something else than {FILE.name} says. If that is meant, write it anew by\n"
         f"    python {SCRIPT.relative_to(SCRIPT.parents[2])} write\n"
@@ -52,17 +52,17 @@ def test_a_run_gives_what_is_written(name: str) -> None:
     )
 
 
-def test_all_scenarios_and_strategies_are_there() -> None:
+def test_reference_runs_cover_all_scenarios_and_strategies() -> None:
     assert {scenario for scenario, *_ in RUNS.values()} == set(shipped())
     named = {one.removeprefix("strategy.name=") for *_, given in RUNS.values() for one in given}
     assert set(strategies()) - {"remoras"} <= named
 
 
-def test_nothing_is_written_of_runs_that_are_not_made() -> None:
+def test_every_digest_has_a_reference_run() -> None:
     assert list(written()) == list(RUNS)
 
 
-def test_a_digest_sees_the_last_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_digest_changes_with_the_last_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Turns whose sine is off by a rounding error change it: else equal digests would say little."""
     turn = motion._turn
     monkeypatch.setattr(motion, "_turn", lambda most: (turn(most)[0], math.nextafter(turn(most)[1], 0.0)))
@@ -70,7 +70,7 @@ def test_a_digest_sees_the_last_bit(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_four_workers_and_another_library_of_functions_give_the_same() -> None:
+def test_four_workers_and_another_math_library_give_the_same() -> None:
     """Without fused operations, exp, log, sin and their kind of the C library have other last bits."""
     command = [sys.executable, str(SCRIPT), "check", "4", *OF_OTHER_FUNCTIONS]
     paths = os.pathsep.join([str(SCRIPT.parents[2]), os.environ.get("PYTHONPATH", "")])
