@@ -288,14 +288,37 @@ def circles(arrows: dict[str, set[str]]) -> set[tuple[str, ...]]:
     return {tuple(sorted(group)) for group in nx.strongly_connected_components(graph) if len(group) > 1}
 
 
+CLASSES: dict[str, list[ast.ClassDef]] = {}
+for text in SOURCES.values():
+    for statement in ast.walk(ast.parse(text)):
+        if isinstance(statement, ast.ClassDef):
+            CLASSES.setdefault(statement.name, []).append(statement)
+
+
+@cache
+def inherited(name: str) -> frozenset[str]:
+    """Methods that the bases of our classes of this name document, as far as these are ours."""
+    bases = {ast.unparse(base).partition("[")[0].rpartition(".")[2] for c in CLASSES.get(name, []) for base in c.bases}
+    bases.discard(name)
+    own = {
+        method.name
+        for base in bases
+        for one in CLASSES.get(base, [])
+        for method in one.body
+        if isinstance(method, ast.FunctionDef) and ast.get_docstring(method)
+    }
+    return frozenset(own.union(*map(inherited, bases)))
+
+
 def undocumented(source: str) -> list[str]:
-    """Public functions, classes and methods without a docstring."""
+    """Public functions, classes and methods without a docstring, own or of the method that they override."""
 
     def walk(body: list[ast.stmt], prefix: str) -> Iterator[str]:
         for node in body:
             if not isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef) or node.name.startswith("_"):
                 continue
-            if ast.get_docstring(node) is None and not any("setter" in ast.unparse(d) for d in node.decorator_list):
+            is_setter = any("setter" in ast.unparse(d) for d in node.decorator_list)
+            if ast.get_docstring(node) is None and not is_setter and node.name not in inherited(prefix[:-1]):
                 yield f"{prefix}{node.name}"
             if isinstance(node, ast.ClassDef):
                 yield from walk(node.body, f"{node.name}.")
@@ -317,6 +340,11 @@ def test_imports_follow_the_design() -> None:
         for rule in broken_rules(one)
     ]
     assert not found, "\n".join(found)
+
+
+def test_override_takes_the_docstring_of_its_base() -> None:
+    assert not undocumented('"""A."""\nclass Homing(Behaviour):\n    """B."""\n    def perceive(self): ...')
+    assert undocumented('"""A."""\nclass Homing:\n    """B."""\n    def perceives(self): ...') == ["Homing.perceives"]
 
 
 def test_imports_form_no_cycle() -> None:
