@@ -146,7 +146,6 @@ class Searching(Behaviour):
         return not goes_on(leg, finds, takes_s, now, later, self._until_s - now_s, busy_s)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the target at search speed."""
         return None if self._target_m is None else Reference(self._target_m, self._choosing.speed_mps)
 
 
@@ -158,7 +157,6 @@ class Obeying(Behaviour):
         self._done_m: Point | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending until the search ends."""
         if picture.body.now_s >= self._until_s:
             return DONE
         target_m = picture.facts.get((TARGET, self._data.name))
@@ -194,7 +192,6 @@ class Directing(Standing):
         self._awake_s = 0.0
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Return an idle perception with orders."""
         now_s = picture.body.now_s
         if now_s < self._awake_s or now_s >= self._until_s:
             return IDLE
@@ -235,7 +232,6 @@ class Sweeping(Behaviour):
         self._data, self._until_s = data, until_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending until the search ends."""
         if picture.body.now_s >= self._until_s:
             return DONE
         if performed and distance_m(motion, self._points_m[self._next]) <= ARRIVED_M:
@@ -243,7 +239,6 @@ class Sweeping(Behaviour):
         return ADVANCING if performed else DUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the next point."""
         return Reference(self._points_m[self._next], self._data.survey_speed_mps)
 
 
@@ -352,7 +347,6 @@ class Identifying(Behaviour):
         return shares
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the anomaly and hold there."""
         if self._place_m is None:
             return None
         to_go_m = distance_m(motion, self._place_m)

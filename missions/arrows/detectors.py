@@ -75,7 +75,6 @@ class DetectorSettings(SensorSettings):
     NUMBER: ClassVar[int]
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the detector of a vehicle."""
         return Detector(self.NUMBER, data)
 
 
@@ -169,7 +168,6 @@ class ClassifyingCameraSettings(SensorSettings):
     EQUIPMENT: ClassVar[str] = "Camera"
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the camera of a vehicle."""
         return ClassifyingCamera(data)
 
 

@@ -133,7 +133,6 @@ class ArrowsMission(JobMission):
 
     @classmethod
     def check(cls, scenario: ArrowsScenario) -> Iterable[ConfigurationFault]:
-        """Yield all faults of the area, priors, detectors and their vehicles."""
         yield from _area(scenario)
         yield from _kinds(scenario)
         kinds = [kind.name for kind in scenario.kind]
@@ -152,21 +151,17 @@ class ArrowsMission(JobMission):
     # Content -------------------------------------------------------------------------------------
 
     def meets_from_s(self, scenario: ArrowsScenario) -> float:
-        """End of the search."""
         return scenario.mission.search_s
 
     def jobs_of(self, scenario: ArrowsScenario) -> Iterable[Job]:
-        """No jobs: all objectives are assigned initially."""
         return ()
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The area."""
         return [(self.kind, AREA)]
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points and the area."""
         (west_m, east_m), (south_m, north_m) = self.scenario.search.x_m, self.scenario.search.y_m
         outline_m = (west_m, south_m), (east_m, south_m), (east_m, north_m), (west_m, north_m)
         return [*self.rally_places, Place(AREA, "search area", outline_m)]
@@ -178,16 +173,13 @@ class ArrowsMission(JobMission):
 
     @property
     def most_observations(self) -> int:
-        """Upper limit of passes, detections, images, choices and conclusions."""
         n_choices = int(self.scenario.scenario.duration_s)
         return MOST_PASSES * 2 * self.grid.n_tiles + 4 * self.grid.n_cells + n_choices
 
     def world(self, seed: int) -> Seafloor:
-        """True seafloor of a run."""
         return draw_seafloor(self.scenario, seed)
 
     def truth(self, recorder: Recorder, world: Seafloor) -> ArrowsTruth:
-        """Create the ground truth of sites and maps."""
         return ArrowsTruth(self.meeting, self.scenario, recorder, world, self.chart, self.crew)
 
     def chart(self) -> Chart:
@@ -248,11 +240,9 @@ class ArrowsMission(JobMission):
         return [*super().founding_objectives(), *founding]
 
     def is_individual(self, objective: Objective) -> bool:
-        """Return True for searching and identifying."""
         return objective.name in (SEARCHING, IDENTIFYING)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Activity sets of the rendezvous; else one activity for equipped vehicles."""
         if objective.name in OBJECTIVES:
             return self.meeting.activity_sets(objective, data.name, facts)
         together = ("gatheredAt", objective.group)
@@ -265,7 +255,6 @@ class ArrowsMission(JobMission):
         return (ActivitySet(objective, kind, (doing,), self.importance_of_work(objective)),), frozenset({together})
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Behaviour of an activity, by ``mission.search``."""
         if (behaviour := self.meeting.behaviour(activity, data)) is not None:
             return behaviour
         settings = self.scenario.mission

@@ -92,7 +92,6 @@ class ArrowsTruth(JobTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Correctly identified sites as share of the required number."""
         return self._share(len(self._identified))
 
     def _share(self, n_identified: int) -> float:
@@ -101,7 +100,6 @@ class ArrowsTruth(JobTruth):
         return min(1.0, n_identified / (self._scenario.mission.goal * len(self._sites)))
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the goal reachable with the remaining detectors and cameras."""
         carried = [sensor for _, data in left(fleet) for sensor in data.sensors]
         if not any(isinstance(settings, ClassifyingCameraSettings) for settings in carried):
             return self.goal_fraction
@@ -109,11 +107,9 @@ class ArrowsTruth(JobTruth):
         return self._share(len(self._sites if is_searched else self._found | self._identified))
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Empty: sites have no names."""
         return ()
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Record detections and identifications since the last call."""
         for time_s, vehicle, _, cell, kind, _, _ in self._contacts:
             if kind in SITES and cell not in self._found:
                 self._found.add(cell)

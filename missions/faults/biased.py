@@ -78,18 +78,15 @@ class Biased(FaultOfSensors):
         return self.offset if isinstance(self.offset, tuple) else (self.offset or 0.0,)
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Describe the biased readings and the offset."""
         off = ", ".join(f"{offset:g}" for offset in self.by)
         return f"{', '.join(self.of(data))}: {self.attribute} off by {off}, {how_long}"
 
     def leaves(self, data: VehicleData) -> Condition:
-        """Condition with biased readings."""
         return Condition(readings=(Bias(self.attribute or "", self.by, self.of(data)),))
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield faults: an unknown attribute, or an offset of another dimension."""
         yield from super().checks(key, scenario, mission, before)
         tbox = words_in(scenario, mission)
         axes = {a.name: len(a.fields) for a in tbox.attributes if a.fields} if tbox is not None else {}

@@ -23,11 +23,9 @@ class Drains(DeclaredFault):
     drain_w: Positive | None = Field(None, description="lost power, W")
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Describe the lost power."""
         return f"{self.drain_w:g} W, {how_long}"
 
     def leaves(self, data: VehicleData) -> Condition:
-        """Condition with a power loss."""
         return Condition(drain_w=self.drain_w or 0.0)
 
 

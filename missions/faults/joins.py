@@ -27,17 +27,14 @@ class Joins(DeclaredFault):
     ABSENCE = Absence.BEFORE
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Describe the time until it joins."""
         return f"away {how_long}"
 
     def holds_s(self, at_s: float) -> tuple[float, float]:
-        """Return the interval (s) from the start until it joins."""
         return 0.0, at_s
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield faults: a vehicle present from the start, or one that joins twice."""
         if self.span_s is not None and self.span_s[0] <= 0.0:
             allowed = "must be above 0: a vehicle that is there from the start does not join"
             yield ConfigurationFault(f"{key}.at_s", "", allowed)

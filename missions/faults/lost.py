@@ -25,7 +25,6 @@ class Lost(DeclaredFault):
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield faults: a vehicle that may be lost again before its return."""
         first = next((where for where, other in before if self.overlaps(other)), None)
         if self.vehicle != ANY and first is not None:
             allowed = f"lost twice, here and by {first}; the first has to end by its until_s before the other"

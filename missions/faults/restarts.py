@@ -36,23 +36,19 @@ class Restarts(DeclaredFault):
     )
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Describe the end of the outage and whether memory is kept."""
         return f"off {how_long}, {KEPT if self.memory == 'kept' else FORGOTTEN}"
 
     @property
     def remembers(self) -> bool:
-        """True if the vehicle keeps its memory."""
         return self.memory == "kept"
 
     @classmethod
     def began_anew(cls, detail: str) -> bool | None:
-        """Return True if the vehicle kept its memory, from the detail of a fault row."""
         return detail.endswith(KEPT)
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield faults: a vehicle that restarts too often, or while off."""
         # The epoch in a packet has two bits: a further incarnation would be taken for the first.
         if len(before) >= MOST:
             allowed = f"restarts for the {len(before) + 1}th time: {MOST} times are allowed in a run"

@@ -15,11 +15,9 @@ class DeadSensor(FaultOfSensors):
     DISABLES = True
 
     def leaves(self, data: VehicleData) -> Condition:
-        """Condition with dead sensors."""
         return Condition(dead_sensors=frozenset(self.of(data)))
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Describe the dead sensors."""
         return f"{', '.join(self.of(data))}, {how_long}"
 
 

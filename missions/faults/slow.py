@@ -25,11 +25,9 @@ class Slow(DeclaredFault):
         return USUAL if self.factor is None else self.factor
 
     def leaves(self, data: VehicleData) -> Condition:
-        """Condition with reduced speeds."""
         return Condition(speed_factor=self.speed_left)
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Describe the factor."""
         return f"by the factor {self.speed_left:g}, {how_long}"
 
 

@@ -35,7 +35,6 @@ class BanTable(Section):
     until_s: Positive | None = Field(None, description="time of withdrawal by the issuer; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield faults: a ban of the issuer itself, or a withdrawal before the issue."""
         if self.vehicle == self.issuer:
             yield "issuer", "a vehicle cannot exclude itself: name another issuer"
         if self.until_s is not None and self.until_s <= self.at_s:
@@ -70,7 +69,6 @@ class Bans(Observer):
         self._tables: tuple[BanTable, ...] = joining.scenario.of_feature(KEY)
 
     def on_start(self, host: Host) -> None:
-        """Schedule the statements."""
         for table in self._tables:
             until_s, unsaid = math.inf if table.until_s is None else table.until_s, ("ban not said", table.vehicle)
             say_at(host, table.at_s, table.issuer, stated(table.vehicle, table.from_s), unsaid)

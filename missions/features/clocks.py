@@ -252,11 +252,9 @@ class Clocks(Observer):
         self.clocks: Mapping[int, OwnClock] = clocks_of(joining.scenario, joining.seed)
 
     def on_start(self, host: Host) -> None:
-        """Store the host of the slots."""
         self._host = host
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Start the vehicle's estimates of clock differences anew."""
         self._offsets[vehicle.data.node] = Offsets(len(self._joining.database))
 
     def on_received(self, vehicle: Vehicle, reception: Reception, size_bits: int, shown_s: float) -> None:
@@ -272,7 +270,6 @@ class Clocks(Observer):
         self._offsets[vehicle.data.node].note(reception.sender, sent_s - joining.schedule.start_s(reception.slot))
 
     def on_frame_end(self, vehicle: Vehicle) -> None:
-        """Record the clock error and the estimates of a live vehicle."""
         if not vehicle.is_alive:
             return
         clock, offsets = self.clocks[vehicle.data.node], self._offsets[vehicle.data.node]

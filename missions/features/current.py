@@ -263,11 +263,9 @@ class MovingWater(Observer):
         self._since_s: dict[str, float] = {}
 
     def on_start(self, host: Host) -> None:
-        """Store the host, which has the time."""
         self._host = host
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Install guidance in moving water."""
         in_current(vehicle.functional, self._current)
 
     def on_tick(self, vehicle: Vehicle) -> None:

@@ -87,7 +87,6 @@ class Damage(Observer):
         self._seed = joining.seed
 
     def channel(self, channel: Channel) -> Channel:
-        """Wrap the channel if the share is above 0."""
         table = self._table
         return DamagingChannel(channel, self._seed, table.share, table.bits) if table.share else channel
 

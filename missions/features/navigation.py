@@ -291,7 +291,6 @@ class FixingPosition(Behaviour):
         return None if callable(beacon.position_m) else beacon.position_m
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the beacon in transit; hold the position during ascent, descent and fix."""
         goal_m = None if self._beacon is None or self._is_fixed else self._known_m(self._beacon, picture)
         if goal_m is None or self.navigation.has_fix:
             return Reference(motion.position_m, 0.0)
@@ -390,7 +389,6 @@ class Drift(Observer):
         self._host: Host | None = None
 
     def on_start(self, host: Host) -> None:
-        """Store the host, which locates the carriers of beacons."""
         self._host = host
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
@@ -405,7 +403,6 @@ class Drift(Observer):
         self._adrift[node] = Adrift(layer, navigation, self._adrift.get(node))
 
     def separation(self, separation: Separation) -> Separation:
-        """Return a monitor for vehicles that leave their depths."""
         return SeparationAcrossLayers(separation, lambda node: self._adrift[node].column_m)
 
     def _heard_by(self, vehicle: str) -> tuple[Beacon, ...]:

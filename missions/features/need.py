@@ -77,7 +77,6 @@ class NeedTable(Section):
     until_s: Positive | None = Field(None, description="withdrawal of the need; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield faults: a blackout beyond the time to live, or an end before the start."""
         if self.ttl_s is not None and self.blackout_s >= self.ttl_s:
             yield (
                 "blackout_s",
@@ -325,14 +324,12 @@ class StatedNeeds(Observer):
         self._kept = [joining.tbox.attribute_named(name).uid for name in needed(joining.scenario)]
 
     def on_start(self, host: Host) -> None:
-        """Schedule statements and withdrawals."""
         for need in self._stated:
             if need.from_s > 0.0:
                 say_at(host, need.from_s, need.vehicle, _named(need.facts()))
             say_at(host, need.until_s, need.vehicle, _named(need.taken_back()))
 
     def needs(self, model: WorldModel, common: NeedsIndex | GroupNeeds) -> NeedsInForce:
-        """Return the needs known to a vehicle with this world model."""
         return NeedsInForce(model, common, self._agreed, self._kept)
 
 

@@ -113,7 +113,6 @@ class Reef(Observer):
         self._passage = table.passage(joining.scenario.guidance.separation_m)
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Install the passage in the vehicle's guidance."""
         vehicle.functional.guidance.passage = self._passage
 
 

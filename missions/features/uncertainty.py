@@ -57,7 +57,6 @@ class Misses(Observer):
         self._seed, self._tick_s = joining.seed, joining.scenario.scenario.tick_s
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Install the drawn misses."""
         node = vehicle.data.node
         numbers = {settings.name: number for number, settings in enumerate(vehicle.real.sensors)}
 

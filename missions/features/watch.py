@@ -45,7 +45,6 @@ class Watch(Observer):
         joining.recorder.declare(SILENCED)
 
     def on_start(self, host: Host) -> None:
-        """Record the strategy's timeouts from now on."""
         from remoras.deciding import InTime
 
         strategy = host.vehicles[0].social.strategy

@@ -92,11 +92,9 @@ class EquipmentSettings(SensorSettings):
 
     @property
     def tells_state(self) -> bool:
-        """True: vehicles can query the state of this equipment."""
         return True
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the equipment of a vehicle."""
         return Gauge(self, data.name)
 
     @abstractmethod
@@ -118,7 +116,6 @@ class DrillSettings(EquipmentSettings):
         return energies.stores.get((vehicle, self.name)) or Store(self.battery_j)
 
     def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
-        """State, remaining battery share, site and finished share."""
         drill = self.of(vehicle, energies)
         read: list[Fact] = [(vehicle, DRILL_STATE, drill.state), (vehicle, DRILL_CHARGE, drill.left_j / self.battery_j)]
         if drill.hole:
@@ -138,7 +135,6 @@ class ChargerSettings(EquipmentSettings):
         return energies.stores.get((vehicle, self.name)) or Store(self.store_j)
 
     def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
-        """State and remaining share of the store."""
         charger = self.of(vehicle, energies)
         left = charger.left_j / self.store_j if self.store_j > 0.0 else 0.0
         return [(vehicle, CHARGER_STATE, charger.state), (vehicle, STORE_CHARGE, left)]
@@ -200,7 +196,6 @@ class Boring(SiteSurvey):
     drill: str = Field(description="name of the sensor that drills, of type drill")
 
     def is_able(self, data: VehicleData) -> bool:
-        """Return True for a vehicle with the drill."""
         return self.drill_of(data) is not None
 
     def drill_of(self, data: VehicleData) -> DrillSettings | None:
@@ -209,7 +204,6 @@ class Boring(SiteSurvey):
         return next(drills, None)
 
     def behaviour(self, data: VehicleData, scenario: Any) -> Behaviour:
-        """Create the behaviour that drills."""
         others = {hole.name for hole in scenario.boring if hole.drill == self.drill and hole != self}
         return Drilling(self, others, scenario.mission.wait_s, data)
 
@@ -368,7 +362,6 @@ class Drilling(Behaviour):
         return Observation(((self._boring.name, IS_HALTED, is_halted),))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the drill site in transit; hold there."""
         place_m = self._boring.place_m
         return Reference(place_m, 0.0 if distance_m(motion, place_m) <= CAPTURE_M else self._speed_mps)
 
@@ -449,5 +442,4 @@ class Bringing(Behaviour):
         return ADVANCING if state == GIVING else STANDING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the berth in transit; hold there."""
         return Reference(self._berth_m, 0.0 if distance_m(motion, self._berth_m) <= CAPTURE_M else self._speed_mps)

@@ -173,11 +173,9 @@ class HelpMission(JobMission):
         return [*super().founding_objectives(), *self.meeting.objectives(HELPING)]
 
     def is_individual(self, objective: Objective) -> bool:
-        """Return True for jobs, False for helping."""
         return objective.name != HELPING and super().is_individual(objective)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """For helping, one activity for each open job of another vehicle that needs help."""
         if objective.name != HELPING:
             return super().activity_sets(objective, data, facts, position_m)
         rests_on = {("gatheredAt", objective.group)}
@@ -198,7 +196,6 @@ class HelpMission(JobMission):
         return () if is_over else tuple(sets), frozenset(rests_on)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Behaviour of helping, or that of every mission of jobs."""
         if activity.parameters[:1] == (HELPING,):
             _, job, group, holders = activity.parameters
             kind, attribute = self.help_by

@@ -113,7 +113,6 @@ class Carrying(Behaviour):
         return ADVANCING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the next end in transit; hold there."""
         return self._stay.reference(self._place_m, motion)
 
 
@@ -358,7 +357,6 @@ class SonarSettings(SensorSettings):
     range_m: float = Field(40.0, gt=NEAREST_M, description="maximum range to an object")
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the sonar of a vehicle."""
         return Sonar(self.range_m)
 
 
@@ -422,7 +420,6 @@ class Lifting(Behaviour):
         return self._stay.perceive(to_go_m, self._lift.stay_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for an end in transit; hold there."""
         return None if self._end_m is None else self._stay.reference(self._end_m, motion)
 
 

@@ -195,13 +195,11 @@ class FieldworkMission(JobMission):
 
     @classmethod
     def completed(cls, scenario: Any) -> Any:
-        """Add a role per job to the first group; those of jobs that need help call the initial roles."""
         founding = founding_of(scenario)
         roles = [job_role(job.PLAYER, job.name, founding if n_helpers(job) else ()) for job in scenario.jobs]
         return with_job_roles(scenario, roles, cls.urgencies)
 
     def jobs_of(self, scenario: Any) -> Iterable[Job]:
-        """The jobs of the scenario."""
         return cast(Sequence[Job], scenario.jobs)
 
     def all_of(self, kind: type[Kind]) -> dict[str, Kind]:
@@ -210,7 +208,6 @@ class FieldworkMission(JobMission):
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The jobs."""
         return [(type(job).__name__, name) for name, job in self.jobs.items()]
 
     @property
@@ -220,7 +217,6 @@ class FieldworkMission(JobMission):
         return [*self.rally_places, *(Place(job.name, job.SHOWN, _ends_m(job)) for job in jobs)]
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """Create the behaviour that does a job."""
         return cast(Behaviour, job.behaviour(data, self.scenario))
 
 
@@ -247,7 +243,6 @@ class RecoveryMission(FieldworkMission, HelpMission):
 
     @classmethod
     def check(cls, scenario: RecoveryScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of sites and objects: place, name, number of vehicles, length."""
         lifts, n_vehicles = scenario.lifts, len(scenario.vehicle)
         yield from listed_faults(scenario, "site", "position_m", taken=numbered("lift", lifts.number))
         if lifts.number and n_vehicles < lifts.vehicles:
@@ -261,7 +256,6 @@ class RecoveryMission(FieldworkMission, HelpMission):
             yield ConfigurationFault("lifts.number", str(lifts.number), allowed)
 
     def world(self, seed: int) -> SeaField:
-        """True positions of the objects in a run."""
         ranges_m = [
             sensor.range_m
             for vehicle in self.scenario.vehicle
@@ -272,7 +266,6 @@ class RecoveryMission(FieldworkMission, HelpMission):
         return laid_out(self.all_of(Lift), [*self.all_of(SiteSurvey).values()], min(ranges_m, default=0.0), seed)
 
     def truth(self, recorder: Recorder, world: SeaField) -> LiftTruth:
-        """Create the ground truth of lifts."""
         return LiftTruth(self.meeting, self.objective, recorder, self.all_of(Lift), world)
 
 
@@ -290,14 +283,12 @@ class FerryMission(FieldworkMission):
 
     @classmethod
     def completed(cls, scenario: FerryScenario) -> FerryScenario:
-        """Add a role per delivery to the first group; these and initial roles address each other."""
         carriers = [f"{job.PLAYER} of {job.name}" for job in scenario.jobs]
         roles = [job_role(job.PLAYER, job.name, [*carriers, *founding_of(scenario)]) for job in scenario.jobs]
         return with_job_roles(scenario, roles, {}, carriers)
 
     @classmethod
     def check(cls, scenario: FerryScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults: deliveries outside the world, in the reef, or with names already taken."""
         yield from listed_faults(scenario, "delivery", "from_m", "to_m")
         reef = scenario.of_feature(PASSAGE)
         for delivery in scenario.delivery if reef is not None else ():
@@ -325,7 +316,6 @@ class EscortMission(FieldworkMission, HelpMission):
 
     @classmethod
     def check(cls, scenario: EscortScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of lines: place, length, name, number of vehicles."""
         yield from listed_faults(scenario, "line", "from_m", "to_m")
         for line in scenario.line:
             if distance(line.from_m, line.to_m) < SHORTEST_M:
@@ -337,7 +327,6 @@ class EscortMission(FieldworkMission, HelpMission):
                 yield ConfigurationFault(f"line.{line.name}.escorted", "true", allowed)
 
     def truth(self, recorder: Recorder, world: Any) -> EscortTruth:
-        """Create the ground truth of escorted surveys."""
         return EscortTruth(self.meeting, self.objective, recorder, self.helped, self.scenario.mission.within_m)
 
 
@@ -361,7 +350,6 @@ class ResupplyMission(FieldworkMission, HelpMission):
 
     @classmethod
     def check(cls, scenario: ResupplyScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of sites and drill sites: place, name, missing drill, berth too near."""
         yield from listed_faults(scenario, "site", "position_m", taken=[table.name for table in scenario.boring])
         yield from listed_faults(scenario, "boring", "position_m", taken=[table.name for table in scenario.site])
         sensors = [sensor for vehicle in scenario.vehicle for sensor in vehicle.sensor]
@@ -381,21 +369,17 @@ class ResupplyMission(FieldworkMission, HelpMission):
         yield from _too_near(scenario, "transfer.berth_m", berth_m, FARTHEST_M, ", and see each other")
 
     def world(self, seed: int) -> Energies:
-        """Initial energies: full batteries and stores, nothing drilled."""
         return Energies()
 
     def nature(self, world: Energies) -> Callable[[FleetView, float], None]:
-        """Evolution of energies and drilling."""
         return Passing(self.all_of(Boring), self.scenario.transfer, world).go_on
 
     def truth(self, recorder: Recorder, world: Energies) -> EnergyTruth:
-        """Create the ground truth of drilling."""
         return EnergyTruth(self.meeting, self.objective, recorder, self.all_of(Boring), world)
 
     # Activities ----------------------------------------------------------------------------------
 
     def switched_on(self, job: Job, data: VehicleData) -> tuple[str, ...]:
-        """Return the drill for a drill site, else nothing."""
         return (job.drill,) if isinstance(job, Boring) else ()
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:

@@ -79,7 +79,6 @@ class LiftTruth(FieldTruth):
         self._since_s: dict[str, float] = {}
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Record lifts since the last call."""
         super().watch(fleet, now_s)
         for name in list(self._open):
             present = [
@@ -98,7 +97,6 @@ class LiftTruth(FieldTruth):
                 self.note(present[0], name, now_s)
 
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
-        """Yield reasons of failure, with undetected objects."""
         yield from super().reasons(fleet, now_s)
         known = {subject for _, _, _, _, subject, attribute, *_ in self._items if attribute == LYING_AT}
         if hidden := ", ".join(name for name in self._open if name not in known):
@@ -116,7 +114,6 @@ class EscortTruth(FieldTruth):
         self._marks = {name: {line.at(along_m) for along_m in marks_m(line.length_m)} for name, line in lines.items()}
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Record surveys since the last call."""
         super().watch(fleet, now_s)
         at_m = {vehicle.name: vehicle.position_m for vehicle in fleet.vehicles if vehicle.is_alive}
         escorted = {
@@ -155,7 +152,6 @@ class EnergyTruth(FieldTruth):
         return {**self._jobs, **{name: self._borings[name].model_copy(update={"drill": ""}) for name in self._starved}}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the goal that remaining vehicles and energy permit."""
         self._starved = set() if self._is_energy_left(fleet) else {
             name for name in self._open if not self._is_drill_charged(fleet, self._borings[name])
         }  # fmt: skip
@@ -173,7 +169,6 @@ class EnergyTruth(FieldTruth):
         )
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Record events since the last call."""
         super().watch(fleet, now_s)
         self._note_events()
 

@@ -162,7 +162,6 @@ class ZigzagExploring(Behaviour):
     # Perception and action -----------------------------------------------------------------------
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending while mappable cells remain."""
         facts = picture.facts
         if self._n_changes != facts.n_changes:
             self._n_changes, self._rest = facts.n_changes, self._job.left(facts).bits

@@ -67,11 +67,9 @@ class InspectionJob(ReportedJob):
 
     @property
     def done(self) -> Key:
-        """Fact that a vehicle has inspected the find."""
         return "inspectedBy", self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """Return True if the vehicle has a mapping sensor."""
         return swath_m(data) > 0.0
 
 

@@ -266,26 +266,21 @@ class MappingMission(JobMission):
 
     @classmethod
     def completed(cls, scenario: MappingScenario) -> MappingScenario:
-        """Add a role for every find."""
         return with_inspectors(scenario)
 
     @classmethod
     def check(cls, scenario: MappingScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of areas, exploring roles and importances; of overlaps and the goal if these are valid."""
         return list(_of_tables(scenario, cls.group_missions)) or [*_overlaps(scenario), *_goal(scenario)]
 
     @property
     def social_domain(self) -> Domain:
-        """Decomposition of Supervision and AreaMapping into objectives of roles."""
         return social_domain(self.groups, self.meeting, self.jobs, self._inspections)
 
     def jobs_of(self, scenario: MappingScenario) -> Iterable[Job]:
-        """One survey per area, one inspection per find."""
         return [*self._surveys.values(), *self._inspections.values()]
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """Areas, finds, and the mission of groups formed at run time."""
         extra = [("Mission", INSPECTION)] if self._forms_groups else []
         return [*(("Area", area) for area in self.corners_m), *(("Find", find) for find in self._inspections), *extra]
 
@@ -297,16 +292,13 @@ class MappingMission(JobMission):
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """Upper limit of objects that one vehicle may distinguish."""
         return FOUND_PER_OBJECT * len(self._objects)
 
     @property
     def most_observations(self) -> int:
-        """Upper limit per vehicle: cells, detections, inspections and object observations."""
         return len(self._seabed.cells) + 2 * len(self._inspections) + MOST_LOOKS * len(self._objects)
 
     def world(self, seed: int) -> Seabed:
-        """Cells of all areas with the features and objects of the run."""
         return seabed_with_finds(self._seabed, self.finds, seed, self._objects)
 
     @property
@@ -314,12 +306,10 @@ class MappingMission(JobMission):
         return seabed_of(self.scenario.world.cell_m, tuple(self.corners_m.items()))
 
     def truth(self, recorder: Recorder, world: Seabed) -> MappingTruth:
-        """Create the ground truth of coverage, surveys and rendezvous."""
         return MappingTruth(self.meeting, world, self.swaths_m, self.scenario.mission.goal, recorder, self._find_weight)
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points, and areas with their cells."""
         places = self.rally_places
         for name, job in self._surveys.items():
             tiles = Tiles(job.on.cell_m, job.on.cells, "mappedCell", COVERAGE.name, ("cell_x", "cell_y"))
@@ -332,18 +322,15 @@ class MappingMission(JobMission):
         return [*super().founding_objectives(), *inspecting(self.groups.values(), self._inspections)]
 
     def is_individual(self, objective: Objective) -> bool:
-        """Return True for exploring and mapping."""
         return objective.name not in (*OBJECTIVES, "Positioning")
 
     def activity_sets(
         self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Activity sets of the rendezvous; ``activities`` plans the others."""
         return self.meeting.activity_sets(objective, data.name, facts)
 
     @property
     def activity_domain(self) -> Domain:
-        """Decomposition of exploring, mapping, inspecting and positioning into activities."""
         return activity_domain(self.jobs)
 
     def activities(
@@ -354,7 +341,6 @@ class MappingMission(JobMission):
         facts: FactsLike,
         position_m: Point,
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """One activity of Table II per step, with the vehicle's own characteristics."""
         rests_on: set[Key] = set()
         sets = []
         kind = ActivityKind.INDIVIDUAL if self.is_individual(objective) else ActivityKind.COLLECTIVE
@@ -393,7 +379,6 @@ class MappingMission(JobMission):
         raise _unknown(name)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Return the behaviour of the activity set led by ``activity``."""
         settings, parameters = self.scenario.mission, activity.parameters
         # Needs follow from groups, so that a vehicle may receive no facts about areas that it cannot map.
         unfinished = self._goal_known(_own(self._surveys, self.swaths_m, data.name))

@@ -113,7 +113,6 @@ class FindsTable(Section):
     longest_stay_s: float = Field(600.0, gt=0.0, le=604_800.0, description="maximum duration, drawn uniformly")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a fault if the longest stay is below the shortest."""
         if self.longest_stay_s < self.shortest_stay_s:
             yield "longest_stay_s", f"allowed: shortest_stay_s = {self.shortest_stay_s:g} or more"
 

@@ -61,7 +61,6 @@ class ClassifierSettings(SensorSettings):
     )
 
     def make(self, data: VehicleData) -> Classifier:
-        """Create the sensor of a vehicle."""
         return Classifier(self, data.node)
 
 

@@ -137,11 +137,9 @@ class AfterWork(Behaviour):
         return 0.0 if self._unfinished.holds(facts) else perception.settled
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Reference of the behaviour."""
         return self._meeting.reference(motion, picture)
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
-        """Accuracy of the behaviour."""
         return self._meeting.accuracy_m(motion, picture)
 
 

@@ -74,11 +74,9 @@ class MappingTruth(MeetingTruth):
 
     @property
     def open_fraction(self) -> float:
-        """Share of unfinished work."""
         return 1.0 - self._done_fraction
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the goal achievable with the cells and finds that remaining vehicles can do."""
         if not self._seabed.cells:
             return super().reachable_fraction(fleet)
         able = self._able(fleet)
@@ -93,13 +91,11 @@ class MappingTruth(MeetingTruth):
         return {area: not mappers.isdisjoint(names) for area, names in self._swaths_m.items()}
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Unfinished areas that no remaining vehicle can map; empty if these are all of them."""
         able = self._able(fleet)
         areas = [area for area, n in self._n_uncovered.items() if n]
         return [area for area in areas if not able[area]] if any(able[area] for area in areas) else ()
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
-        """Update coverage and milestones; return True once goal and last rendezvous are complete."""
         self._now_s, self._fleet = now_s, fleet
         changed = False
         for vehicle in fleet.vehicles:
@@ -222,7 +218,6 @@ class MappingTruth(MeetingTruth):
         return f"{reason}; {share}" if reason else f"together after {now_s:.0f} s: {share}"
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Record vehicles that finish or abandon an area."""
         for number, vehicle in enumerate(fleet.vehicles):
             performed = vehicle.performed
             # A decision replaces the tuple, so comparing identities is enough.

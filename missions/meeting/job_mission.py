@@ -155,7 +155,6 @@ class Staying(Behaviour):
         return self._stay.perceive(distance_m(motion, job.place_m), job.stay_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the place in transit; hold there."""
         return None if self._place_m is None else self._stay.reference(self._place_m, motion)
 
 
@@ -327,22 +326,18 @@ class JobMission(Mission):
 
     @classmethod
     def from_scenario(cls, scenario: Any) -> Self:
-        """Create the mission of a scenario."""
         return cls(scenario)
 
     @property
     def jobs(self) -> Mapping[str, Job]:
-        """Jobs by name."""
         return self._jobs
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The jobs."""
         return [(self.kind, name) for name in self._jobs]
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points and job sites."""
         sites = (Place(job.name, self.kind.lower(), (job.place_m,)) for job in self._jobs.values())
         return [*self.rally_places, *sites]
 
@@ -353,7 +348,6 @@ class JobMission(Mission):
 
     @property
     def social_domain(self) -> Domain:
-        """Decomposition of a group's mission into roles, objectives and a rendezvous."""
         return Domain.of(
             self.meeting.operators(self._jobs, self.objective),
             {**dict.fromkeys(self.group_missions, self._methods()), WORK: entrusted(self._orders)}
@@ -399,15 +393,12 @@ class JobMission(Mission):
         return frozenset({work.done, *impossible})
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Supervision of the groups by their leaders."""
         return self.meeting.founding_objectives()
 
     def is_individual(self, objective: Objective) -> bool:
-        """Return True for a job."""
         return objective.name not in OBJECTIVES
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Activity sets of the rendezvous, or one guidance activity while a job is open."""
         if objective.name in OBJECTIVES:
             return self.meeting.activity_sets(objective, data.name, facts)
         job = self._jobs[objective.argument]
@@ -423,12 +414,10 @@ class JobMission(Mission):
         return importance_of({objective.name: self.meeting.importance[WORK], **self.meeting.importance}, objective)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Return ``behaviour_at`` for a job, else the rendezvous behaviour."""
         behaviour = self.meeting.behaviour(activity, data)
         return self.behaviour_at(self._jobs[activity.parameters[0]], data) if behaviour is None else behaviour
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
-        """Report a finished job as done by the vehicle."""
         if objective.name != self.objective:
             return None
         attribute, job = self._jobs[objective.argument].done
@@ -443,5 +432,4 @@ class JobMission(Mission):
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
     def truth(self, recorder: Recorder, world: Any) -> MeetingTruth:
-        """Create the ground truth of jobs and rendezvous; missions with more to record subclass it."""
         return JobTruth(self.meeting, self.objective, recorder)

@@ -312,7 +312,6 @@ class JobTruth(MeetingTruth):
         self._impossible: dict[str, float] = {}  # reported since, by job
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Record jobs newly done or reported impossible."""
         if self._says_impossible:
             self._note_impossible(now_s)
         for vehicle in fleet.vehicles:
@@ -332,7 +331,6 @@ class JobTruth(MeetingTruth):
 
     @property
     def is_given_up(self) -> bool:
-        """True if each open job is reported impossible."""
         return bool(self._impossible) and self._jobs.keys() <= self._impossible.keys() | set(self.jobs_done)
 
     def _has_work(self, vehicle: VehicleView) -> bool:
@@ -350,13 +348,11 @@ class JobTruth(MeetingTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of all jobs that are done."""
         jobs = {role.job for group in self._groups for role in group.roles if role.job is not None} | self._jobs.keys()
         return len(jobs.intersection(self.jobs_done)) / len(jobs) if jobs else super().goal_fraction
 
     @property
     def is_over(self) -> bool:
-        """True once no progress is possible, or all groups have gathered and report all jobs done."""
         have_met = self._n_meetings > 0 and not self._apart and not self._is_awaited
         return super().is_over or (have_met and (self.ends_with_meeting or self._done.issuperset(self._jobs)))
 
@@ -371,20 +367,16 @@ class JobTruth(MeetingTruth):
         return self._done
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the goal achieved or achievable by the remaining vehicles."""
         return reachable_by_jobs(self.goal_fraction, self.jobs_as_they_are, self._groups, fleet, self.jobs_done)
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Jobs that no remaining vehicle can do."""
         within = within_reach(self.jobs_as_they_are, self._groups, fleet, self.jobs_done)
         return [name for name in self._jobs if name not in within]
 
     def is_worked_off(self, group: Group) -> bool:
-        """Return True once all jobs of the group's roles are done."""
         return not self._undone(group)
 
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
-        """Yield reasons of failure, with missing members and open jobs."""
         reasons = list(super().reasons(fleet, now_s))
         yield from reasons
         undone = [job for group in self._groups for job in self._undone(group)]

@@ -58,7 +58,6 @@ class ImageryTable(Section):
     mine_share: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.5, description="probability that a contact is a mine")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a fault if more strips show the contact than exist."""
         if self.target_strips > self.strips:
             yield "target_strips", f"allowed: 1 to {self.strips}, the strips there are"
 
@@ -82,7 +81,6 @@ class ContactView(ReportedJob):
     beside_m: Point
 
     def is_able(self, data: VehicleData) -> bool:
-        """Return True if the vehicle has a sonar."""
         return data.sensor(SnippetSonarSettings) is not None
 
     def left(self, facts: Known) -> Self | None:
@@ -163,7 +161,6 @@ class SnippetSonarSettings(SensorSettings):
     EQUIPMENT: ClassVar[str] = "SideScanSonar"
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the sonar of a vehicle."""
         return SnippetSonar()
 
 

@@ -99,13 +99,11 @@ class MinehuntingMission(JobMission):
 
     @classmethod
     def completed(cls, scenario: MinehuntingScenario) -> MinehuntingScenario:
-        """Add a role per contact and revisit to the first group."""
         jobs = [*(contact.name for contact in scenario.contact), *numbered("revisit", scenario.mission.revisits)]
         return with_job_roles(scenario, [job_role("Viewer", job) for job in jobs], URGENCY)
 
     @classmethod
     def check(cls, scenario: MinehuntingScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of contacts (place, distance, name) and of missing sonars."""
         n_revisits, view_m, contacts = scenario.mission.revisits, scenario.mission.view_m, scenario.contact
         yield from listed_faults(scenario, "contact", "position_m", taken=numbered("revisit", n_revisits))
         if n_revisits:
@@ -127,7 +125,6 @@ class MinehuntingMission(JobMission):
             yield ConfigurationFault("contact", str(len(contacts)), allowed)
 
     def jobs_of(self, scenario: MinehuntingScenario) -> Iterable[Job]:
-        """First view of each contact, and the revisits."""
         settings, self._imagery = scenario.mission, scenario.imagery
         self._analysis = Analysis(self._imagery, settings.confidence, settings.waits_s)
         contacts_m = {contact.name: contact.position_m for contact in scenario.contact}
@@ -149,7 +146,6 @@ class MinehuntingMission(JobMission):
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """Contacts and revisits."""
         return [
             *(("ContactView", view.name) for view in self._firsts),
             *(("Revisit", view.name) for view in self._revisits),
@@ -157,16 +153,13 @@ class MinehuntingMission(JobMission):
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """Upper limit: one snippet per view."""
         return len(self._views)
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points and contacts."""
         return [*self.rally_places, *(Place(c.name, "contact", (c.position_m,)) for c in self.scenario.contact)]
 
     def world(self, seed: int) -> Minefield:
-        """True classes of a run, and its images."""
         contacts, views = self.scenario.contact, (self._firsts[0], *self._revisits)
         places = tuple(
             ((c.position_m[0] + view.beside_m[0], c.position_m[1] + view.beside_m[1]), c.name, n, view.number)
@@ -178,7 +171,6 @@ class MinehuntingMission(JobMission):
         return Minefield(seed, places, frozenset(mines), self._imagery)
 
     def truth(self, recorder: Recorder, world: Minefield) -> MinehuntingTruth:
-        """Create the ground truth of classifications."""
         contacts = [view.name for view in self._firsts]
         return MinehuntingTruth(self.meeting, self.objective, recorder, contacts, world)
 
@@ -189,22 +181,18 @@ class MinehuntingMission(JobMission):
         return () if subject in self._views and self._views[subject].number else None
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Supervision and analysis by leaders."""
         return [*super().founding_objectives(), *self.meeting.objectives(ANALYSING, of_leaders=True)]
 
     def is_individual(self, objective: Objective) -> bool:
-        """Return True for views, False for the analysis."""
         return objective.name != ANALYSING and super().is_individual(objective)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: PointM) -> Pursuit:
-        """For the analyst one background activity."""
         if objective.name != ANALYSING:
             return super().activity_sets(objective, data, facts, position_m)
         analysing = Activity(ANALYSING, ActivityType.ORGANISATIONAL)
         return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (analysing,), 0.0),), frozenset()
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Analysis, or behaviour of every mission of jobs."""
         if activity.name == ANALYSING:
             return Analysing(self._analysis, self._firsts, self._revisits)
         return super().behaviour_for(activity, data)

@@ -39,7 +39,6 @@ class MinehuntingTruth(JobTruth):
         self._classified: set[str] = set()
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Record classifications since the last call."""
         super().watch(fleet, now_s)
         for _, by, _, _, subject, attribute, value, *_ in self._claims:
             if attribute == CLASSIFIED and subject not in self._classified:
@@ -50,32 +49,26 @@ class MinehuntingTruth(JobTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of classified contacts."""
         return len(self._classified) / len(self._contacts)
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Finished views, and views of classified contacts."""
         return self._done | self._classified
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of contacts classified, or seen, or visible to remaining vehicles."""
         workers = left(fleet)
         if not workers:
             return self.goal_fraction
         return (len(self._contacts) - len(self.out_of_reach(fleet))) / len(self._contacts)
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Unseen contacts that no remaining vehicle can view."""
         within = super().out_of_reach(fleet)
         return [name for name in self._contacts if name in within]
 
     def is_worked_off(self, group: Group) -> bool:
-        """Return True once all contacts are classified."""
         return self.goal_fraction >= 1.0
 
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
-        """Yield reasons of failure, with contacts that lack strips."""
         yield from super().reasons(fleet, now_s)
         if awaited := ", ".join(name for name in self._contacts if name in self._done - self._classified):
             yield f"analysts wait for strips of {awaited} until the end"

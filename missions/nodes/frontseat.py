@@ -128,7 +128,6 @@ class Disciplined(Paced):
 
     @property
     def now_s(self) -> float:
-        """Mission time (s)."""
         read = self._clock.reading()
         if read is not None and read.uncertainty_s <= self._unsure_s:
             self._last = read

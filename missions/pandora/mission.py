@@ -140,7 +140,6 @@ class PandoraMission(JobMission):
 
     @classmethod
     def completed(cls, scenario: PandoraScenario) -> PandoraScenario:
-        """Add a role per part for all vehicles with sensors, and default needs."""
         if not scenario.parts:
             return scenario
         roles = [Role(name=f"Servicer of {p.name}", maximum=1, job=job_of(p.name)) for _, p in scenario.parts]
@@ -149,7 +148,6 @@ class PandoraMission(JobMission):
 
     @classmethod
     def check(cls, scenario: PandoraScenario) -> Iterable[ConfigurationFault]:
-        """Yield all faults of parts and upsets."""
         if not scenario.parts:
             tables = ", ".join(f"[[{kind}]]" for kind in KINDS)
             yield ConfigurationFault("panel", "", f"there is nothing to be serviced: give one of {tables}")
@@ -168,17 +166,14 @@ class PandoraMission(JobMission):
         yield from _upsets(scenario)
 
     def jobs_of(self, scenario: PandoraScenario) -> Iterable[PlannedPart]:
-        """The parts."""
         return self._parts.values()
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The parts by kind, and their service tasks."""
         return [key for part in self._parts.values() for key in ((part.kind, part.of), (self.kind, part.name))]
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points and parts."""
         parts = (Place(part.name, part.kind.lower(), part.points_m) for part in self._parts.values())
         return [*self.rally_places, *parts]
 
@@ -189,7 +184,6 @@ class PandoraMission(JobMission):
 
     @property
     def most_observations(self) -> int:
-        """Upper limit of periodic and per-part observations."""
         every_s = [
             sensor.every_s
             for vehicle in self.scenario.vehicle
@@ -200,11 +194,9 @@ class PandoraMission(JobMission):
         return int(8 * n_readings) + OBSERVED_PER_PART * len(self._parts)
 
     def world(self, seed: int) -> Structure:
-        """True structure of a run."""
         return structure_of(self._parts, self.scenario.upset, seed)
 
     def truth(self, recorder: Recorder, world: Structure) -> PandoraTruth:
-        """Create the ground truth of services and upsets."""
         return PandoraTruth(self.meeting, self.objective, recorder, world, self._parts)
 
     # Plans ---------------------------------------------------------------------------------------
@@ -285,7 +277,6 @@ class PandoraMission(JobMission):
         facts: FactsLike,
         position_m: Point,
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """One activity per step."""
         importance = importance_of({self.objective: self.meeting.importance[WORK]}, objective)
         sets = []
         for task in (task for together in steps for task in together):
@@ -296,7 +287,6 @@ class PandoraMission(JobMission):
         return tuple(sets), frozenset({("gatheredAt", objective.group)})
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Action on a part, or behaviour of the rendezvous."""
         behaviour = self.meeting.behaviour(activity, data)
         if behaviour is not None:
             return behaviour
@@ -304,5 +294,4 @@ class PandoraMission(JobMission):
         return make(self._parts[activity.parameters[0]], data, self.scenario)
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """Work on a part, without a search."""
         return ACTIONS[BY_KIND[job.kind]][0](job, data, self.scenario)

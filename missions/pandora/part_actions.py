@@ -93,7 +93,6 @@ class Acting(Behaviour):
         return ()
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the place in transit; hold it with the planned or learnt speed."""
         target_m = self.place_m(picture.facts)
         if distance_m(motion, target_m) > NEAR_M:
             return Reference(target_m, self._data.transit_speed_mps)
@@ -175,11 +174,9 @@ class Looking(Acting):
         self._has_said = False
 
     def place_m(self, facts: Known) -> Point:
-        """Planned place."""
         return self._part.place_m
 
     def work_s(self) -> float:
-        """Longest wait for an image."""
         return LOOK_S
 
     def work(self, facts: Known) -> list[Fact]:
@@ -233,7 +230,6 @@ class Seeking(Looking):
         self._corners: list[Point] | None = None
 
     def place_m(self, facts: Known) -> Point:
-        """Next corner."""
         if self._corners is None:
             focus = facts.get(("focusArea", self._part.of))
             centre_m = self._part.place_m if focus is None else facts.get(("centre", focus), self._part.place_m)
@@ -242,7 +238,6 @@ class Seeking(Looking):
         return self._corners[0] if self._corners else self._part.place_m
 
     def work_s(self) -> float:
-        """Time along all squares, slow enough for images of all of it."""
         corners = self._corners or []
         return math.fsum(distance(*pair) for pair in pairwise(corners)) / self._speed_mps
 
@@ -263,7 +258,6 @@ class Seeking(Looking):
         return 0.0  # speed not assessed: too many turns
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Follow the squares."""
         return Reference(self.place_m(picture.facts), self._speed_mps)
 
 
@@ -294,7 +288,6 @@ class WorkingOnPart(Acting):
         self._dead = self.tool
 
     def work_s(self) -> float:
-        """Planned duration."""
         return self._part.work_s / self._pace
 
     def work(self, facts: Known) -> list[Fact]:
@@ -353,11 +346,9 @@ class InspectingPart(Acting):
         self._at_s = 0.0
 
     def place_m(self, facts: Known) -> Point:
-        """First remaining point."""
         return self._part.points_m[min(self._nth, len(self._part.points_m) - 1)]
 
     def work_s(self) -> float:
-        """Planned duration."""
         return self._part.work_there_s(self._data)
 
     def work(self, facts: Known) -> list[Fact]:

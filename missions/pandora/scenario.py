@@ -66,7 +66,6 @@ class UpsetTable(Sparse):
     distance_m: Positive | None = Field(None, description="of kind moved: distance, in a random direction")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a fault if the distance is missing, or given for another kind than ``moved``."""
         if self.kind == "moved" and self.distance_m is None:
             yield "distance_m", "missing: how far the valve is from its place"
         elif self.kind != "moved" and self.distance_m is not None:

@@ -87,7 +87,6 @@ class CameraSettings(SensorSettings):
     p_blank: float = Field(0.1, ge=0.0, lt=1.0, description="probability of an empty image, for turbid water")
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the camera of a vehicle."""
         return Camera(self, data)
 
 
@@ -139,7 +138,6 @@ class LogSettings(SensorSettings):
     every_s: float = Field(20.0, gt=0.0, description="time between two readings")
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the log of a vehicle."""
         return SpeedLog(self, data)
 
 
@@ -180,7 +178,6 @@ class ToolSettings(SensorSettings):
     pace: float = Field(1.0, gt=0.0, description="work rate, as a multiple of the planned one")
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the tool of a vehicle."""
         return Tool(self.reach_m, self.pace, self.STRONG)
 
 

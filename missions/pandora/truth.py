@@ -138,21 +138,17 @@ class PandoraTruth(JobTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of parts truly serviced."""
         return len(self._serviced) / len(self._parts) if self._parts else 1.0
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
-        """Jobs by the true state of the parts, such as stuck valves."""
         return self._as_they_are
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Jobs with truly serviced parts."""
         return {self._parts[name].name for name in self._serviced}
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Record services since the last call."""
         claimed = len(self._done)
         super().watch(fleet, now_s)
         for time_s, vehicle, name, point in self._looks:
@@ -200,7 +196,6 @@ class PandoraTruth(JobTruth):
                     break
 
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
-        """Yield reasons of failure, with unserviced parts."""
         yield from super().reasons(fleet, now_s)
         if left := [name for name in self._parts if name not in self._serviced]:
             yield f"not serviced: {', '.join(left)}"

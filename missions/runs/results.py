@@ -148,12 +148,10 @@ class MemoryResults(RunReader):
 
     @cached_property  # asked for each figure
     def summary(self) -> dict[str, Any]:
-        """Summary with the run id."""
         return dict(self.measured) if self.measured else {**self.figures, RUN_ID: self._run_id}
 
     @cached_property  # asked for each figure
     def manifest(self) -> dict[str, Any]:
-        """Manifest with the run id."""
         return {**manifest(self.run), RUN_ID: self._run_id}
 
     @property
@@ -164,17 +162,14 @@ class MemoryResults(RunReader):
 
     @property
     def scenario(self) -> Scenario:
-        """Resolved scenario."""
         return self.run.scenario
 
     @property
     def setup(self) -> Setup:
-        """Setup before the mission."""
         return self.run.setup
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables."""
         return tuple(sorted(self.run.recorder.tables))
 
     def _read(self, name: str) -> pa.Table:
@@ -244,7 +239,6 @@ class Results(RunReader):
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the existing tables."""
         return tuple(sorted(path.stem for path in self.folder.glob("*.parquet")))
 
     def _read(self, name: str) -> pa.Table:

@@ -70,7 +70,6 @@ class BlackoutTable(Sparse):
     )
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield faults: times in the wrong order, or ``between`` beside ``vehicle``."""
         if self.from_s >= self.until_s:
             yield "until_s", f"must be above from_s = {self.from_s}"
         if self.between is not None and self.vehicle is not None:

@@ -34,7 +34,6 @@ class ModemTable(Section, Profile):
     """Table ``[modem.NAME]``."""
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield faults of frame size, band and measured curve."""
         if self.frame_bytes is not None and self.frame_bytes > self.payload_bytes:
             yield "frame_bytes", f"allowed: up to payload_bytes = {self.payload_bytes}"
         if self.band_khz is not None and self.band_khz[0] >= self.band_khz[1]:

@@ -150,7 +150,6 @@ class DeclaredFault(Section):
         yield from ()
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield faults: missing or unused keys, and contradicting times."""
         used = {key for key in self.model_fields_set if getattr(self, key) is not None}
         timed, rated = "at_s" in used, "rate_per_h" in used
         for key, allowed in self.NOT_USED.items():
@@ -262,7 +261,6 @@ class FaultOfSensors(DeclaredFault):
 
     @property
     def sensor_meant(self) -> str | None:
-        """Name of the affected sensor; None for all."""
         return self.sensor
 
     def of(self, data: VehicleData) -> tuple[str, ...]:
@@ -270,13 +268,11 @@ class FaultOfSensors(DeclaredFault):
         return tuple(settings.name for settings in data.sensors if self.sensor in (None, settings.name))
 
     def able(self, database: AUVDatabase, groups: Mapping[str, Group]) -> list[VehicleData]:
-        """Return the vehicles with the sensor."""
         return [data for data in database.values() if self.of(data)]
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield faults: a sensor that none of the vehicles in question has."""
         is_any, group = self.vehicle == ANY, self.vehicle.removeprefix(HEAD_OF)
         heads = [(t.name, t.head.name) for t in scenario.group if t.name == group and t.head is not None]
         meant = [

@@ -80,7 +80,6 @@ class VehicleTable(Sparse):
         return [str(table.get("name") or table.get("type") or default) for table in self.sensor]
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield faults: a depth beyond the limit, or a survey speed above transit speed."""
         if self.depth_m > self.depth_limit_m:
             yield "depth_m", f"allowed: 0 to depth_limit_m = {self.depth_limit_m}"
         if self.survey_speed_mps > self.transit_speed_mps:

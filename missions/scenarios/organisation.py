@@ -79,7 +79,6 @@ class Role(Sparse):
     abstract: bool = Field(False, exclude=True, description="abstract, to be extended only: no role of the group")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a fault if the minimum of holders is above the maximum."""
         if self.maximum is not None and self.minimum > self.maximum:
             yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
 

@@ -45,7 +45,6 @@ class AwaitingPartner(Standing):
     """Wait for the service of another vehicle."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Return an idle perception."""
         return IDLE
 
 
@@ -66,7 +65,6 @@ class Escorting(Behaviour):
         return ADVANCING if performed else DUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the escort position and hold there."""
         place = self._place(picture)
         if place is None:
             return None
@@ -94,7 +92,6 @@ class Missing(Standing):
         self._candidate = candidate
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending until the report."""
         if not performed:
             return DUE
         return ADVANCING._replace(concludes=(Observation(((self._candidate, "verdict", "absent"),)),))
@@ -229,7 +226,6 @@ class Ranging(Behaviour):
         self._since_s: float | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending until a fix."""
         if picture.facts.get(("fixedOn", self._data.name)):
             return IDLE
         now_s, to_go_m = picture.body.now_s, distance_m(motion, self._place_m)
@@ -239,7 +235,6 @@ class Ranging(Behaviour):
         return BEYOND_IT if now_s - self._since_s > self._patience_s else ADVANCING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the transponder and hold there."""
         return Reference(
             self._place_m, 0.0 if distance_m(motion, self._place_m) <= 2.0 else self._data.transit_speed_mps
         )
@@ -354,7 +349,6 @@ class Intervening(Behaviour):
         return BEYOND_IT if now_s - self._since_s > self._longest_s else ADVANCING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the candidate, slowly at the end; hold there."""
         place_m = picture.facts.get(("location", self._candidate))
         if place_m is None:
             return None

@@ -116,7 +116,6 @@ class BlockSurvey(OnServices):
         return "surveyedBy", self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """Return True for a vehicle with a service for it, or one that may request it."""
         # Without reporting services none can fail, and the empty set would contain all of them.
         if self.failed and self.failed.issuperset(self.services):
             return False
@@ -170,7 +169,6 @@ class RecoveryJob(OnServices):
         return replace(self, failed=frozenset(), exhausted=False).is_able(data)
 
     def is_able(self, data: VehicleData) -> bool:
-        """Return True for a vehicle with working finder and both effectors."""
         if self.exhausted:
             return False
         working = [sensor for sensor in data.sensors if f"{data.name} {sensor.name}" not in self.failed]

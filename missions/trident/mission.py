@@ -213,7 +213,6 @@ class TridentMission(JobMission):
 
     @classmethod
     def check(cls, scenario: TridentScenario) -> Iterable[ConfigurationFault]:
-        """Yield configuration faults of survey blocks, target, services and choreography."""
         yield from _blocks(scenario)
         places_m = {"recovery.target_m": scenario.recovery.target_m}
         places_m["transponder.position_m"] = scenario.transponder.position_m if scenario.transponder else None
@@ -226,13 +225,11 @@ class TridentMission(JobMission):
 
     @classmethod
     def completed(cls, scenario: TridentScenario) -> TridentScenario:
-        """Add default needs."""
         return with_needs(scenario, FURTHER_NEEDS)
 
     # Content -------------------------------------------------------------------------------------
 
     def jobs_of(self, scenario: TridentScenario) -> Iterable[Job]:
-        """A survey per block, and the recovery."""
         services, matches = self.matching.services, self.matching.response == "matching"
         heeded = services.items() if matches else ()  # other plans respond to outcomes only
         surveying = tuple(name for name, s in heeded if isinstance(s.settings, SurveyorSettings))
@@ -246,7 +243,6 @@ class TridentMission(JobMission):
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """Blocks, the recovery, and services with their advertised class."""
         services = [(service.settings.capability, name) for name, service in self.matching.services.items()]
         return [
             *(("SurveyBlock", name) for name in self.blocks),
@@ -256,18 +252,15 @@ class TridentMission(JobMission):
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """Upper limit of candidates that one vehicle may create."""
         return FOUND_PER_OBJECT * (1 + self.scenario.recovery.decoys)
 
     @property
     def most_observations(self) -> int:
-        """Upper limit: each tile once per module, object observations, and a margin."""
         n_modules = len(self.matching.services)
         n_tiles = sum(len(block.tiles) for block in self.blocks.values())
         return n_modules * (n_tiles + MOST_LOOKS * (1 + self.scenario.recovery.decoys)) + 100
 
     def world(self, seed: int) -> Site:
-        """Blocks and sampled objects of a run."""
         scenario, blocks = self.scenario, tuple(self.blocks.values())
         objects = lying(blocks, scenario.recovery.target_m, scenario.recovery.decoys, seed)
         stands = scenario.transponder
@@ -277,7 +270,6 @@ class TridentMission(JobMission):
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points, blocks and transponder."""
         places = self.rally_places
         for name, block in self.blocks.items():
             tiles = Tiles(block.tile_m, block.tiles, "chartedTile", CHARTED.name, ("column", "row"))
@@ -287,7 +279,6 @@ class TridentMission(JobMission):
         return places
 
     def truth(self, recorder: Recorder, world: Site) -> TridentTruth:
-        """Create the ground truth."""
         return TridentTruth(self.meeting, self.scenario, recorder, world)
 
     # Activities ----------------------------------------------------------------------------------
@@ -297,7 +288,6 @@ class TridentMission(JobMission):
         return [*super().founding_objectives(), *self.meeting.objectives(SERVING)]
 
     def is_individual(self, objective: Objective) -> bool:
-        """Return True for own and requested work."""
         return objective.name in (WORKING, SERVING)
 
     @property
@@ -313,7 +303,6 @@ class TridentMission(JobMission):
         facts: FactsLike,
         position_m: Point,
     ) -> Pursuit:
-        """One guidance activity per step: own module on, or a wait for another vehicle."""
         rests_on = {*self.matching.rests_on(), self._jobs[objective.argument].done, ("gatheredAt", objective.group)}
         rests_on.add(("chosen", self.scenario.recovery.name))
         sets = [self._set(objective, task, data) for together in steps for task in together]
@@ -331,7 +320,6 @@ class TridentMission(JobMission):
         return ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), self.importance_of_work(objective))
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Activity sets of the rendezvous; service means requested surveys and escorts."""
         if objective.name != SERVING:
             return super().activity_sets(objective, data, facts, position_m)
         importance, sets = self.meeting.importance["Work"], []
@@ -386,5 +374,4 @@ class TridentMission(JobMission):
     def conclusions(
         self, data: VehicleData, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """Return conclusions about services, requests and the choice."""
         return self.concluding.of(data.name, organisation, beliefs, picture)

@@ -163,11 +163,9 @@ class ModuleSettings(SensorSettings):
 
     @property
     def tells_state(self) -> bool:
-        """Value of ``self_test``."""
         return self.self_test
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create a module without sensing."""
         return Passive()
 
 
@@ -193,7 +191,6 @@ class SurveyorSettings(ModuleSettings):
     p_seen: float = Field(0.95, gt=0.0, le=1.0, description="probability that a pass detects an object in range")
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the module of a vehicle."""
         return Surveyor(self, data)
 
 
@@ -245,7 +242,6 @@ class FinderSettings(ModuleSettings):
     p_right: float = Field(gt=0.5, le=1.0, description="probability of the right class per observation")
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the module of a vehicle."""
         return Finder(self, data)
 
 
@@ -283,7 +279,6 @@ class EffectorSettings(ModuleSettings):
     )
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the module of a vehicle."""
         return Effector(self, data)
 
 
@@ -331,7 +326,6 @@ class FixerSettings(ModuleSettings):
     stay_s: float = Field(40.0, gt=0.0, description="reception time of the transponder")
 
     def make(self, data: VehicleData) -> Sensor:
-        """Create the module of a vehicle."""
         return Fixer(self.stay_s, data.name)
 
 

@@ -175,7 +175,6 @@ class TridentTruth(JobTruth):
         self.is_recovered = False
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
-        """Record events; return True once the goal is reached and the group has gathered."""
         self._take_note(now_s)
         return super().observe(fleet, now_s)
 
@@ -201,7 +200,6 @@ class TridentTruth(JobTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Weighted share of the requested map and of the recovery."""
         return self._share(self.charted_fraction, self.is_recovered)
 
     def _share(self, charted: float, is_recovered: bool) -> float:
@@ -214,7 +212,6 @@ class TridentTruth(JobTruth):
         return {*(self._done - {self._recovery}), *((self._recovery,) if self.is_recovered else ())}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the goal that the remaining vehicles can still reach."""
         jobs = self._jobs
         # Charting counts even if the survey was reported as done, recovery only while it is open.
         within = within_reach(jobs, self._groups, fleet, self.jobs_done)
