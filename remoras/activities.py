@@ -35,13 +35,7 @@ class ActivityKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Activity:
-    """One activity of an objective.
-
-    Attributes:
-        name: as in Table II of the paper, for example ``ZigzagExploring``.
-        parameters: for the functional layer, for example a grid of points.
-        sensors: names of sensors switched on.
-    """
+    """Activity of an objective, named as in Table II of the paper; ``sensors`` are switched on."""
 
     name: str
     type: ActivityType
@@ -71,12 +65,9 @@ class Objective:
 class ActivitySet:
     """Activities of one objective to be performed simultaneously.
 
-    Attributes:
-        objective: None for vital and background activities.
-        kind: decides whether influence signals apply.
-        activities: of distinct types; the first one names the set.
-        importance: weight of the objective, from the scenario.
-        needs: name of an activity of another set that this one requires, or None.
+    ``objective`` is None for vital and background activities; ``kind`` decides whether influence signals apply. The
+    first of the ``activities``, of distinct types, names the set. ``importance`` is the weight of the objective in the
+    scenario; ``needs`` names an activity of another set that this one requires.
     """
 
     objective: Objective | None
@@ -117,11 +108,9 @@ class Wait(NamedTuple):
 class WeighedSet(NamedTuple):
     """Activity set as evaluated by a decision.
 
-    Attributes:
-        external: part of the motivation due to an influence signal.
-        source, slot: sender and slot of that signal; empty and None without one.
-        best_mean: mean motivation of the best combination with this set; the highest one is performed. None for vital
-            sets, and for sets in no combination.
+    ``external`` is the part of the motivation due to the influence signal of ``source`` in ``slot`` (empty and None
+    without one). ``best_mean``: mean motivation of the best combination with this set; None for vital sets, and those
+    in no combination.
     """
 
     of: ActivitySet

@@ -52,13 +52,10 @@ def load(
 ) -> Scenario:
     """Return a validated scenario; raise ConfigurationError with all errors found.
 
-    Args:
-        scenario: shipped name, or path of a TOML file.
-        strategy, policy, channel: names that replace those of the scenario.
-        network: shipped measured network, or a file of one, for the channel of that name.
-        per: packet error rate, 0 to below 1.
-        set: other keys and values, as ``{"channel.per": 0.3}`` (tables are merged, lists replaced), or texts as on the
-            command line: ``"channel.per=0.3"``, or a list of such.
+    ``scenario`` is a shipped name, or the path of a TOML file; ``strategy``, ``policy`` and ``channel`` replace its
+    own. ``network``: shipped measured network, or a file of one, for the channel of that name. ``per``: packet error
+    rate, 0 to below 1. ``set``: other keys and values, as ``{"channel.per": 0.3}`` (tables are merged, lists replaced),
+    or texts as on the command line, ``"channel.per=0.3"`` or a list of such.
 
     >>> load("mapping-rendezvous", per=0.6).channel.per
     0.6
@@ -79,11 +76,7 @@ def _settings(keys: Settings | None) -> list[tuple[str, str]]:
 
 
 def scenarios() -> DataFrame:
-    """Return title and longest duration (s) of the shipped scenarios, by name.
-
-    >>> list(scenarios().columns)
-    ['title', 'duration_s']
-    """
+    """Return title and longest duration (s) of the shipped scenarios, by name."""
     import pandas as pd
 
     from missions.files import shipped_abouts
@@ -104,13 +97,11 @@ def run(
     seed: int = 1,
     set: Settings | None = None,
 ) -> Run:
-    """Run a scenario to its end, in memory; nothing is written. A terminal or notebook shows progress.
+    """Run a scenario to its end in memory; a terminal or notebook shows progress.
 
-    Args:
-        scenario: shipped name, path of a TOML file, or a result of ``load``.
-        strategy: a name, or an object with the methods of ``remoras.Strategy``.
-        policy, channel, network, per, set: as in ``load``, with its errors; not for a loaded scenario.
-        seed: root of all random draws; the same scenario and seed give the same run.
+    ``scenario`` may be a result of ``load``, which takes no further keys; ``strategy`` an object with the methods of
+    ``remoras.Strategy``. Other arguments and errors are those of ``load``. ``seed`` is the root of all random draws:
+    the same scenario and seed give the same run.
 
     >>> run("mapping-rendezvous", per=0.6, seed=3, set={"scenario.duration_s": 60.0}).summary["completed"]
     False
@@ -195,17 +186,12 @@ def sweep(
 ) -> Sweep:
     """Make all missing runs of a study in ``out``; the same call resumes an interrupted sweep.
 
-    A study that has grown is extended: by repeats, strategies, policies, channels, vehicles, scenarios or points.
+    A study that has grown (repeats, strategies, policies, channels, vehicles, scenarios, points) is extended. ``study``
+    is a shipped name, or a TOML file; ``strategies``, as ``["central", "mine.py:Mine"]``, are added to its own. A
+    script with more than one process (``jobs``) makes its calls below ``if __name__ == "__main__":``.
 
-    Args:
-        study: shipped name, or path of a TOML file.
-        jobs: processes; a script that uses more than one makes its calls below ``if __name__ == "__main__":``.
-        strategies: added to those of the study, as ``["central", "mine.py:Mine"]``.
-
-    Raises:
-        ConfigurationError: with all errors of the study.
-        TypeError: ``jobs`` is no number of processes.
-        PartlyDoneError: workers were lost or the disk is full; finished runs are kept.
+    Raises ConfigurationError with all errors of the study, TypeError if ``jobs`` is no number of processes, and
+    PartlyDoneError if workers were lost or the disk is full; finished runs are kept.
     """
     from missions.sweeps import SweepResults, load_study
     from missions.sweeps import sweep as make
@@ -256,18 +242,9 @@ def exchange_study(
 ) -> DataFrame:
     """Compare acknowledgement policies without a mission: one row per policy and loss rate.
 
-    Args:
-        nodes: vehicles that send in turn.
-        per: packet error rates.
-        policies: names; None for all.
-        jobs: threads.
-
-    Returns:
-        Rows as in ``remoras exchange-study --json``; times in TDMA slots.
-
-    Raises:
-        ExchangeError: a parameter out of its range.
-        TypeError: a number or text instead of a list, or ``jobs`` is no number of threads.
+    Rows as in ``remoras exchange-study --json``, with times in TDMA slots. ``nodes`` vehicles send in turn; ``per`` are
+    packet error rates, ``policies`` names (None: all), ``jobs`` threads. Raises ExchangeError for a parameter out of
+    its range, TypeError for a number or text instead of a list, or if ``jobs`` is no number of threads.
     """
     _check_jobs(jobs)
     for name, value in (("per", per), ("policies", policies)):
@@ -349,14 +326,10 @@ class Run:
     ) -> CaptionedFigure:
         """Draw a figure of the run; return a Matplotlib figure with a ``.caption``.
 
-        Args:
-            kind: a figure of ``remoras plot`` or of the mission, or your own, as ``"mine.py:MINE"`` or the object. A
-                layer or mark is drawn into the trajectories.
-            at_s, viewer: for the organisation: time, and vehicle whose view is drawn.
-
-        Raises:
-            DrawingError: unknown kind, or the run lacks its tables, that time or that vehicle.
-            PluginError: your own figure cannot be loaded.
+        ``kind`` is a figure of ``remoras plot`` or of the mission, or your own, as ``"mine.py:MINE"`` or the object; a
+        layer or mark is drawn into the trajectories. ``at_s`` and ``viewer``, for the organisation: time, and vehicle
+        whose view is drawn. Raises DrawingError for an unknown kind, or if the run lacks its tables, that time or that
+        vehicle; PluginError if your own figure cannot be loaded.
         """
         from missions.scenarios.parts import with_figures
         from visualisation.output import KINDS
@@ -378,13 +351,10 @@ class Run:
     ) -> nx.DiGraph:
         """Return a networkx graph of the run; ``missions.graphs`` documents nodes and edges.
 
-        Args:
-            name: organisation (roles), heard (receptions), plan (tasks) or jobs (requirements).
-            at_s, viewer: for organisation and plan: time, None for the end; vehicle, empty for each vehicle's own view.
-            from_s, until_s: for heard: period of packets, its end excluded.
-
-        Raises:
-            OutputError: no such graph, vehicle or time, or an argument that the graph does not take.
+        ``name`` is organisation (roles), heard (receptions), plan (tasks) or jobs (requirements). ``at_s`` and
+        ``viewer``, for organisation and plan: time, None for the end; vehicle, empty for each vehicle's own view.
+        ``from_s`` and ``until_s``, for heard: period of packets, its end excluded. Raises OutputError for another
+        graph, vehicle or time, or an argument that the graph does not take.
         """
         from missions import graphs
 
@@ -433,10 +403,7 @@ class Run:
         return ReplayPage(page_text(title_of([self.summary]), [data]))
 
     def known(self, vehicle: str, at_s: float) -> missions.runs.known.KnownAt:
-        """Return the knowledge of a vehicle at ``at_s``, inclusive: world model and organisation.
-
-        Raises OutputError for an unknown vehicle or time, or a missing table.
-        """
+        """Return a vehicle's world model and organisation at ``at_s``; OutputError if unknown."""
         return self._results.known(vehicle, at_s)
 
     def export(
@@ -451,15 +418,11 @@ class Run:
     ) -> Path:
         """Write the run for another tool; return the path.
 
-        Args:
-            format: mcap, geojson, netcdf or csv; for knowledge ttl, trig, jsonld or nt.
-            out, force: file to write, or folder for csv; replace an earlier export.
-            vehicle, at_s: for knowledge: vehicle, None for all; time, None for the end.
-            items: with nt, write the canonical graph of items, which is equal where the items are.
-
-        Raises:
-            ExportError: unknown format, missing libraries or data, or ``out`` cannot be written.
-            OutputError: no such vehicle or time.
+        ``format`` is mcap, geojson, netcdf or csv; or for the knowledge of ``vehicle`` (None: all) at ``at_s`` (None:
+        the end) ttl, trig, jsonld or nt. ``out`` is a file, or a folder for csv; ``force`` replaces an earlier export.
+        With nt, ``items`` writes the canonical graph of items, which is equal where the items are. Raises ExportError
+        for an unknown format, missing libraries or data, or if ``out`` cannot be written; OutputError without such a
+        vehicle or time.
         """
         from visualisation.exports import Selection, export
 
@@ -469,13 +432,8 @@ class Run:
     def query(self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None) -> DataFrame:
         """Query the knowledge of one vehicle, or of each, in SPARQL (``worldmodel.rdf.sparql``).
 
-        Args:
-            sparql: a SELECT or ASK query.
-            vehicle, at_s: None for all vehicles; None for the end of the run.
-
-        Raises:
-            OutputError: no such vehicle or time, or a table is missing.
-            QueryError: the query cannot be parsed.
+        ``sparql`` is a SELECT or ASK query; ``at_s`` None is the end of the run. Raises OutputError without such a
+        vehicle, time or table, QueryError if the query cannot be parsed.
         """
         import pandas as pd
 
@@ -530,14 +488,10 @@ class Sweep:
     def compare(self, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
         """Return a row per configuration and metric: mean, interval, difference to the baseline.
 
-        Args:
-            metrics: fields of the summary; or your own, as ``"mine.py:MINE"`` or the object, from stored tables; all of
-                the study if left out.
-            baseline: a strategy or policy; None for that of the study, or its first.
-
-        Raises:
-            OutputError: no finished run, an unknown name, or no stored tables.
-            PluginError: your own metric cannot be loaded, or fails.
+        ``metrics`` are fields of the summary, or your own, as ``"mine.py:MINE"`` or the object, from stored tables;
+        without any, all of the study. ``baseline`` is a strategy or policy; None for that of the study, or its first.
+        Raises OutputError without a finished run or stored tables, or for an unknown name; PluginError if your own
+        metric cannot be loaded, or fails.
         """
         from dataclasses import asdict
 
@@ -552,14 +506,10 @@ class Sweep:
     ) -> CaptionedFigure:
         """Draw a figure of the sweep; its ``.caption`` has n, seeds and intervals.
 
-        Args:
-            kind: differences, ranking, trade-off, overview; a metric or its chart; or your own.
-            metric: metric of differences or ranking, as in ``compare``.
-            width_in: None for a column or page of a paper.
-
-        Raises:
-            DrawingError: unknown kind, nothing to draw, or several figures.
-            OutputError: no finished run, or an unknown metric.
+        ``kind`` is differences, ranking, trade-off or overview; a metric or its chart; or your own. ``metric``, of
+        differences or ranking, is as in ``compare``. ``width_in`` None is a column or page of a paper. Raises
+        DrawingError for an unknown kind, nothing to draw, or several figures; OutputError without a finished run, or
+        for an unknown metric.
         """
         from visualisation.sweeps import sweep_picture
 

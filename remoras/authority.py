@@ -61,11 +61,8 @@ CONSULTING = frozenset({Authority.TAKE, Authority.RECRUIT})
 class Request:
     """Change of the organisation that a vehicle requests.
 
-    Attributes:
-        issuer: empty for agreements before the mission.
-        role: empty for changes of the group itself.
-        assignee: vehicle that gets or loses the role; the issuer for a leadership claim.
-        argument: of the objective; for a mission its name.
+    ``issuer`` is empty for agreements before the mission, ``role`` for changes of the group itself. The ``assignee``
+    gets or loses the role, or claims to lead. ``argument`` is that of the objective; for a mission its name.
     """
 
     issuer: str

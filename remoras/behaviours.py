@@ -59,21 +59,18 @@ class Perception(NamedTuple):
 
     Attributes:
         stimulus: 0..1; 0: nothing to do now.
-        advance: progress rate, -1..1: 1 as planned, 0 none, -1 backwards. None if not applicable, or not observable
-            while not performed. It enters the satisfaction of the role even if the activity is not performed. Or its
-            function of motion and picture, called at every decision while the perception is valid.
-        done: True once complete, irrevocably.
-        failed: True if this vehicle cannot do it, for example by a failed sensor.
-        makes_no_way: True if it failed since the vehicle does not reach the place, not by a sensor.
-        answers: share of a call for help settled by turning to this activity, 0..1; or its function, evaluated only on
-            a call.
+        advance: progress rate, -1..1: 1 as planned, 0 none, -1 backwards; None if not applicable, or not observable
+            while not performed. Or its function of motion and picture, called at every decision. It enters the
+            satisfaction of the role even if the activity is not performed.
+        done: complete, irrevocably.
+        failed: this vehicle cannot do it: it does not reach the place (``makes_no_way``), this job exceeds it but
+            others, with its sensors, do not (``is_beyond_it``), or else a sensor failed.
+        answers: share of a call for help settled by this activity, 0..1; or its function, evaluated only on a call.
         concludes: inferred observations, recorded and sent like those of sensors, once per occurrence.
-        ends: share of a job holder's wait that the activity ends, 0..1, by vehicle and role; None if it ends none. Only
-            this makes calls of job holders effective.
-        is_beyond_it: True if it failed since this job exceeds the vehicle, which still takes others, with its sensors.
+        ends: share of a job holder's wait that the activity ends, 0..1, by vehicle and role; None if it ends none.
+            Only this makes calls of job holders effective.
         waits: condition awaited while this activity guides; None if it progresses.
-        until_s: the perception is valid until before this time, see ``Behaviour.perceive``; by default it is asked for
-            at every decision.
+        until_s: valid until before this time, see ``Behaviour.perceive``; by default asked for at every decision.
         peers: a valid perception ends with the next position received of one of these vehicles.
     """
 
@@ -103,11 +100,9 @@ class Perception(NamedTuple):
 class Reference(NamedTuple):
     """Guidance output: target (m) and speed (m/s, 0 to stay).
 
-    Attributes:
-        holds_m: until ``perceive`` is called again, the answer is constant while the target is farther than this and no
-            vehicle within sonar range; infinite: ask in every motion tick.
-        is_over_ground: True for a speed over ground, as limited by sensors: held in a current up to the greatest speed.
-            Else through the water.
+    ``holds_m``: until ``perceive`` is called again, the answer is constant while the target is farther than this and no
+    vehicle within sonar range; infinite: ask in every motion tick. ``is_over_ground``: the speed is over ground, as
+    limited by sensors, and held in a current up to the greatest speed; else it is through the water.
     """
 
     target_m: Point
@@ -117,7 +112,7 @@ class Reference(NamedTuple):
 
 
 def basis(picture: Picture, performed: object) -> tuple[object, ...]:
-    """Return what a valid perception depends on besides time, its peers and its target, see ``Behaviour.perceive``."""
+    """Return the state on which valid perceptions depend, besides time, peers and target."""
     body, groups = picture.body, picture.groups
     return (
         performed, picture.facts.n_changes, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due,
@@ -132,32 +127,29 @@ class Behaviour(Protocol):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return stimulus and progress of the activity now.
 
-        Called by the functional layer at every decision, also for sets not performed, while the last answer is not
-        valid. One with ``until_s`` is valid until then, unless before one of these changes: the sets performed; a fact
+        An answer with ``until_s`` is valid until then, unless before one of these changes: the sets performed; a fact
         in ``picture.facts.values``; ``planning_due`` or ``gathered`` of ``picture.groups``; its sensors; whether the
-        energy lasts and the vehicle is in its area of operations; a position received of one of its ``peers``. The
-        answer of the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer that depends on
-        anything else, such as the own position, states no ``until_s``.
+        energy lasts and the vehicle is in its area of operations; a position received of one of its ``peers``. That of
+        the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer that depends on anything
+        else, such as the own position, states no ``until_s``.
 
         It may keep state, since progress compares with the last call. It must not change ``motion`` or ``picture``,
-        draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: True if performed since
-        the last decision.
+        draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: since the last decision.
         """
 
     @abstractmethod
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return target and speed; None if the activity does not guide: the vehicle stops.
 
-        Called by the functional layer in every motion tick while one of the set's activities guides, unless the last
-        answer holds, see ``Reference``. It must not change ``motion`` or ``picture``. The control respects the limits
-        of the vehicle, and moves a target outside the area of operations inside.
+        It must not change ``motion`` or ``picture``. The control respects the limits of the vehicle, and moves a target
+        outside the area of operations inside.
         """
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
-        """Return the position error (m) above which the activity is useless now; infinite by default.
+        """Return the position error (m) beyond which the activity is useless; infinite by default.
 
-        Called at every decision for the guiding set, if navigation has errors. A vehicle with a greater bound gets a
-        fix first, see ``missions.features.navigation``.
+        The guiding set is asked at every decision; above the bound the vehicle gets a fix
+        (``missions.features.navigation``).
         """
         return math.inf
 
@@ -211,10 +203,7 @@ class Approach:
         self.is_on = False
 
     def advance(self, to_go_m: float, now_s: float, performed: bool) -> float | None:
-        """Return the progress since the last call, -1..1; None unless performed then and since.
-
-        ``to_go_m`` is the remaining distance.
-        """
+        """Return the progress since the last call, -1..1; None unless performed then and since."""
         self.is_on = performed
         last, self._last = self._last, (to_go_m, now_s) if performed else None
         if last is None or not performed or now_s <= last[1]:
@@ -234,11 +223,9 @@ class Standing(Behaviour):
     """Background activity without guidance, such as listening or sending signals."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Return full stimulus."""
         return ALWAYS_DUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Return None."""
         return None
 
 
@@ -246,7 +233,6 @@ class Planning(Standing):
     """Organising and planning, pending while the social layer has something to plan."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Return full stimulus while planning is pending."""
         return ALWAYS_DUE if picture.groups.planning_due else UNDUE
 
 
@@ -287,10 +273,8 @@ def awaited(group: str, picture: Picture) -> float:
 class Homing(Behaviour):
     """Go to a rally point and wait there until the group is gathered.
 
-    Args:
-        radius_m: radius of arrival.
-        answers: share of a call settled by coming, 0..1, by group and picture.
-        after: groups of the vehicle that gather before.
+    ``radius_m`` is that of arrival; groups ``after`` gather before. ``answers``: share of a call settled by coming,
+    0..1.
     """
 
     def __init__(
@@ -313,10 +297,7 @@ class Homing(Behaviour):
         self._picture: Picture | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Return a stimulus until the group is gathered and the vehicle has surely arrived.
-
-        It starts once the preceding groups are gathered. A vehicle that was away at the gathering comes again.
-        """
+        """Pending once preceding groups are gathered, until this group is and the vehicle has come."""
         to_go_m = distance_m(motion, self._point_m)
         is_gathered = self._group in picture.groups.gathered
         self._has_met = is_gathered and (self._has_met or to_go_m + picture.body.uncertainty_m <= self._radius_m)
@@ -359,10 +340,8 @@ class Homing(Behaviour):
 class Gap:
     """Hysteresis on the distance to another vehicle, evaluated only on a new position of it.
 
-    Args:
-        open_m: distance above which the gap opens.
-        closed_m: distance below which it closes.
-        speed_mps: own speed if the other vehicle follows: its lag by one TDMA frame is deducted.
+    Above ``open_m`` the gap opens, below ``closed_m`` it closes. ``speed_mps`` is the own speed if the other vehicle
+    follows: its lag by one TDMA frame is deducted.
     """
 
     def __init__(self, open_m: float, closed_m: float, speed_mps: float = 0.0) -> None:
@@ -383,13 +362,7 @@ class Gap:
 
 
 class FollowingLeader(Behaviour):
-    """Follow the first leader received, at a distance.
-
-    Args:
-        leaders: in order of preference.
-        distance_m: lag that starts an approach, to half of it.
-        after: groups of the vehicle that gather before the leader's.
-    """
+    """Follow the first of ``leaders`` received: a lag of ``distance_m`` is reduced to half of it."""
 
     def __init__(
         self, leaders: Sequence[str], distance_m: float, data: VehicleData, after: Collection[str] = ()
@@ -428,10 +401,7 @@ class FollowingLeader(Behaviour):
 
 
 class LeadingFollowers(Behaviour):
-    """Wait for lagging followers while the group moves.
-
-    ``distance_m``: lag that starts a wait, until a quarter of it is recovered.
-    """
+    """Wait for followers that lag by ``distance_m``, until a quarter of it is recovered."""
 
     def __init__(self, followers: Sequence[str], group: str, distance_m: float, data: VehicleData) -> None:
         self._gaps = {name: Gap(distance_m, 0.75 * distance_m, data.transit_speed_mps) for name in followers}
@@ -452,16 +422,13 @@ class LeadingFollowers(Behaviour):
         return (ALWAYS_DUE if behind & self._came else UNDUE)._replace(peers=tuple(self._gaps))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Return the own position."""
         return Reference(motion.position_m, 0.0)
 
 
 class Positioning(Behaviour):
     """Take a position in the formation of the gathered group.
 
-    Args:
-        leaders: in order of preference; the first with a known course is used.
-        offset_m: ahead of the leader, and to its left.
+    ``offset_m`` is ahead of the leader, and to its left: the first of ``leaders`` with a known course.
     """
 
     def __init__(self, leaders: Sequence[str], group: str, offset_m: Point, data: VehicleData) -> None:

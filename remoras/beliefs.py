@@ -50,7 +50,6 @@ class Known:
 
 
 NOTHING_KNOWN = Known()
-"""Knowledge before the mission."""
 
 
 Key = tuple[str, str]
@@ -68,11 +67,9 @@ class _Collected:
 class Fused(NamedTuple):
     """Combined observations of several vehicles about one fact, by names.
 
-    Attributes:
-        value: mean of numbers and points; else the most probable value.
-        uncertainty: standard deviation of numbers and points, else probability of the value; None if not stated.
-        time_s: of the newest observation.
-        probabilities: of every possible value; empty for numbers and points.
+    ``value`` is the mean of numbers and points, else the most probable one; ``uncertainty`` its standard deviation or
+    probability, None if not stated. ``time_s`` is that of the newest observation. ``probabilities`` are those of every
+    possible value; empty for numbers and points.
     """
 
     value: Any
@@ -101,7 +98,6 @@ class Beliefs(Known):
     # From the world model ------------------------------------------------------------------------
 
     def get(self, key: Key, default: Any = None, /) -> Any:
-        """Return the latest value of a fact, or ``default`` if unknown."""
         subject, attribute = self._slots.get(key) or self._slot(key)
         value = self.model.value(subject, attribute.uid)
         if value is None or (self._from_s and self._latest(key) is None):
@@ -176,16 +172,11 @@ class Beliefs(Known):
     ) -> Fused | None:
         """Combine the observations of all vehicles about a fact; None without any.
 
-        Args:
-            prior: weight of each symbol or truth value before observations; uniform if None.
-            independent: False if vehicles may have adopted each other's values; see ``worldmodel.fusion``.
-            since_s: earliest observation time; None for all.
-            drift, shared, at_s: as in ``worldmodel.fused``.
-            by: the only vehicle to use; None for all.
-
-        Raises:
-            UnknownNameError: no such instance or attribute.
-            FactError: an impossible prior, drift or shared error.
+        ``prior`` weighs each symbol or truth value before observations; None: uniformly. ``independent`` is False if
+        vehicles may have adopted each other's values, see ``worldmodel.fusion``. ``since_s`` is the earliest
+        observation time, ``by`` the only vehicle to use, None for all. ``drift``, ``shared`` and ``at_s`` are as in
+        ``worldmodel.fused``. Raises UnknownNameError for the key, FactError for an impossible prior, drift or shared
+        error.
         """
         subject, attribute = self._slots.get(key) or self._slot(key)
         weights = None if prior is None else {self._value(attribute, value): w for value, w in prior.items()}
@@ -232,7 +223,6 @@ class Beliefs(Known):
         return bool(self.model.inference.classes(self.uid(name)) >> self._tbox.class_named(of_class).uid & 1)
 
     def instances(self, of_class: str) -> tuple[str, ...]:
-        """Return the names of all instances of a class, asserted or inferred."""
         return tuple(instance.name for instance in self.model.instances_of(self._tbox.class_named(of_class).uid))
 
     def linked(self, key: Key) -> tuple[str, ...]:

@@ -15,14 +15,11 @@ if TYPE_CHECKING:
 class Condition:
     """Effect of one fault, or of all active faults of a vehicle.
 
-    Attributes:
-        is_there: False before the vehicle joins; it is then no obstacle either.
-        is_running: False while lost or switched off.
-        is_mute, is_deaf: transmitter and receiver failure.
-        drain_w: extra battery power, unknown to the reserve.
-        readings: each maps (sensor name, observation, TBox) to the recorded observation.
-        lost_for_good: permanently lost; ``will_return``: out of contact, but temporarily.
-        dead_for_good: permanently failed among ``dead_sensors``.
+    ``is_there`` is False before the vehicle joins: it is then no obstacle either; ``is_running`` is False while lost or
+    switched off. ``is_mute``, ``is_deaf``: transmitter and receiver failure. ``drain_w``: extra battery power, unknown
+    to the reserve. ``readings`` map (sensor name, observation, TBox) to the recorded observation. ``lost_for_good``:
+    permanently lost; ``will_return``: out of contact, but temporarily. ``dead_for_good``: permanently failed
+    ``dead_sensors``.
     """
 
     is_there: bool = True
@@ -54,4 +51,3 @@ class Condition:
 
 
 SOUND = Condition()
-"""Condition without faults."""

@@ -32,19 +32,12 @@ Settings = TypeVar("Settings", bound=Carried)
 class VehicleData:
     """Static data of one vehicle.
 
-    Attributes:
-        name: unique in the fleet, for example ``AUV00``.
-        vehicle_type: ``AUV`` or ``ASV``.
-        node: index in the TDMA frame.
-        social_layer: may lead a group and divide jobs; without it the vehicle follows its leader.
-        start_m: (x east, y north) at time 0.
-        depth_m, depth_limit_m: working and greatest depth; vehicles at different depths pass freely.
-        energy_j: battery capacity.
-        hotel_w, drag_w_per_mps3: power = hotel_w + drag_w_per_mps3 * speed^3; hotel includes the receiving modem.
-        transmit_j_per_bit, transmit_j_per_packet: energy per bit, and per packet before its bits.
-        playable_roles: ``Role`` of any group, or ``Group.Role``.
-        sensors: settings, in scenario order.
-        speed_factor: true speed over that in the data, in one run; 1 as far as the fleet knows.
+    ``name`` is unique in the fleet, for example ``AUV00``; ``node`` the index in the TDMA frame. Without
+    ``social_layer`` it neither leads a group nor divides jobs, but follows its leader. ``start_m`` is (x east, y north)
+    at time 0; vehicles at different ``depth_m`` pass freely. Power = ``hotel_w + drag_w_per_mps3 * speed^3``, hotel
+    including the receiving modem; a packet takes ``transmit_j_per_packet`` before its bits; ``energy_j`` is the battery
+    capacity. ``playable_roles`` are ``Role`` of any group, or ``Group.Role``. ``sensors`` are settings, in scenario
+    order. ``speed_factor``: true speed over that in the data, in one run; 1 as far as the fleet knows.
     """
 
     name: str

@@ -1,9 +1,8 @@
 """Time limit and file guard for decisions of a user's strategy.
 
-A decision is one call of ``form``, ``adapt``, ``negotiator``, ``negotiate`` or ``division``. Its CPU time in its thread
-is limited: a system timer interrupts late decisions inside Python code, endless loops included. A decision in time is
-never interrupted, so results are the same bytes with and without the limit. Outside the main thread, or without such a
-timer, a late decision is detected only after it ends.
+A decision is one call of a strategy's or negotiator's method. A system timer interrupts a decision beyond its CPU time
+inside Python code, endless loops included. A decision in time is never interrupted, so results are the same bytes with
+and without the limit. Outside the main thread, or without such a timer, a late decision is detected only after it ends.
 
 An audit hook refuses decisions to write, move or remove files, module imports and files opened earlier apart. Such a
 hook stays in a process, so it is installed with the first guarded strategy.

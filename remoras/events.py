@@ -1,11 +1,8 @@
 """Event queue of a run, and observers that take part in the run.
 
-The queue has exact times and one total order: (time_s, priority, sequence). At equal times the lower priority number
-comes first, then the earlier insertion, so runs are identical in every version of Mesa and Python. An event is a
-function of its host, as a callback in SimPy: a new kind of event needs no change of the core.
-
-Each active feature, and the faults of a run, is an ``Observer`` with a method per event. A simulation keeps one list
-per event of the methods that are overridden (``listening``), so unobserved events cost nothing.
+Events at equal times are ordered by lower priority number, then by insertion, so runs are identical in every version of
+Mesa and Python. An event is a function of its host, as a callback in SimPy: a new kind needs no change of the core.
+Each active feature, and the faults of a run, is an ``Observer``; only overridden methods are called.
 """
 
 from __future__ import annotations
@@ -106,16 +103,13 @@ class Clock(Generic[E]):
 
 
 Event = Callable[[Any], object]
-"""Event at a time: a function of its host, called once."""
 
 
 class Host:
     """Simulation as events and observers see it: a fleet or a single vehicle.
 
-    Attributes:
-        vehicles: in node order.
-        last_s: time (s) after which nothing happens but the exchange.
-        make_anew: makes a restarted vehicle from host and predecessor; False if its memory is lost.
+    ``vehicles`` are in node order. After ``last_s`` (s) nothing happens but the exchange. ``make_anew`` makes a
+    restarted vehicle from host and predecessor; its third argument is False if memory is lost.
     """
 
     recorder: Recorder
@@ -221,7 +215,6 @@ class LeavingOut(Observer):
     part: OptionalPart
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Leave it out of a new vehicle."""
         vehicle.radio.manager.leave_out(self.part)
 
 

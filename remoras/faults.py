@@ -20,12 +20,10 @@ OVER = "over"
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Fault of one vehicle in one run.
+    """Fault of one vehicle in one run; ``until_s`` is infinite if permanent.
 
-    Attributes:
-        until_s: infinite if permanent.
-        leaves: effect on the vehicle meanwhile.
-        remembers: the vehicle restarts at the end, with its memory if True; None without a restart.
+    ``leaves`` is the effect meanwhile. At the end the vehicle restarts, with memory or not (``remembers``), unless
+    None.
     """
 
     kind: str
@@ -71,7 +69,6 @@ class Faults(Observer):
         self._active: dict[str, list[Fault]] = {}  # by vehicle
 
     def on_start(self, host: Host) -> None:
-        """Schedule start and end of each fault."""
         for fault in self._faults:
             host.at(fault.from_s, Priority.FAULT, partial(self._change, fault, True))
             # A permanent one ends after ``last_s``, so ``at`` drops its end.

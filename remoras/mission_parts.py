@@ -90,13 +90,9 @@ class SocialPart(Protocol):
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
         """Return the activities for ``objective`` and the facts that this choice depends on.
 
-        Called when the vehicle gets the objective and after changes of these facts; objectives in ``activity_domain``
-        use ``activities`` instead.
-
-        Args:
-            data: of the planning vehicle.
-            facts: keys of beliefs, and ``("members", "Group.Role")``.
-            position_m: current position.
+        Called when the vehicle with ``data`` gets the objective, and after changes of these facts; objectives in
+        ``activity_domain`` use ``activities`` instead. Keys of ``facts`` are those of beliefs, and ``("members",
+        "Group.Role")``.
         """
 
     @property
@@ -119,9 +115,8 @@ class SocialPart(Protocol):
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
         """Return the activities of running steps for ``objective``, and the facts they depend on.
 
-        Args:
-            steps: each with its siblings under one task, performed simultaneously.
-            data, facts, position_m: as for ``activity_sets``.
+        Each of the ``steps`` comes with its siblings under one task, performed simultaneously; else as
+        ``activity_sets``.
         """
         raise NotImplementedError(f"{type(self).__name__} has an activity_domain, so it must have activities too")
 

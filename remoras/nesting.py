@@ -1,11 +1,9 @@
 """Hierarchy of groups: supervision, meeting order, and conditions on its form.
 
 A subgroup is supervised by its enclosing group; a group outside of any by every group with an initial mission, as in a
-flat organisation. A group meets after all that it supervises, directly or not: meetings proceed bottom-up.
-
-A group is well formed if its founding roles have enough holders, no role has too many, and couplings hold: roles to be
-played together, and roles that exclude each other (after Moise: Hübner, Sichman, Boissier 2002). Roles allocated during
-the mission may lack holders.
+flat organisation. A group meets after all that it supervises, directly or not: meetings proceed bottom-up. A group is
+well formed if its founding roles have enough holders, no role has too many, and couplings and exclusions of roles hold
+(after Moise: Hübner, Sichman, Boissier 2002). Roles allocated during the mission may lack holders.
 """
 
 from __future__ import annotations

@@ -16,17 +16,12 @@ from remoras.work import Computed, Point, Work
 class Body:
     """State of the vehicle itself; owned by its functional layer.
 
-    Attributes:
-        now_s: last motion tick; decided_s: last decision before this one.
-        battery: share of energy left; reserve: share for the way home, margin included.
-        outside_m: distance outside the area of operations.
-        last_yield_s: last detection by own sensors.
-        contacts_m: sonar contacts, without identity.
-        settled_s: start of the stay near one place.
-        sensors_on: names of sensors switched on, working or not.
-        answering: names of sensors that report to work, whether on or off.
-        uncertainty_m: bound of the position error.
-        n_fixes: number of interruptions for a fix.
+    ``now_s`` is the last motion tick, ``decided_s`` the decision before this one. ``battery`` is the share of energy
+    left, ``reserve`` that for the way home, margin included. ``outside_m``: distance outside the area of operations.
+    ``last_yield_s``: last detection by own sensors. ``contacts_m``: sonar contacts, without identity. ``settled_s``:
+    start of the stay near one place. ``sensors_on``: names of sensors switched on, working or not; ``answering``: of
+    those that report to work, on or off. ``uncertainty_m`` bounds the position error; ``n_fixes`` counts interruptions
+    for a fix.
     """
 
     now_s: float = 0.0
@@ -47,17 +42,12 @@ class Body:
 class Peers:
     """Other vehicles, as received; owned by the radio.
 
-    Attributes:
-        positions_m: last known positions.
-        n_positions: number of positions received, so that behaviours recognise a new one.
-        before_m: previous distinct position; missing without observed motion.
-        headings: unit vectors from previous to last position.
-        heard_s: last packet received; missing if never.
-        told_s: earliest possible time of the last transmission that was missed, reported by others.
-        reported_s: time of the newest relayed report.
-        last_news_s: last received contribution to the mission.
-        links: estimated losses of the links from and to each peer.
-        unheard: roles assigned by this vehicle and not acknowledged, by peer.
+    ``positions_m`` are the last known positions, ``n_positions`` counts those received, so that behaviours recognise a
+    new one. ``before_m`` is the previous distinct position, missing without observed motion; ``headings`` are unit
+    vectors from it to the last one. ``heard_s``: last packet received, missing if never. ``told_s``: earliest possible
+    time of the last transmission that was missed, reported by others; ``reported_s``: newest relayed report.
+    ``last_news_s``: last received contribution to the mission. ``links``: estimated losses from and to each peer.
+    ``unheard``: roles assigned by this vehicle and not acknowledged, by peer.
     """
 
     positions_m: dict[str, Point] = field(default_factory=dict)
@@ -107,15 +97,11 @@ class Peers:
 class Groups:
     """Groups of the vehicle; owned by its social layer.
 
-    Attributes:
-        gathered: groups believed gathered at their rally point.
-        planning_due: True while planning is pending.
-        awaited: share of a group's wait for its rendezvous due to this vehicle, 0..1: 0 if another one is expected to
-            work as long, 1 if all others are free.
-        idle_since_s: start of the time without work for present members, by group led.
-        works: jobs of each group as known at the end of the last frame; empty without signals.
-        returned_s: last return of an absent peer.
-        meets_unheard: True while an isolated vehicle meets with those present, received or not.
+    ``gathered``: those believed at their rally point. ``awaited``: share of a group's wait for its rendezvous due to
+    this vehicle, 0..1: 0 if another one is expected to work as long, 1 if all others are free. ``idle_since_s``: start
+    of the time without work for present members, by group led. ``works``: jobs of each group as known at the end of the
+    last frame, empty without signals. ``returned_s``: last return of an absent peer. ``meets_unheard`` is True while an
+    isolated vehicle meets with those present, received or not.
     """
 
     gathered: set[str] = field(default_factory=set)
@@ -136,12 +122,7 @@ class Groups:
 
 @dataclass(slots=True)
 class Picture:
-    """Input of behaviours and decision: own body, peers, groups and facts.
-
-    Attributes:
-        frame_s: duration of a TDMA frame; infinite without communication.
-        facts: lookup of known facts.
-    """
+    """Input of behaviours and decision; ``frame_s`` (TDMA) is infinite without communication."""
 
     body: Body = field(default_factory=Body)
     peers: Peers = field(default_factory=Peers)

@@ -26,7 +26,6 @@ from remoras.errors import PluginError
 NO_PLUGINS = "REMORAS_NO_PLUGINS"
 """Environment variable that allows only shipped code, if not empty."""
 SHIPPED = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
-"""Shipped packages."""
 
 
 def refuse_unshipped(module: str, named: str) -> None:
@@ -38,11 +37,7 @@ def refuse_unshipped(module: str, named: str) -> None:
 
 
 def named_object(reference: str) -> Any:
-    """Return the object named ``package.module:object``; raise PluginError on any failure.
-
-    >>> named_object("math:pi")
-    3.141592653589793
-    """
+    """Return the object named ``package.module:object``; raise PluginError on any failure."""
     module, colon, name = reference.partition(":")
     if not (module and colon and name):
         raise PluginError(f"{reference!r} names no object; allowed: package.module:object")
@@ -60,10 +55,7 @@ def named_object(reference: str) -> Any:
 
 
 def known_or_named(name: str, known: Mapping[str, Any], *more: str) -> Any:
-    """Return the ``known`` object of a name, or the one named ``package.module:object``.
-
-    Raises PluginError for any other name; ``more`` are further allowed ones.
-    """
+    """Return the ``known`` or else named object; raise PluginError, which offers ``more`` names."""
     if ":" in name:
         return named_object(name)
     if name not in known:
@@ -125,9 +117,7 @@ Answer = TypeVar("Answer")
 
 
 def broken_promise(who: str, part: str, expected: str, result: object) -> PluginError:
-    """Return the error for a plug-in function that raised, or returned a wrong value.
-
-    ``result`` is the value, or the exception.
+    """Return the error for a plug-in function that raised, or returned a wrong ``result``.
 
     >>> print(broken_promise("strategy mine", "form", "an Organisation", None))
     strategy mine: form returned None; expected: an Organisation

@@ -41,8 +41,8 @@ class Content(Enum):
 def content_of(attribute: Attribute, messages: Collection[str]) -> Content:
     """Return the purpose of facts of an attribute.
 
-    Assignments are roles, objectives and missions. Claims are all other attributes in ``messages``, the declared
-    messages of the strategy. Status is any other attribute with only its newest value valid. The rest are observations.
+    Claims are all ``messages`` of the strategy that are no assignments. Status is any other attribute with only its
+    newest value valid. The rest are observations.
     """
     if attribute.name in ASSIGNING or attribute.name.startswith(OBJECTIVES):
         return Content.ASSIGNMENTS
@@ -70,13 +70,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Table of results.
-
-    Raises PluginError if its name is no file name, or its columns contradict each other.
-
-    >>> Table("temperatures", (TIME, VEHICLE, Column("temperature_c", "float", "degC"))).column_names
-    ('time_s', 'vehicle', 'temperature_c')
-    """
+    """Table of results; PluginError for a name unfit for files, or contradictory columns."""
 
     name: str
     columns: tuple[Column, ...]
@@ -233,8 +227,7 @@ class Unread:
 class Recorder:
     """Rows of every table, and counts of bits by purpose.
 
-    ``tables`` are those of mission and sensors; equal declarations are merged. Raises PluginError if two tables of one
-    name have different columns.
+    ``tables`` are those of mission and sensors; raises PluginError if two of one name have different columns.
     """
 
     def __init__(self, tables: Iterable[Table] = ()) -> None:

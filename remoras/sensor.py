@@ -99,13 +99,9 @@ class Pose(NamedTuple):
         """Return the position fact of a detection, with the uncertainty of sensor and vehicle.
 
         Sensor errors of observations are independent, the vehicle's error is common to a dive. So the mean of n has
-        variance ``sigma_m**2 / n + self.sigma_m**2``, and the n-th states its own contribution: fused as independent,
-        they yield that variance. Above ``MOST_SIGMA_M`` the fact has no uncertainty.
-
-        Args:
-            seen_m: in the vehicle's frame of belief.
-            sigma_m: standard deviation of the sensor per axis.
-            n_look: number of the observation of this object in the dive, from 1.
+        variance ``sigma_m**2 / n + self.sigma_m**2``. The n-th observation of an object in the dive (``n_look``, from
+        1) states its own contribution: fused as independent, they yield that variance. Above ``MOST_SIGMA_M`` the fact
+        has no uncertainty. ``seen_m`` is in the vehicle's frame of belief; ``sigma_m`` is that of the sensor per axis.
 
         >>> pose = Pose(0.0, 0.0, 5.0, 0.0, 1.0, sigma_m=1.5)
         >>> pose.located((3.0, 4.0), 2.0)
@@ -124,12 +120,9 @@ class Pose(NamedTuple):
 class Observation:
     """Result of a sensor in one tick.
 
-    Attributes:
-        facts: recorded together and sent to interested peers.
-        row: values for the sensor's table after time and vehicle; empty for none.
-        found: class of the instance created for a detection; facts with subject ``SELF`` describe it.
-        within_m: an instance of the class known within this distance of the first point fact is reused; 0: always
-            create.
+    ``facts`` are recorded together and sent to interested peers; ``row`` follows time and vehicle in the sensor's
+    table, empty for none. ``found`` is the class of the instance created for a detection, described by facts with
+    subject ``SELF``; one known ``within_m`` of the first point fact is reused, with 0 never.
     """
 
     facts: tuple[Fact, ...] = ()

@@ -97,12 +97,10 @@ class RunSoFar(RunReader):
 
     @property
     def scenario(self) -> Scenario:
-        """Complete input of the run."""
         return self._scenario
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures available before the end."""
         truth = self.fleet.truth
         return {
             **identity(self.scenario, self._seed),
@@ -118,13 +116,11 @@ class RunSoFar(RunReader):
 
     @property
     def manifest(self) -> dict[str, Any]:
-        """Version, seed and resolved scenario."""
         tables = self.scenario.model_dump(mode="json", exclude_none=True)
         return {"version": __version__, "seed": self._seed, "scenario": tomli_w.dumps(tables)}
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables."""
         return tuple(sorted(self.fleet.recorder.tables))
 
     def _read(self, name: str) -> pa.Table:
@@ -142,10 +138,7 @@ class RunSoFar(RunReader):
 
 
 class Stepping:
-    """Iterator over the states of a run, one per tick; ends with the run of ``remoras.run``.
-
-    Callers that stop earlier call ``close`` or use a ``with`` statement.
-    """
+    """Iterator over the states of a run, one per tick; callers that stop early call ``close``."""
 
     def __init__(self, setup: Setup, seed: int) -> None:
         self._setup = setup

@@ -46,9 +46,7 @@ class Declaration:
     """Properties of a strategy and its demands on vehicles.
 
     Attributes:
-        source: publication.
-        messages: meaning of each message: attributes of the core ontology, ``JOB_DONE``, ``OBJECTIVE`` or
-            ``INFLUENCE_SIGNAL``.
+        messages: meaning of each: attributes of the core ontology, ``JOB_DONE``, ``OBJECTIVE``, ``INFLUENCE_SIGNAL``.
         planned_before: True if missions are planned and known before the start; else leaders plan and send them.
         communicates, influences: whether vehicles send packets and influence signals.
         meets: vehicles send at rendezvous only; others do not take their silence for absence.
@@ -77,10 +75,7 @@ class Declaration:
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """Facts of one message of a vehicle.
-
-    ``told``: sent to other vehicles; else recorded by this one only.
-    """
+    """Facts of one message; with ``told`` False only the vehicle itself records them."""
 
     facts: tuple[Statable, ...]
     told: bool = True
@@ -100,10 +95,8 @@ class Situation:
     """Knowledge of a vehicle at the end of a consultation round.
 
     Attributes:
-        now_s: time stamp of statements.
-        round: number of the ending TDMA frame, from 1.
-        work: jobs of the group, with the true own position.
-        rally_m: rally point of the group, if any.
+        round: number of the ending TDMA frame, from 1; ``now_s`` is the time stamp of statements.
+        work: jobs of the group, with the true own position; ``rally_m`` is its rally point, if any.
         heard: peers' statements on roles and attributes of the strategy, since the last round.
         heard_s: time of the latest information on each peer: last packet, or newest relayed report; missing if none.
         unheard: roles ``Group.Role`` assigned by this vehicle and not acknowledged, by peer.

@@ -39,9 +39,7 @@ def _rising(ends: PointM) -> PointM:
 
 RISING = AfterValidator(_rising)
 SpanM = Annotated[PointM, RISING]
-"""Lower and higher end."""
 LONGEST_REPR = 120
-"""Maximum characters of a table's repr."""
 
 
 class Section(BaseModel):
@@ -133,17 +131,12 @@ OneOrMore = Annotated[tuple[Item, ...], BeforeValidator(_listed), Field(json_sch
 # Notebook display ---------------------------------------------------------------------------------
 
 LONGEST_TEXT = 160
-"""Maximum characters of a value."""
 MOST_ROWS = 60
 """Maximum rows; a line gives the number of others."""
 
 
 def card(title: str, rows: Iterable[tuple[str, ...]], note: str = "") -> str:
-    """Return HTML with a title, a table of texts and a note.
-
-    >>> card("A & B", [("depth", "12 m")])
-    '<div><strong>A &amp; B</strong><table><tr><th style="text-align:left">depth</th><td>12 m</td></tr></table></div>'
-    """
+    """Return HTML with a title, a table of texts and a note."""
     from html import escape  # needed by notebooks only
 
     listed = [tuple(_cut(text) for text in row) for row in rows]
@@ -163,11 +156,7 @@ def _cut(text: str) -> str:
 
 
 def number_text(value: Any) -> str:
-    """Return a value as text; numbers to six digits.
-
-    >>> number_text(1234.56789), number_text(True), number_text(None)
-    ('1234.57', 'yes', 'none')
-    """
+    """Return a value as text; numbers to six digits."""
     if value is None or isinstance(value, bool):
         return {None: "none", True: "yes", False: "no"}[value]
     return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -198,10 +198,7 @@ class Truth(Protocol):
 
     @property
     def goal_fraction(self) -> float:
-        """Achieved share of the declared goal, 0..1; 1 is required to complete.
-
-        It includes all work, whatever vehicles remain.
-        """
+        """Achieved share, 0..1, of all declared work, whatever vehicles remain; 1 is complete."""
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Observe the fleet after a motion tick or consultation round; True if complete."""

@@ -174,17 +174,12 @@ def jobs_left(jobs: Mapping[str, Job], facts: Known) -> tuple[dict[str, Job], fr
 class Work:
     """Jobs of one group, as known to one vehicle at one time.
 
-    Attributes:
-        jobs: known jobs by name, reduced to their remainder.
-        done: jobs known to be done.
-        positions_m: last known positions; the start position if missing.
-        unavailable: vehicles that declared to take no jobs.
-        is_enough: True if the goal needs no further work.
-        energy_j: known energy left at ``now_s``; vehicles with sufficient energy are missing.
-        now_s: start time of outlooks.
-        barred: (vehicle, role) pairs excluded from assignment.
-        given_anew: jobs reassigned despite a report of completion; further reports are ignored.
-        unable: (vehicle, job) pairs with self-reported failure of all methods.
+    ``jobs`` are those known, by name, reduced to their remainder; ``done`` those known to be done. ``positions_m`` are
+    the last known ones, by default the start. ``unavailable`` vehicles declared to take no jobs. ``is_enough``: the
+    goal needs no further work. ``energy_j``: known energy left at ``now_s``, the start time of outlooks; vehicles with
+    sufficient energy are missing. ``barred``: (vehicle, role) excluded from assignment. ``given_anew``: jobs reassigned
+    despite a report of completion; further reports are ignored. ``unable``: (vehicle, job) with self-reported failure
+    of all methods.
     """
 
     group: Group
@@ -218,10 +213,7 @@ class Work:
 
     @cached_property  # 0.4 % of a mission
     def open(self) -> tuple[RoleSpecification, ...]:
-        """Unfinished roles with all prerequisites done.
-
-        If the goal needs no further work, only held and reassigned jobs stay open.
-        """
+        """Unfinished roles with prerequisites done; once the goal is met, held or reassigned ones."""
         open_roles = tuple(role for role in self.unfinished if self.done.issuperset(self.job(role).needs))
         if not self.is_enough:
             return open_roles
@@ -244,10 +236,8 @@ class Work:
 
     @cached_property  # 2 to 4 % of a mission
     def has_something_left(self) -> bool:
-        """True while the goal needs work, and some job is held or achievable by a worker.
-
-        Work beyond the goal does not count: its vehicle is free to answer calls.
-        """
+        """True while the goal needs work, and some job is held or achievable by a worker."""
+        # Work beyond the goal does not count: its vehicle is free to answer calls.
         return not self.is_enough and any(
             self.holders(role) or any(self._may_do(worker, role) for worker in self.workers)
             for role in self.unfinished
