@@ -140,11 +140,7 @@ def fail(message: str, code: int = USAGE) -> NoReturn:
 
 
 def as_typed(path: Path) -> str:
-    """Quote a path for a shell.
-
-    >>> as_typed(Path("results/x")), as_typed(Path("my results"))
-    ('results/x', "'my results'")
-    """
+    """Quote a path for a shell."""
     import shlex
 
     return shlex.quote(str(path))
@@ -171,13 +167,7 @@ def _report(error: Exception, as_json: bool) -> None:
 
 
 def shortened(message: str) -> str:
-    """Shorten very long words of a message.
-
-    >>> shortened("no " + "x" * 300 + " here")[-12:]
-    'xxxxxxx here'
-    >>> len(shortened("no " + "x" * 3000 + " here"))
-    308
-    """
+    """Shorten very long words of a message."""
     return LONG_WORD.sub(lambda match: cut(match[0], LONGEST_WORD), message)
 
 
@@ -197,11 +187,8 @@ NoPlugins = Annotated[
 def command(
     name: str, example: str = "", names_code: bool = True
 ) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
-    """Register a command and convert user errors to messages.
-
-    Interruption exits with 130, termination with 143. ``names_code`` adds ``--no-plugins``, for input that may name
-    plug-ins.
-    """
+    """Register a command that reports user errors; ``names_code`` adds ``--no-plugins``."""
+    # Interruption exits with 130, termination with 143.
 
     def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
         @functools.wraps(function)
@@ -269,11 +256,7 @@ def show(value: Any, as_json: bool, lines: Iterable[str]) -> None:
 
 
 def aligned(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> list[str]:
-    """Return the lines of a text table; ``right`` holds right-aligned columns.
-
-    >>> aligned([("n", "name"), ("10", "AUV00")], right=[0])
-    [' n  name', '10  AUV00']
-    """
+    """Return the lines of a text table; ``right`` holds right-aligned columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
         "  ".join(

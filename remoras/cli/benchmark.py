@@ -24,7 +24,6 @@ CARD, TABLE, LATEX, CITATION, RUNS, GROUNDS = "card.json", "table.md", "table.te
 
 
 Split = Literal["dev", "test"]
-"""Parts of a suite: development and held-out cases."""
 
 
 @command("benchmark", "remoras benchmark fathom-1 --strategy mine.py:MINE --jobs 2 --out results/mine")

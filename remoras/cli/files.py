@@ -362,11 +362,6 @@ def _studies() -> dict[str, str]:
 
 
 def _first_sentence(text: str) -> str:
-    r"""Return the first sentence of the leading comment of a file.
-
-    >>> _first_sentence("# What it is\n# for. More of it.\n[study]")
-    'What it is for'
-    """
     comment = itertools.takewhile(lambda line: line.startswith("#"), text.splitlines())
     return " ".join(line.strip("# ") for line in comment).partition(". ")[0]
 

@@ -88,10 +88,7 @@ class LiveRun:
                 answer.set_result(call())
 
     def control(self, do: str, speed: float | None = None) -> None:
-        """Start, pause or step the run unless it is over, or set its speed.
-
-        ``speed`` is a multiple of real time; None for maximum.
-        """
+        """Start, pause or step an unfinished run, or set its speed (times real time; None: maximum)."""
         if do == "speed":
             self._speed = speed
         elif not self.is_over:

@@ -1,7 +1,6 @@
 """Command ``new``: a scenario from six options, or a plug-in with its test.
 
-Templates of plug-ins are working plug-ins beside this file. The word in their file name occurs in them exactly where
-the name belongs, so a new plug-in is the template with that word replaced.
+Templates are working plug-ins; the word in their file name occurs in them exactly where the name belongs.
 """
 
 from __future__ import annotations

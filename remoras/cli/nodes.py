@@ -290,7 +290,6 @@ def swarm(
 
 
 def _replay(log: Path, vehicle: str, as_json: bool) -> None:
-    """Replay the receptions of a log without sockets, and compare transmissions bit by bit."""
     from missions.nodes.logs import play, read_log
 
     logged = read_log(log)
