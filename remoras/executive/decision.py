@@ -38,7 +38,6 @@ class DecisionTable(Section):
     signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a received signal fades to 1/e")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield weights with which a vehicle could never leave its current activity."""
         if self.weight_continuing >= 1.0 + self.weight_external:
             yield (
                 "weight_continuing",
@@ -173,10 +172,7 @@ class Choice:
         self._holds_within = 0.0
 
     def best(self, motivations: Sequence[float]) -> tuple[int, ...]:
-        """Return the sets of the best combination, ascending; the first of equals.
-
-        Sets with a motivation of 0 take no part; a set's activities share its motivation.
-        """
+        """Return the sets of the best combination, ascending, first of equals; 0 takes no part."""
         if not self._holds(motivations):
             self._best, self._found_at = self.searched(motivations), list(motivations)
             self._holds_within = min(self._apart, default=math.inf) / 2.0 - ROUNDING

@@ -30,7 +30,6 @@ ANSWERING = 1.0 / 16.0
 """Bonus of the call being answered, above the satisfaction change of a few decisions."""
 NO_PROGRESS: Mapping[int, float | None] = MappingProxyType({})
 NO_EQUALS: Mapping[RoleKey, Collection[RoleKey]] = MappingProxyType({})
-"""Roles of equal rank of a fleet without any."""
 
 _GUIDING = 1 << ActivityType.GUIDANCE
 _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 << ActivityType.PLANNING)
@@ -64,11 +63,8 @@ class ExecutiveLayer:
     """Motivations, satisfactions and the decision of one vehicle.
 
     Roles ``working`` on a job call for help; only acts that end the wait for the job respond. Roles of equal rank
-    (``equals``) receive calls for passage, relayed by yielding vehicles if ``passes_on``.
-
-    Attributes:
-        yields_to: strength of the call to which the vehicle yields, 0..1; 0 if none.
-        is_hindered: an oncoming vehicle has recently been in its way.
+    (``equals``) receive calls for passage, relayed by yielding vehicles if ``passes_on``. ``yields_to`` is the strength
+    of the call to which the vehicle yields, 0..1; 0 if none.
     """
 
     def __init__(
@@ -159,10 +155,7 @@ class ExecutiveLayer:
             (calling.add if value < 0 else calling.discard)((addressed, emitter, emitter_role))
 
     def stands(self, progress: Mapping[int, float | None]) -> bool:
-        """Return whether ``decide`` with the last perceptions would change nothing: neither satisfaction nor decision.
-
-        ``progress`` is the last one as well, no vehicle calls, and none is or was in the way.
-        """
+        """Return whether ``decide`` with the last perceptions and ``progress`` would change nothing."""
         is_called = self._calling or self._waiting or self.yields_to > 0.0 or self.is_hindered
         return progress is self._progress and self._is_weighed and not (self._has_evolved or is_called)
 
@@ -175,10 +168,7 @@ class ExecutiveLayer:
         return signals
 
     def _told(self, role: RoleKey, value: int, guides: bool) -> int:
-        """Return the influence signal of a role.
-
-        Among roles of equal rank, only an obstructed vehicle calls; a yielding one relays the call.
-        """
+        """Among roles of equal rank, only obstructed vehicles call; yielding ones relay the call."""
         if role not in self._equals:
             return value
         if guides and self.yields_to > 0.0:
@@ -342,10 +332,8 @@ class ExecutiveLayer:
         return call(signal.value, now_s - signal.heard_s, self._constants)
 
     def _louder_waits(self, now_s: float) -> list[tuple[Call, float]]:
-        """Return calls of job holders that exceed the own call in such a role, with strength 0..1.
-
-        As with Simonin and Ferber, a vehicle responds to no signal weaker than its own; on a tie the first name wins.
-        """
+        """Return calls of job holders above the own call in such a role, with strength 0..1."""
+        # As with Simonin and Ferber, a vehicle responds to no signal weaker than its own; on a tie the first name wins.
         constants, own = self._constants, 0.0
         answered = {self._ending.get(index) for index in self.decision.chosen}
         for role, value in self.satisfaction.items():

@@ -1,9 +1,8 @@
 """Guidance: velocities for activities, with detours around stationary vehicles.
 
 The reference of the guiding activity gives a velocity through the water. Signals of nearby vehicles attract and repel
-(``remoras.motion.attraction``), which gives the preferred velocity; avoidance has the last word
-(``remoras.motion.avoidance``). It looks a few seconds ahead, so a vehicle stops before a gap between two others that is
-too narrow, and makes a ``Detour``.
+(``remoras.motion.attraction``); avoidance has the last word (``remoras.motion.avoidance``). It looks a few seconds
+ahead, so a vehicle stops before a gap between two others that is too narrow, and makes a ``Detour``.
 
 Headway: a current may exceed the speed that a fault has left. A vehicle that comes no nearer to its target for
 `NO_WAY_S` leaves its job; on the way to a rally point or home, it withdraws from the mission. Holding a place or being
@@ -99,15 +98,12 @@ class Passage(Protocol):
 class Guidance:
     """Motion of one vehicle, whose ``motion`` is changed in every tick.
 
-    Attributes:
-        go: moves towards a target and returns a leg, as ``remoras.motion.advance``; replaced for a real body.
-        error_m: believed minus true position; guidance uses the believed one.
-        passage: through a reef that cannot be crossed elsewhere; None without one.
-        flow_mps: velocity of the water, (x east, y north).
-        most_mps: greatest speed that the vehicle can reach now.
-        withdraws, yields_to: whether it yields to a call stronger than its own, and its strength, 0..1.
-        queues: True while the vehicle ahead, in its way, goes the same way.
-        hindered_s: remaining time (s) for which it counts as obstructed by an oncoming vehicle.
+    ``go`` moves towards a target and returns a leg, as ``remoras.motion.advance``; a real body replaces it. ``error_m``
+    is the believed minus the true position; guidance uses the believed one. ``passage``: through a reef that cannot be
+    crossed elsewhere, or None. ``flow_mps``: velocity of the water (x east, y north). ``most_mps``: greatest speed that
+    the vehicle can reach now. ``withdraws``, ``yields_to``: whether it yields to a call stronger than its own, and its
+    strength, 0..1. ``queues``: the vehicle ahead, in its way, goes the same way. ``hindered_s``: remaining time (s) for
+    which it counts as obstructed by an oncoming vehicle.
     """
 
     def __init__(

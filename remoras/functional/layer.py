@@ -167,16 +167,12 @@ class Positioning(Protocol):
 class FunctionalLayer:
     """Sensors, integrity monitoring, guidance and control of one vehicle.
 
-    ``data`` are true in this run. Only this class writes the part ``body`` of ``picture``.
-
-    Attributes:
-        motion: true motion; ``believed`` is the vehicle's belief, the same object if it knows its position.
-        guidance: may be replaced by features that add to motion.
-        positioning: source of position fixes; None if the position is known.
-        sigma_m: standard deviation of the position per axis (m), if a real body reports it.
-        held: last reference of the guiding behaviour, while valid.
-        progress: by activity set, the last value of a ``Perception.advance`` that is a function.
-        stranded: activity without headway, if vital or on the way to a rally point; else empty.
+    ``data`` and ``motion`` are true in this run; ``believed`` is the vehicle's belief, the same object as ``motion`` if
+    it knows its position. ``guidance`` may be replaced by features that add to motion. ``positioning`` is the source of
+    position fixes, None if the position is known; ``sigma_m`` the standard deviation per axis (m), if a real body
+    reports it. ``held``: last reference of the guiding behaviour, while valid. ``progress``: by activity set, the last
+    value of a ``Perception.advance`` that is a function. ``stranded``: activity without headway, if vital or on the way
+    to a rally point; else empty. Only this class writes the part ``body`` of ``picture``.
     """
 
     def __init__(
@@ -338,7 +334,7 @@ class FunctionalLayer:
         return sensed
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
-        """Return stimulus and progress of every activity set; the same objects while nothing but deadlines changes.
+        """Return the perceptions of all sets; the same objects while only deadlines change.
 
         Behaviours whose last perception is valid are not asked. Raises PluginError for a wrong answer.
         """

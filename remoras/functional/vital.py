@@ -1,9 +1,8 @@
 """Vital needs of a vehicle: return home on its last energy, stay in the area of operations.
 
-They precede all activities of the mission: while one has a stimulus, the first of them in this order is performed,
-whatever objectives and influence signals weigh. A mission can neither omit nor override them. Keeping clear of others
-is no activity; it has the last word on every motion (``remoras.motion.avoidance``). Features may add needs that rank
-last.
+While one has a stimulus, the first of them in this order is performed, whatever objectives and influence signals weigh.
+A mission can neither omit nor override them; features may add needs that rank last. Keeping clear of others is no
+activity: it has the last word on every motion (``remoras.motion.avoidance``).
 """
 
 from __future__ import annotations
@@ -28,11 +27,9 @@ class ReturningHome(Behaviour):
         self._data = data
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Return a stimulus from the reserve on, and while performed."""
         return ALWAYS_DUE if performed or picture.body.battery <= picture.body.reserve else UNDUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Return the start position; speed 0 on arrival."""
         arrived = distance_m(motion, self._data.start_m) <= CAPTURE_M
         if arrived:
             return Reference(self._data.start_m, 0.0, 0.0)
@@ -48,11 +45,9 @@ class ReturningToArea(Behaviour):
         self._data = data
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Return a stimulus outside the area of operations."""
         return ALWAYS_DUE if picture.body.outside_m > 0.0 else UNDUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Return the centre at transit speed."""
         return Reference(self._centre_m, self._data.transit_speed_mps)
 
 

@@ -22,10 +22,7 @@ STRAIGHT = 1e-9
 
 
 class Motion:
-    """State of motion: position, heading, speed, energy consumed, distance travelled.
-
-    The heading is stored as a unit vector ``ahead`` (x east, y north).
-    """
+    """Position, heading (as unit vector ``ahead``, x east, y north), speed, energy and distance."""
 
     __slots__ = ("_heading_rad", "_told", "ahead", "distance_m", "energy_j", "speed_mps", "x_m", "y_m")
     _heading_rad: float
@@ -171,12 +168,11 @@ def reaching_speed_mps(range_m: float, along: float, across: float, turn_rate_ra
 def advance(
     motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float
 ) -> Leg | None:
-    """Move towards a target within the limits of the vehicle; changes ``motion``.
+    """Move towards a target within the limits of the vehicle, without overshoot; 0 m/s stops it.
 
-    Returns the steady motion that goes on until the target is near; None while heading or speed change.
-
-    Heading and speed change by at most ``turn_rate_radps * dt_s`` and ``acceleration_mps2 * dt_s``; the vehicle does
-    not overshoot the target. Energy: (hotel_w + drag_w_per_mps3 * speed^3) * dt_s. Speed 0 stops the vehicle.
+    Heading and speed change by at most ``turn_rate_radps * dt_s`` and ``acceleration_mps2 * dt_s``. Energy: (hotel_w +
+    drag_w_per_mps3 * speed^3) * dt_s. Returns the steady motion until near the target; None while heading or speed
+    change.
     """
     before = motion.ahead
     dx_m = target_m[0] - motion.x_m

@@ -44,14 +44,11 @@ REACH_M = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Pulls:
-    """Attraction and repulsion inputs from the last decision.
+    """Attraction and repulsion inputs from the last decision, 0..1.
 
-    Attributes:
-        own: strongest own call sent lately in roles with equals, 0..1.
-        answered: motivation by the call of each vehicle, by the guiding activity, 0..1.
-        equals: call of each vehicle of equal rank, 0..1, regardless of age.
-        passed: likewise for calls that they relay.
-        is_among_equals: True if the guiding role has roles of equal rank.
+    ``own`` is the strongest own call sent lately in roles with equals; ``answered`` the motivation by the call of each
+    vehicle, by the guiding activity. ``equals``: call of each vehicle of equal rank, regardless of age; ``passed``: of
+    those that they relay. ``is_among_equals``: the guiding role has roles of equal rank.
     """
 
     own: float = 0.0
@@ -177,9 +174,8 @@ def vehicle_at(at_m: Point, positions_m: Mapping[str, Point]) -> str | None:
 def yields(pulls: Pulls, name: str, other: str, is_against: bool, yielded: bool) -> float:
     """Return the call to which a vehicle yields, 0..1; 0 if none.
 
-    Args:
-        other: the vehicle ahead; is_against: on another course.
-        yielded: already yielding to it: the own call no longer counts.
+    ``other`` is the vehicle ahead, ``is_against`` if on another course. If ``yielded`` before, the own call no longer
+    counts.
 
     >>> alike = Pulls(0.5, {}, {"AUV01": 0.5, "AUV03": 0.5})
     >>> yields(alike, "AUV02", "AUV01", True, False), yields(alike, "AUV02", "AUV03", True, False)

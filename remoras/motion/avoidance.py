@@ -26,7 +26,6 @@ Velocity = tuple[float, float]
 Bounds = tuple[float, float, float, float]
 """Borders of the area of operations: x_min, y_min, x_max, y_max (m)."""
 SEPARATION_M = 5.0
-"""Default separation within one depth layer."""
 INSIDE_M = 10.0
 """Distance inside the border for targets outside, a margin for current during a turn."""
 HORIZON_S = 10.0
@@ -212,9 +211,7 @@ def _least_excess(
 
 
 def nearest_within(bounds_m: Bounds, place_m: tuple[float, float]) -> tuple[float, float]:
-    """Return a place inside bounds, else the nearest place ``INSIDE_M`` from the borders.
-
-    A place inside is returned as the same object.
+    """Return a place inside bounds (the same object), else the nearest one ``INSIDE_M`` inside.
 
     >>> nearest_within((0.0, 0.0, 500.0, 500.0), (520.0, 30.0))
     (490.0, 30.0)
@@ -269,11 +266,7 @@ def clear_velocity(
 ) -> Velocity | None:
     """Return the clear velocity (m/s) nearest to the preferred one, or the least bad one.
 
-    None if no neighbour is in the way, so that guidance stays unchanged.
-
-    Args:
-        preferred: from guidance; own: current.
-        walls: hard constraints while avoiding.
+    None if no neighbour is in the way, so that guidance stays unchanged. ``walls`` are hard constraints meanwhile.
     """
     radius_m = clearance_m(separation_m, length(*own), turn_rate_radps)
     berth_m = BERTHS * separation_m

@@ -20,7 +20,6 @@ from remoras.recorder import Row
 NEAR_M = 30.0
 """Distance within which a vehicle has settled at a place; it yields to others meanwhile."""
 SONAR_M = 60.0
-"""Range of the obstacle sonar."""
 SAME_DEPTH_M = 3.0
 """Depth difference above which vehicles do not interact."""
 TOLERANCE_M = 0.001
@@ -72,11 +71,8 @@ def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
 class Separation:
     """Monitor of the distances in a fleet.
 
-    ``nearer_m`` bounds the approach of two vehicles from one call of ``look`` to the next.
-
-    Attributes:
-        vehicles: in node order; replaced by the caller when a vehicle restarts.
-        layers: indices of vehicles that may interact.
+    ``nearer_m`` bounds the approach of two vehicles from one ``look`` to the next. ``layers`` are indices of vehicles
+    that may interact, in the node order of ``vehicles``, which the caller replaces when one restarts.
     """
 
     def __init__(self, vehicles: Sequence[Moving], separation_m: float, nearer_m: float = math.inf) -> None:
