@@ -59,11 +59,8 @@ def nothing(facts: FactsLike, *args: Any) -> Mapping[Key, Any]:
 class Method:
     """Decomposition of an abstract task, if ``applicable(facts, *args)``.
 
-    Attributes:
-        name: shown in plans.
-        subtasks: ``subtasks(facts, *args)`` returns a list of tasks, or an iterator over lists, one per binding of free
-            variables; evaluated lazily, after a dead end.
-        uses: names of all possible subtasks, checked with the domain; None if undeclared.
+    ``subtasks(facts, *args)`` returns a list of tasks, or an iterator over lists, one per binding of free variables,
+    evaluated lazily after a dead end. ``uses`` names all possible subtasks, to be checked with the domain; or None.
     """
 
     name: str
@@ -94,12 +91,9 @@ def at_once(facts: FactsLike, *args: Any) -> Expected:
 class Operator:
     """Elementary task, possible if ``applicable(facts, *args)``; adds ``effects(facts, *args)``.
 
-    Attributes:
-        applicable: evaluated by the planner, and again at the start of the task.
-        effects: facts by key; None: unknown from then on, ANY: any known value. The task ends when they hold; without
-            effects it ends at once.
-        expected: ``expected(facts, *args)`` at the start of the task; None if unknown.
-        lasts: True for a task that runs until the plan drops it, whatever its effects.
+    ``applicable`` is evaluated by the planner, and again at the start. ``effects`` are facts by key; None: unknown from
+    then on, ANY: any known value. The task ends when they hold, without effects at once; if it ``lasts``, only when the
+    plan drops it. ``expected(facts, *args)`` is evaluated at the start; None if unknown.
     """
 
     name: str
@@ -116,11 +110,7 @@ class Operator:
 
 @dataclass(frozen=True)
 class Domain:
-    """Operators and methods by task name.
-
-    Raises:
-        PlanningError: lists all faults: tasks both elementary and abstract, or without a method; unknown subtasks.
-    """
+    """Operators and methods by task name; raises PlanningError with all faults in them."""
 
     operators: Mapping[str, Operator]
     methods: Mapping[str, tuple[Method, ...]]
@@ -187,13 +177,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """Decomposition of the root tasks.
-
-    Attributes:
-        nodes: all tasks in preorder, so elementary tasks are in order of execution; tasks with an empty decomposition
-            included.
-        rests_on: keys of all facts read by the search.
-    """
+    """Decomposition of the root tasks: ``nodes`` in preorder; ``rests_on``: all facts read."""
 
     nodes: tuple[Node, ...]
     rests_on: frozenset[Any]

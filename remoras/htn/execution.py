@@ -37,14 +37,11 @@ FINAL = frozenset({Status.DONE, Status.FAILED, Status.DROPPED})
 
 @dataclass(slots=True)
 class Branch:
-    """Task of a plan in execution.
+    """Task of a plan in execution; ``method`` is None if elementary.
 
-    Attributes:
-        method: chosen method; None for an elementary task.
-        children: indices of the current subtasks, without those of earlier decompositions.
-        status: valid for elementary, failed and dropped tasks; for others see ``Execution.statuses``.
-        expected: expected effort, set at the start; None before, or if unknown.
-        tried: failed decompositions.
+    ``children`` are the current subtasks, ``tried`` the failed decompositions. ``status`` is valid for elementary,
+    failed and dropped tasks, see ``Execution.statuses``. ``expected``: effort, set at the start; None before, or if
+    unknown.
     """
 
     task: Task
@@ -57,27 +54,20 @@ class Branch:
 
 
 class Execution:
-    """One plan in execution.
+    """One plan in execution; ``version`` counts its changes.
 
-    Attributes:
-        branches: all tasks ever planned, parents before children; indices are stable.
-        rests_on: keys of the facts read by planning.
-        version: incremented on every change.
+    ``branches`` are all tasks ever planned, parents before children, with stable indices; ``rests_on`` the keys of the
+    facts read by planning.
 
     >>> from remoras.htn.domain import Method, Operator
     >>> domain = Domain.of([Operator("dive", effects=lambda facts: {"deep": True})],
     ...                    {"go": [Method.fixed("down", "dive")]})
-    >>> made = plan(domain, {}, Task("go"))
-    >>> under_way, facts = Execution(domain, made), {}
+    >>> under_way, facts = Execution(domain, plan(domain, {}, Task("go"))), {}
     >>> [str(step.task) for step in under_way.advance(facts)]
     ['dive()']
-    >>> [status.value for status in under_way.statuses()]
-    ['running', 'running']
     >>> facts["deep"] = True
-    >>> under_way.settle(facts)
-    True
-    >>> [status.value for status in under_way.statuses()]
-    ['done', 'done']
+    >>> under_way.settle(facts), [status.value for status in under_way.statuses()]
+    (True, ['done', 'done'])
     """
 
     def __init__(self, domain: Domain, plan: Plan) -> None:

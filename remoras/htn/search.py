@@ -1,8 +1,7 @@
 """Depth-first search with backtracking; in an endless recursion, iterative deepening.
 
 The search is a loop, since a plan may exceed Python's stack. The agenda is a linked list of open tasks. Each task taken
-becomes a node, so the node list is the tree in preorder and backtracking truncates it. A trail restores the state, as
-in a Prolog machine.
+becomes a node, so the node list is the tree in preorder; backtracking truncates it and restores the state by a trail.
 """
 
 from __future__ import annotations
@@ -186,10 +185,8 @@ def plan(
 ) -> Plan | NoPlan:
     """Decompose tasks into elementary tasks: first plan in order of methods and decompositions.
 
-    ``max_expansions`` limits the decomposed tasks. ``without`` excludes decompositions of the root tasks only.
-
-    Raises:
-        PlanningError: unknown task, or limit exceeded; with the chain of an endless recursion.
+    ``max_expansions`` limits the decomposed tasks. ``without`` excludes decompositions of the root tasks only. Raises
+    PlanningError for an unknown task, or beyond the limit, with the chain of an endless recursion.
 
     >>> from remoras.htn.domain import Method
     >>> domain = Domain.of([Operator("dive"), Operator("map")], {"survey": [
