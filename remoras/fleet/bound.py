@@ -23,11 +23,9 @@ class RadioAtOnce(Radio):
         self._told: list[Block] = []
 
     def tells(self, facts: Iterable[Fact], is_sent: bool = True) -> bool:
-        """Return whether the facts are shared, rather than for this vehicle alone."""
         return is_sent
 
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
-        """Store a block for the others; only record a private one."""
         block = change.block
         if block.sequence < STATUS:
             super().tell(change, who, now_s)
@@ -51,10 +49,7 @@ class RadioAtOnce(Radio):
 
 
 class InstantSharing(Observer):
-    """Sharing of knowledge without packets.
-
-    After ``lease_frames`` TDMA frames without a statement a vehicle counts as absent.
-    """
+    """Sharing without packets; a vehicle without statement for ``lease_frames`` is absent."""
 
     radio = RadioAtOnce
     lease_frames = 2.0
@@ -63,11 +58,9 @@ class InstantSharing(Observer):
         self._early: dict[str, list[tuple[str, Block]]] = {}
 
     def on_start(self, host: Host) -> None:
-        """Keep the fleet, to reach all vehicles."""
         self._fleet = host
 
     def on_tick(self, vehicle: Vehicle) -> None:
-        """Share one vehicle's new statements with all others."""
         blocks = _radio(vehicle).told()
         for other in self._fleet.vehicles if blocks or self._early else ():
             for name, block in self._early.pop(other.name, ()):
@@ -78,7 +71,6 @@ class InstantSharing(Observer):
     on_slot = on_frame_end = on_statement = on_tick
 
     def on_restart(self, vehicle: Vehicle) -> None:
-        """Share all existing blocks with a restarted vehicle."""
         for other in self._fleet.vehicles:
             if other is not vehicle:
                 model = other.beliefs.model

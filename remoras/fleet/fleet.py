@@ -1,7 +1,6 @@
 """Fleet: time, ground truth, channel and vehicles; it takes no decisions.
 
-A step is one motion tick. Between ticks, packets are sent and received at their exact times from one queue of events
-(``remoras.events``).
+A step is one motion tick. Between ticks, packets are sent and received at their exact times (``remoras.events``).
 """
 
 from __future__ import annotations
@@ -138,22 +137,18 @@ class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
     # Interface for events ------------------------------------------------------------------------
 
     def await_slot(self, node: int) -> None:
-        """Schedule the next own slot of a vehicle by its current clock."""
         self.traffic.await_slot(node)
 
     def shown_s(self, vehicle: Vehicle) -> float:
-        """Return the current clock reading of a vehicle (s)."""
         return self.medium.shown_s(vehicle.data.node, self.clock.now_s) if self.clocks else self.clock.now_s
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
-        """Let a vehicle record and send facts; False if it is not alive."""
         has_said = super().let_say(vehicle, facts)
         for tell in self._on_statement if has_said else ():
             tell(self.named(vehicle))
         return has_said
 
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
-        """Replace a vehicle by its restarted one; ``remembers`` is False if its memory is lost."""
         anew = super().restart(before, remembers)
         self.separation.vehicles = self.vehicles
         self.view = FleetView.of(self.vehicles)

@@ -1,9 +1,5 @@
 """Radio of a vehicle: merges received packets, offers facts to the exchange manager.
 
-The exchange manager converts blocks to packets and back. The radio merges received blocks into the world model, records
-positions and reception times of peers, tracks peers that have not acknowledged assigned roles, and records the path of
-every item.
-
 Position outliers: a report is suspected if its distance from the last one exceeds ``SLACK_M`` plus ``MARGIN`` times the
 distance at the peer's top speed. The margin covers faster vehicles and currents, the slack fixes and rounding. A
 suspected report is set aside. If the next one fits it rather than the last accepted one, both are accepted. So a

@@ -1,7 +1,4 @@
-"""Tables that a vehicle writes in every run: peers, deliveries, its log.
-
-Figures of the summary (roles, organisation, faults), replays and ``known`` are computed from these rows.
-"""
+"""Tables that a vehicle writes in every run; summary, replay and ``known`` follow from them."""
 
 from __future__ import annotations
 

@@ -44,11 +44,9 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
 
 
 def _is_settled(fleet: Fleet) -> bool:
-    """Return whether no sending vehicle has an item left that a peer lacks, absent or not.
-
-    Nor may a vehicle in contact lack a postponed item that another holds. Every incarnation must be known to all, since
-    otherwise its missing items are unknown.
-    """
+    """Return whether no sending vehicle has an item left that a peer lacks, absent or not."""
+    # Nor may a vehicle in contact lack a postponed item that another holds. Missing items of an incarnation that is
+    # not known to all would be unknown.
     speaking = [vehicle for vehicle in fleet.vehicles if vehicle.exchanges]
     if any(vehicle.radio.manager.n_open for vehicle in speaking):
         return False

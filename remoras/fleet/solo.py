@@ -1,8 +1,7 @@
 """Single vehicle with its own event queue, in its own process or hull.
 
-It is stepped by its own clock: motion ticks, TDMA frames, own slots and received packets. It knows others only by
-packets; its obstacle sonar sees no vehicle. Its output is a pure function of scenario, seed, start, and packets
-received with their times, so a log of these reproduces it (``missions.nodes.logs``).
+It knows others only by packets; its obstacle sonar sees no vehicle. Its output is a pure function of scenario, seed,
+start, and packets received with their times, so a log of these reproduces it (``missions.nodes.logs``).
 """
 
 from __future__ import annotations

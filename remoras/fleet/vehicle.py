@@ -1,8 +1,7 @@
 """Vehicle: the only module that knows the order of the layers.
 
-Every tick: act (as decided before) and sense. Every decision period: think. Packets are processed at their arrival. At
-the end of every TDMA frame the social layer consults. Calls only go down and return values; ``docs/DESIGN.md`` follows
-an observation from its sensor to the plans of peers.
+Every tick: act (as decided before) and sense. Every decision period: think. At the end of every TDMA frame the social
+layer consults. Calls only go down and return values (``docs/DESIGN.md``).
 """
 
 from __future__ import annotations
