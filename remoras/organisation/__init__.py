@@ -55,17 +55,13 @@ RoleKey = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class RoleSpecification:
-    """Demands of a role: ``minimum``..``maximum`` holders, each able to play it.
+    """Demands of a role: ``minimum``..``maximum`` (None: any number) holders able to play it.
 
-    Attributes:
-        maximum: None means any number.
-        head: the holder leads the group: it plans its mission and allocates its roles.
-        founding: held from the start; other roles are allocated during the mission.
-        job: name of the holder's job, or None.
-        played_by: (group, role) whose holder must play it, or None.
-        influences: roles of the same group addressed by its influence signals.
-        incompatible: (group, role) that no holder may play, in both directions.
-        authority: roles of the same group that its holders may assign, release and give objectives.
+    The holder of a ``head`` role leads the group: it plans its mission and allocates its roles. ``founding`` roles are
+    held from the start, others are allocated during the mission. ``job`` names that of the holder. ``played_by`` is a
+    (group, role) whose holder must play it; ``incompatible`` are those that no holder may play, in both directions. Of
+    the same group, ``influences`` are roles that its influence signals address, ``authority`` those that its holders
+    may assign, release and give objectives.
     """
 
     name: str
@@ -88,7 +84,6 @@ class Subgroups(Section):
     maximum: int | None = Field(None, ge=1, description="maximum subgroups of it; any number if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield (key, allowed values) if the minimum exceeds the maximum."""
         if self.maximum is not None and self.minimum > self.maximum:
             yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
 
@@ -97,12 +92,9 @@ class Subgroups(Section):
 class Group:
     """Specification of a group.
 
-    Attributes:
-        succession: roles whose holders succeed a lost leader, in order.
-        within: enclosing group, whose leaders supervise it; None if not a subgroup.
-        templates: of this instance, the nearest first.
-        subgroups: demanded subgroups; any if empty.
-        formed_by: group whose leader forms this one at run time; None for founding groups.
+    Holders of the roles ``succession`` succeed a lost leader, in order. Leaders of the group ``within`` supervise it.
+    ``templates`` are those of this instance, the nearest first; ``subgroups`` the demanded ones, any if empty. The
+    leader of ``formed_by`` forms this group at run time; None for founding groups.
     """
 
     name: str

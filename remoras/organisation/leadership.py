@@ -96,10 +96,7 @@ def is_able_to_lead(database: AUVDatabase, vehicle: str, group: Group) -> bool:
 
 
 def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: Organisation) -> RoleAssignment | None:
-    """Return the role a leader takes when it steps down: the first vacant one of the succession.
-
-    None if it holds another founding role of the group, or can hold none.
-    """
+    """Return the role of the succession for a leader that steps down; None without a vacant one."""
     founding = {role.name for role in group.roles if role.founding}
     if any(role.role in founding for role in organisation.roles_of(vehicle, group.name)):
         return None
@@ -181,11 +178,9 @@ class Claimed(NamedTuple):
 class Lead:
     """Knowledge about the leadership of one group.
 
-    Attributes:
-        claims: each with the leaders presumed absent, which do not block it.
-        by_leading: for claimants that are members only through leading another group: that group.
-        began: vehicles that were given the leader's role, and when.
-        ended: vehicles that left it, and when; with the claimant if they left by acknowledging a claim, else None.
+    ``claims`` come with the leaders presumed absent, which do not block them; ``by_leading`` with a group, for
+    claimants that are members only through leading it. ``began``: vehicles that were given the leader's role, and when;
+    ``ended``: those that left it, with the claimant if they left by acknowledging a claim, else None.
     """
 
     claims: Mapping[Claimed, frozenset[str]] = field(default_factory=dict)

@@ -23,13 +23,10 @@ Path = tuple[str, str]
 class Subjects:
     """Meaning of instances, and the vehicles that facts about them concern, by uid; fleet-wide.
 
-    Attributes:
-        names: of the vehicles; nodes are uids.
-        jobs: group and role for every role with the job; an empty role names the group alone.
-        done: (subject, attribute) of the facts that report completion of a job.
-        supervised: (supervising group, group), direct or indirect.
-        held: groups whose leader alone holds the knowledge of their jobs.
-        for_all: attributes that concern all vehicles.
+    ``names`` are those of the vehicles, whose uids are their nodes. ``jobs``: group and role for every role with the
+    job; an empty role names the group alone. ``done``: (subject, attribute) of facts that report completion.
+    ``supervised``: (supervising group, group), direct or indirect. ``held``: groups whose leader alone holds the
+    knowledge of their jobs. ``for_all``: attributes that concern all vehicles.
     """
 
     names: Sequence[str]

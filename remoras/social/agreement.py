@@ -1,7 +1,4 @@
-"""Agreement of a fleet before the mission: organisation and, with some strategies, plans.
-
-Planning before the mission uses the same HTN domain as at run time, without messages or observations.
-"""
+"""Agreement of a fleet before the mission: organisation and, with some strategies, plans."""
 
 from __future__ import annotations
 

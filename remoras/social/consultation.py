@@ -329,10 +329,8 @@ def _crown(view: View, group: str) -> View:
 
 
 def _enthrone(view: View, group: Group, vehicle: str, age: Age) -> View:
-    """Make a vehicle the leader, also in the role of the group above that its role requires.
-
-    The previous leader takes a role of the succession.
-    """
+    """Make a vehicle the leader, also in the role of the group above that its role requires."""
+    # The previous leader takes a role of the succession.
     database, head_role = view.rules.database, group.head_role or ""
     before = [name for name in view.organisation.heads(group.name) if name != vehicle]
     view = _hand_over(view, Request(vehicle, Act.SUCCEED, group.name, head_role, vehicle), before, age)

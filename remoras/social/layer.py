@@ -111,14 +111,11 @@ class OwnFacts:
 
 
 class SocialLayer:
-    """Organisation, missions and objectives as one vehicle sees them.
+    """Organisation, missions and objectives as one vehicle sees them, until ``until_s``.
 
-    Only this class writes the part ``groups`` of ``picture``. ``until_s`` is the end of the mission.
-
-    Attributes:
-        view: agreed organisation and its derivation; ``organisation`` is its groups and roles.
-        present: organisation to act on: without the absent; if isolated, led by this vehicle.
-        is_cut_off: True while isolated, with no reception for a lease; orders are then for itself alone.
+    ``view`` is the agreed organisation and its derivation. ``present`` is the one to act on: without the absent; if
+    isolated (``is_cut_off``: no reception for a lease), led by this vehicle, with orders for itself alone. Only this
+    class writes the part ``groups`` of ``picture``.
     """
 
     def __init__(
@@ -269,10 +266,7 @@ class SocialLayer:
     # Reception -----------------------------------------------------------------------------------
 
     def consider(self, changes: Sequence[Change], is_sent: bool = True) -> Considered:
-        """Process changed facts; ``is_sent`` is False for statements for this vehicle alone.
-
-        Organisational facts except missions wait for the end of the round.
-        """
+        """Process changed facts; organisational ones except missions await the end of the round."""
         if self.conclusions.are_of_its_own:
             self.conclusions.note(changes)
         if self.workload.note(changes):

@@ -178,16 +178,11 @@ class Negotiation:
         missions: Collection[str],
         is_news: bool = True,
     ) -> list[Statement]:
-        """Return this vehicle's statements at the end of a round.
+        """Return this vehicle's statements at the end of a round; PluginError for a wrong answer.
 
-        Args:
-            now_s: as quantised in messages.
-            unheard, calls: as in ``remoras.strategy.Situation``.
-            missions: groups with a known mission; others have nothing to divide yet.
-            is_news: False if roles and missions are unchanged since the last round.
-
-        Raises:
-            PluginError: the strategy raises, or returns something other than a move.
+        ``now_s`` is as quantised in messages; ``unheard`` and ``calls`` are as in ``remoras.strategy.Situation``.
+        Groups without known ``missions`` have nothing to divide yet. ``is_news`` is False if roles and missions are
+        unchanged.
         """
         self._round += 1
         received, known_s = self._take_heard(), peers.known_s

@@ -59,10 +59,8 @@ def missions_of(groups: Iterable[Group], at_sea: Mapping[str, Sequence[str]]) ->
 class MissionPlanner:
     """Planner of the missions of groups that one vehicle leads; the strategy allocates roles.
 
-    Attributes:
-        due: groups with missions to plan.
-        allocated: groups with roles allocated since the last full planning.
-        lost: vehicles that left a role or became absent in it, once per event, by ``Group.Role``.
+    ``due`` are groups with missions to plan, ``allocated`` those with roles allocated since the last full planning.
+    ``lost``: vehicles that left a role or became absent in it, once per event, by ``Group.Role``.
     """
 
     def __init__(

@@ -1,8 +1,6 @@
 """Immutable view of the organisation as one vehicle knows it, updated round by round.
 
-A view follows from its predecessor, the requests since, and the peers taken for absent
-(``remoras.social.consultation``).
-
+A view follows from its predecessor, the requests since (``remoras.social.consultation``), and the absent peers.
 Availability follows from each vehicle's statements about itself, in any order of reception. Isolated or resigned
 vehicles take no jobs until they state otherwise; one with failed sensors takes none that need them. Jobs assigned
 before such a statement stay until the vehicle leaves them.
@@ -114,10 +112,8 @@ AVAILABLE = "available"
 class Availability:
     """Vehicles that take jobs, as one vehicle knows.
 
-    Attributes:
-        told: by vehicle and place in the order of facts, whether it takes jobs.
-        blind_since: vehicles with failed sensors.
-        news: vehicles with a statement since the last round.
+    ``told``: whether a vehicle takes jobs, by its name and place in the order of facts; ``blind_since``: vehicles with
+    failed sensors; ``news``: those with a statement since the last round.
     """
 
     told: Mapping[str, Mapping[Age, bool]] = field(default_factory=dict)
@@ -234,15 +230,12 @@ class Now(NamedTuple):
 class View:
     """Organisation as one vehicle knows it, its derivation, and the results of the last round.
 
-    Equality ignores the results. At run time groups get ``missions``; ``at_sea`` are requests about groups formed then.
-
-    Attributes:
-        newest: place of the valid request in the order of facts, by subject (``Request.about``).
-        holdings: of roles with a job or a limited number of holders.
-        greatest: greatest claim known for each group, valid or not; ``crowned`` is the one in force.
-        came_in: group whose leader is thereby a member of another, by (other group, vehicle).
-        stepped_down: role that a leader took when it stepped down, by (group, vehicle).
-        unlawful: unauthorised statements of the last round.
+    Equality ignores the results. ``newest``: place of the valid request in the order of facts, by ``Request.about``.
+    ``holdings``: of roles with a job or a limited number of holders. ``greatest``: greatest claim known for each group,
+    valid or not; ``crowned`` is the one in force. ``came_in``: group whose leader is thereby a member of another, by
+    (other group, vehicle). ``stepped_down``: role that a leader took when it stepped down, by (group, vehicle). At run
+    time groups get ``missions``; ``at_sea`` are requests about groups formed then. ``unlawful``: unauthorised
+    statements of the last round.
     """
 
     rules: Rules = field(compare=False, repr=False)

@@ -177,10 +177,7 @@ class Workload:
     def of_groups(
         self, at: Footing, picture: Picture, positions_m: Mapping[str, Point] | None, from_s: float
     ) -> Mapping[str, Work]:
-        """Return the work of every group; outlooks start at ``from_s``.
-
-        If ``positions_m`` is None, positions do not matter and the result is cached until it changes.
-        """
+        """Return the work of every group, with outlooks from ``from_s``; cached without positions."""
         asked = *at, self.blind, self.unable
         if self._stale:
             self._work_out()
