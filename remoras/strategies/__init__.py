@@ -1,7 +1,4 @@
-"""Organisational strategies: each module that defines ``STRATEGY`` is one, with the name of the module.
-
-To add one, add a file here or name ``package.module:object`` in a scenario.
-"""
+"""Organisational strategies: each module that defines ``STRATEGY`` is one, with its name."""
 
 from __future__ import annotations
 
@@ -98,11 +95,7 @@ def faults_of_settings(strategy: Strategy, settings: Mapping[str, object]) -> It
 
 
 def configured(strategy: Strategy, settings: Mapping[str, object]) -> Strategy:
-    """Return a copy of the strategy with some parameters set.
-
-    Raises:
-        StrategyError: invalid name or value; its ``key`` is the name.
-    """
+    """Return a copy with parameters set; a StrategyError has the wrong one's name as ``key``."""
     if not settings:
         return strategy
     for fault in faults_of_settings(strategy, settings):

@@ -81,14 +81,10 @@ class Expectations:
         seen_s: float | None = None,
         unheard: Collection[str] = (),
     ) -> Engagement:
-        """Return the engagement of a vehicle.
+        """Return the engagement of a vehicle, expected to complete its nearest job on time.
 
-        A vehicle turns to the nearest job and is from then on expected to complete it on time. Once parts of the job
-        are known to be done, the estimate uses the remainder, from the last known position.
-
-        Args:
-            seen_s: time of its last received position; now if None.
-            unheard: names of roles that it has not acknowledged: it may turn to them later than now.
+        Once parts of the job are known to be done, the estimate uses the remainder, from the position received at
+        ``seen_s`` (None: now). A vehicle may turn later than now to roles that it has not acknowledged (``unheard``).
         """
         here = Outlook(now_s, work.position_m(data.name))
         if not held:
@@ -203,10 +199,8 @@ def helped(
 ) -> Iterator[RoleAssignment]:
     """Assign vehicles without work to other vehicles' jobs with a vacancy, largest saving first.
 
-    Args:
-        ends_s: expected end of each job, by role name.
-        least_s: minimum saving (s).
-        n_holders: number of vehicles per job; the holders of its role if None.
+    ``ends_s`` is the expected end of each job, by role name, ``least_s`` the minimum saving (s), ``n_holders`` the
+    number of vehicles per job, by default the holders of its role.
     """
     n_holders = dict(n_holders or {role.name: max(1, len(work.holders(role))) for role in work.open})
     left = sorted(idle, key=lambda data: data.node)
@@ -395,10 +389,7 @@ class _Legs(dict[int, Outlook | None]):
 
 
 class Search:
-    """Search for a job allocation of minimum makespan, with caches of job durations.
-
-    ``outlooks`` has time and place at which each of the vehicles ``free`` is free.
-    """
+    """Search for a job allocation of minimum makespan, with caches of job durations."""
 
     def __init__(
         self,

@@ -1,10 +1,9 @@
 """Central assignment: the group leader assigns members their next jobs as they finish.
 
 A member holds at most ``queue`` jobs, the first ones of the leader's plan, which is revised on every change. A job not
-yet begun moves if the makespan then falls by ``margin``. Assignments and results are acknowledged facts, repeated until
-acknowledged. A job not acknowledged for ``acknowledge_rounds`` goes to another member. If the leader falls silent,
-members finish their jobs and wait for a new leader. Source: leader-follower assignment, as in most fleets today; plan
-and margin are ours.
+yet begun moves if the makespan then falls by ``margin``. Assignments and results are acknowledged facts; a job not
+acknowledged for ``acknowledge_rounds`` goes to another member. If the leader falls silent, members finish their jobs
+and wait for a new leader. Source: leader-follower assignment, as in most fleets today; plan and margin are ours.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""Factors: dimensions of strategies, for factorial studies.
+"""Factors: dimensions of strategies, for factorial studies (``docs/strategies.md``).
 
-Each shipped strategy is a named point of the table in ``docs/strategies.md``. Switches of shared code are parameters of
-the strategies (``SETTINGS``); other factors are fixed by the deciding component, and setting them is refused by name.
+Switches of shared code are parameters of the strategies (``SETTINGS``); to set other factors is refused by name.
 """
 
 from __future__ import annotations
@@ -51,15 +50,11 @@ MISSIONS_AT_SEA = {
 class Factors:
     """Factor levels of a strategy.
 
-    Attributes:
-        common_plan: common knowledge at 0 s: ``none``; ``missions`` with objectives and roles without jobs; ``jobs``:
-            assignments too.
-        decides: decides on assignments at run time: the ``head``, ``each`` vehicle by bids, ``all`` by an identical
-            plan, ``nobody``.
-        plan: basis of decisions: a plan of ``all`` jobs, or the ``own`` gain.
-        announces: content of the messages.
-        helps: vehicles without work join others' jobs.
-        repairs: plan repair on ``changes``, on ``calls`` for work, or ``never``.
+    ``common_plan`` at 0 s: ``none``; ``missions`` with objectives and roles without jobs; ``jobs``: assignments too. On
+    assignments at run time ``decides`` the ``head``, ``each`` vehicle by bids, ``all`` by an identical plan, or
+    ``nobody``. The ``plan`` behind it is for ``all`` jobs, or maximises the ``own`` gain. ``announces`` is the content
+    of the messages. ``helps``: vehicles without work join others' jobs. ``repairs``: on ``changes``, on ``calls`` for
+    work, or ``never``.
     """
 
     common_plan: str

@@ -30,10 +30,7 @@ from remoras.work import Job, Outlook, Point, Work
 class ChainOfJobs:
     """Sequence of jobs of one vehicle, presented as one job with the name of the first.
 
-    Attributes:
-        group: group of the roles.
-        links: role name and job, in order of execution.
-        needs: prerequisites outside the chain.
+    ``links`` are role names and jobs in order of execution; ``needs`` are prerequisites outside the chain.
     """
 
     group: str
@@ -184,7 +181,6 @@ class FixedPartition(DividedAtSea):
     factors: ClassVar[Factors] = Factors("jobs", "nobody", "all", "nothing", "no", "never")
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Assign common roles to all members and each chain of jobs to one of them."""
         return common_roles(work) + all_jobs(chained(work))
 
 

@@ -243,4 +243,3 @@ class FmcAta(DividedAtSea):
 
 
 FMC_ATA = FmcAta()
-"""The strategy with default parameters."""

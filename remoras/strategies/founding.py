@@ -29,10 +29,8 @@ Row = tuple[dict[int, float], float, float]
 class Seats:
     """Initial assignment of vehicles to roles, as one optimisation problem.
 
-    Args:
-        needed: minimum number of holders per role.
-        able: names of eligible vehicles per role, preferred first.
-        apart: by group name, other groups that its members should not join.
+    ``needed`` is the minimum number of holders per role, ``able`` the eligible vehicles, preferred first. Members of a
+    group should not join those ``apart`` from it.
     """
 
     def __init__(

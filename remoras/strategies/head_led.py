@@ -47,10 +47,7 @@ CALLS = {INFLUENCE_SIGNAL: "one signed byte for every role that the sender plays
 
 
 class Dispatcher(Member["HeadLed"]):
-    """Job assignment by the leader: it replans jobs not yet begun, and states differences only.
-
-    Every member has one, since any may succeed the leader.
-    """
+    """Job assignment by the leader: it replans jobs not yet begun, and states differences only."""
 
     def __init__(self, me: str, group: Group, strategy: HeadLed) -> None:
         super().__init__(me, group, strategy)
@@ -216,11 +213,7 @@ class Dispatcher(Member["HeadLed"]):
 
 @dataclass(frozen=True, slots=True)
 class HeadLed(DividedAtSea):
-    """Leader that plans and assigns; see the module docstring.
-
-    Raises:
-        StrategyError: two factors exclude each other.
-    """
+    """Leader that plans and assigns; raises StrategyError if two factors exclude each other."""
 
     margin: Annotated[float, MARGIN] = 0.05
     help_s: Annotated[float, HELP] = 60.0

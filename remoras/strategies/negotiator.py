@@ -1,7 +1,7 @@
 """Common parts of strategies that divide jobs at run time, with a convergent claim table.
 
-The table keeps each vehicle's latest claim to each role; the strongest claim to a role wins, ties go to the lower node.
-Merging is a join: order, repetition and relaying of messages are irrelevant. So vehicles with the same claims agree.
+The table keeps each vehicle's latest claim to each role; the strongest claim wins, ties go to the lower node. Merging
+is a join, so vehicles with the same claims agree, whatever order, repetition and relaying of messages.
 """
 
 from __future__ import annotations

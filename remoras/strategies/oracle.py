@@ -1,7 +1,6 @@
 """Oracle: instant shared knowledge and true speeds, as an upper bound.
 
-An observation enters every world model at once. The leader plans with the true speeds and replans on every change by
-the shared allocator. A strategy's gap to the oracle is its loss by missing knowledge.
+The leader replans on every change by the shared allocator. A strategy's gap to it is the loss by missing knowledge.
 """
 
 from __future__ import annotations

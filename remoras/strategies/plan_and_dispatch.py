@@ -1,9 +1,8 @@
 """Plan before the dive, repair by the leader at run time.
 
-Every member starts with its part of a plan of all open jobs. The leader moves an unbegun job if the makespan then
-falls by ``margin``, if its holder is absent or takes no jobs, or after ``acknowledge_rounds`` without acknowledgement.
-Without deviations no assignment is sent; without a leader the plan stands. Source: ours, of two usual parts: a plan
-agreed before the dive, and leader-follower assignment.
+The leader moves an unbegun job if the makespan then falls by ``margin``, if its holder is absent or takes no jobs, or
+after ``acknowledge_rounds`` without acknowledgement. Without deviations no assignment is sent; without a leader the
+plan stands. Source: ours, of two usual parts: a plan agreed before the dive, and leader-follower assignment.
 """
 
 from __future__ import annotations

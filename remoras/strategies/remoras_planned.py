@@ -1,7 +1,6 @@
 """REMORAS with missions planned before the dive.
 
-Otherwise identical to ``remoras``: the difference is the cost of planning and communicating missions at run time.
-Planning before the dive is ours.
+The difference to ``remoras`` is the cost of planning and communicating missions at run time. The variant is ours.
 """
 
 from __future__ import annotations
