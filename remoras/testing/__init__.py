@@ -38,15 +38,10 @@ KINDS = ("strategy", "mission", "policy", "channel", "fault")
 
 
 def conforms(kind: str, name: str) -> Iterator[str]:
-    """Run all checks of a plug-in and yield the name of each passed one.
+    """Run all checks of a plug-in and yield the name of each passed one; AssertionError if not.
 
-    Args:
-        kind: one of ``KINDS``.
-        name: ``package.module:object`` or a shipped name; for a mission, its scenario.
-
-    Raises:
-        AssertionError: a check failed.
-        RemorasError, MissionsError, ExchangeError: unknown name.
+    ``name`` is ``package.module:object`` or a shipped name; for a mission, its scenario. Raises RemorasError,
+    MissionsError or ExchangeError for an unknown name.
     """
     match kind:
         case "strategy":

@@ -116,14 +116,9 @@ def check(
 ) -> None:
     """Check a behaviour against its protocol on sampled inputs.
 
-    Args:
-        make_behaviour: returns a new behaviour of the same vehicle at each call.
-        peers: vehicles in the picture.
-        groups: possibly gathered groups.
-
-    Raises:
-        AssertionError: wrong type, stimulus outside 0..1, done state revoked, inputs modified, invalid reference or
-            premature change of it, a change before the stated deadline, or nondeterminism.
+    ``make_behaviour`` returns a new behaviour of the same vehicle at each call; ``peers`` and ``groups`` occur in the
+    inputs. Raises AssertionError for a wrong type, stimulus outside 0..1, done state revoked, inputs modified, invalid
+    reference or premature change of it, a change before the stated deadline, or nondeterminism.
     """
     for seed in (1, 2):
         moments = story(data, tuple(peers), tuple(groups), seed)

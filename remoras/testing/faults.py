@@ -84,15 +84,10 @@ CHECKS: tuple[Callable[[str, Mapping[str, Any]], None], ...] = (
 
 
 def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
-    """Run all checks of a kind and yield their names.
+    """Run all checks of a kind and yield their names; AssertionError if one fails.
 
-    Args:
-        name: ``package.module:Class`` or a shipped kind.
-        keys: of the fault; else 1.0 for required ones, and defaults.
-
-    Raises:
-        AssertionError: a check failed.
-        PluginError: unknown kind.
+    ``name`` is ``package.module:Class`` or a shipped kind, else PluginError. Required ``keys`` of the fault default to
+    1.0.
     """
     kind: type[DeclaredFault] = kind_named(name)
     assert issubclass(kind, DeclaredFault)

@@ -22,12 +22,9 @@ PER = 0.3
 
 
 def check_metric(metric: Metric, runs: Sequence[api.Run] = ()) -> None:
-    """Check the declaration of a metric and its values.
+    """Check the declaration of a metric, and that its values depend on nothing but the run.
 
-    It must be a function of the run only: equal when repeated, and equal in memory and from a folder.
-
-    Args:
-        runs: evaluated runs; default: two short ones of a shipped scenario with losses.
+    ``runs`` default to two short ones of a shipped scenario with losses.
     """
     from missions.errors import ConfigurationError
     from missions.metric import collected, faults_of_metric
@@ -43,11 +40,7 @@ def check_metric(metric: Metric, runs: Sequence[api.Run] = ()) -> None:
 
 
 def check_figure(figure: Declared, runs: Sequence[api.Run] = ()) -> None:
-    """Check the declaration of a figure, layer or mark, and draw it from memory and from folders.
-
-    Args:
-        runs: drawn runs; default: two short ones of a shipped scenario with losses.
-    """
+    """Check a figure, layer or mark, drawn from memory and folders; ``runs``: see ``check_metric``."""
     from missions.figure import Mark, faults_of_figure
 
     if faults := list(faults_of_figure(figure)):

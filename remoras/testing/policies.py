@@ -22,7 +22,6 @@ from worldmodel import Terms, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())
 SIZES = (2, 3, 5)
-"""Fleet sizes checked."""
 N_ITEMS = N_SLOTS = 90
 P_LOSS = 0.5
 N_TRIALS = 4

@@ -193,7 +193,6 @@ class Watched(InTime):
         """(vehicle, group, situation, move)"""
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
-        """Return the wrapped negotiator."""
         made = super().negotiator(me, group)
         return None if made is None else _WatchedNegotiator(made, me, group.name, self.moves)
 

@@ -51,13 +51,9 @@ def check(
 ) -> int:
     """Check the observations of a sensor along a track; return their number.
 
-    Args:
-        instances: (class, name) of possible subjects besides the vehicle.
-        vocabulary: Turtle files besides the core ontology.
-        places_m: waypoints with something to observe.
-
-    Raises:
-        AssertionError: invalid observations, rows or facts, nondeterminism, or a modified world.
+    ``instances`` are (class, name) of possible subjects besides the vehicle, ``vocabulary`` Turtle files besides the
+    core ontology, ``places_m`` waypoints with something to observe. Raises AssertionError for invalid observations,
+    rows or facts, nondeterminism, or a modified world.
     """
     ticks = way(data, places_m)
     before = picture_of(world)
