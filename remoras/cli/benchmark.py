@@ -28,7 +28,7 @@ Split = Literal["dev", "test"]
 
 @command("benchmark", "remoras benchmark fathom-1 --strategy mine.py:MINE --jobs 2 --out results/mine")
 def benchmark(
-    suite: Annotated[str, typer.Argument(metavar="SUITE", help="Shipped suite, fathom-1, or a TOML file of one.")],
+    suite: Annotated[str, typer.Argument(metavar="SUITE", help="Shipped suite (fathom-1) or TOML file.")],
     strategies: Annotated[
         list[str] | None,
         typer.Option(
@@ -52,7 +52,7 @@ def benchmark(
     ] = None,
     jobs: Jobs = N_JOBS,
     repeats: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Runs of each cell, at most as many as in the suite.")
+        int | None, typer.Option(min=1, metavar="N", help="Runs of each case; default and maximum: those of the suite.")
     ] = None,
     verified: Annotated[
         Path | None,
@@ -68,7 +68,7 @@ def benchmark(
     ] = None,
     draw_seed: Annotated[
         int | None,
-        typer.Option("--seed", min=0, metavar="S", help="Seed of the sample of --verify; default: a fresh one."),
+        typer.Option("--seed", min=0, metavar="S", help="Seed of the random sample of --verify; default: a new one."),
     ] = None,
     as_json: Json = False,
 ) -> None:

@@ -78,7 +78,7 @@ def exchange_study(
         int | None, typer.Option(metavar="N", help="Vehicles in the fleet, 2 to 64.  [default: 5]")
     ] = None,
     per: Annotated[
-        str, typer.Option(metavar="RATES", help="Loss rates: 0.1,0.5 or first:last:step.")
+        str, typer.Option(metavar="RATES", help="Packet error rates, 0 to below 1: 0.1,0.5 or first:last:step.")
     ] = "0.05:0.8:0.05",
     policies: Annotated[
         str,
@@ -86,21 +86,21 @@ def exchange_study(
             metavar="NAMES", help="Policies, comma-separated names or package.module:object; all: the paper's six."
         ),
     ] = "all",
-    trials: Annotated[int, typer.Option(metavar="N", help="Trials of each policy at each loss rate.")] = 2000,
+    trials: Annotated[int, typer.Option(metavar="N", help="Trials of each policy at each error rate.")] = 2000,
     load: Annotated[
-        str, typer.Option(metavar="LOAD", help="single, batch or poisson:RATE (items per node and slot).")
+        str, typer.Option(metavar="LOAD", help="Creation of items: single, batch or poisson:RATE (per node and slot).")
     ] = "single",
     items: Annotated[int, typer.Option(metavar="N", help="Items at every node, for load batch.")] = 1,
     item_bits: Annotated[int, typer.Option(metavar="BITS", help="Size of an item.")] = 60,
     capacity_bits: Annotated[
         int | None, typer.Option(metavar="BITS", help="Size of a packet including its header; default: unlimited.")
     ] = None,
-    carrier_evidence: Annotated[bool, typer.Option(help="Count a node that sends an item as its holder.")] = False,
+    carrier_evidence: Annotated[bool, typer.Option(help="A node that sends an item acknowledges it.")] = False,
     bound: Annotated[
-        bool, typer.Option("--bound", help="Add a bound: all nodes know all received sets at no cost.")
+        bool, typer.Option("--bound", help="Add a bound on all policies: received sets are known at no cost.")
     ] = False,
-    seed: Annotated[int, typer.Option(metavar="N", help="Root of all random draws.")] = 1,
-    jobs: Annotated[int, typer.Option(metavar="N", help="Cores to use; results do not depend on it.")] = 1,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of all random draws: 0, 1, 2, ...")] = 1,
+    jobs: Annotated[int, typer.Option(metavar="N", help="Threads on this machine; results do not depend on it.")] = 1,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -233,7 +233,7 @@ def sea(
         str | None, typer.Option(metavar="NAMES", help="Modem profiles, comma-separated; default: the scenario's.")
     ] = None,
     ranges: Annotated[
-        str | None, typer.Option(metavar="METRES", help=f"Ranges of the table.  [default: {DEFAULT_RANGES}]")
+        str | None, typer.Option(metavar="METRES", help=f"Comma-separated ranges.  [default: {DEFAULT_RANGES}]")
     ] = None,
     settings: Settings = None,
     out: FigureFolder = None,

@@ -59,7 +59,7 @@ def new(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Scenario: modem of every vehicle.  [default: nanomodem-v3]",
+            help="Scenario: modem profile of every vehicle.  [default: nanomodem-v3]",
             autocompletion=completion.modem,
         ),
     ] = None,

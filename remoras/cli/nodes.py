@@ -62,7 +62,7 @@ def node(
     speed: Speed = 1.0,
     start_utc: Annotated[
         str,
-        typer.Option(metavar="TIME", help="Mission start by UTC, such as 2026-05-01T09:00:00."),
+        typer.Option(metavar="TIME", help="Start of the mission in UTC, such as 2026-05-01T09:00:00."),
     ] = "",
     serial: Annotated[
         Path | None, typer.Option(metavar="PORT", help="Serial port of a Nanomodem v3, in place of UDP.")

@@ -42,7 +42,7 @@ def plot(
         list[str] | None,
         typer.Argument(
             metavar="KIND",
-            help="Figures to draw, or your own, mine.py:MINE; all if left out.",
+            help="Figures to draw: shipped names, or your own, mine.py:MINE; default: all.",
             autocompletion=completion.kind,
         ),
     ] = None,
@@ -135,7 +135,7 @@ def _show_drawn(drawn: Drawn) -> None:
 
 Vehicle = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Vehicle whose knowledge is read; default: all."),
+    typer.Option(metavar="NAME", help="Vehicle whose knowledge is used; default: all vehicles."),
 ]
 At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Time of the knowledge; default: end of the run.")]
 
@@ -183,7 +183,7 @@ def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
     file_format: Annotated[ExportFormat, typer.Option("--format", metavar="FORMAT", help=FORMAT_HELP)],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="File or folder to write; default: a name in DIR.")
+        Path | None, typer.Option(metavar="FILE", help="File or folder to write; default: a name by format in DIR.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
     vehicle: Vehicle = None,
@@ -224,7 +224,7 @@ def replay(
         Path | None,
         typer.Argument(metavar="[DIR2]", help="Results of another run in the same world, shown beside the first."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="HTML file to write; default: DIR/replay.html.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="HTML file; default: DIR/replay.html.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a self-contained HTML replay of a run; it needs no network."""

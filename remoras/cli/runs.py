@@ -18,8 +18,24 @@ if TYPE_CHECKING:
     from remoras.api import Run as Finished
 
 
+NUMBERS = (
+    ("mission time", "mission_time_s", 1.0, "s"),
+    ("goal reached", "goal_fraction", 100.0, "%"),
+    ("distance travelled", "distance_m", 0.001, "km"),
+    ("energy", "energy_j", 0.001, "kJ"),
+    ("packets delivered", "delivery_ratio", 100.0, "%"),
+    ("mean latency", "mean_latency_s", 1.0, "s"),
+    ("closest approach", "closest_approach_m", 1.0, "m"),
+)
+"""Printed metrics of a run, the most important first: label, key in the summary, scale, unit."""
+
 ScenarioName = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="Shipped scenario or TOML file.", autocompletion=completion.scenario)
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Shipped scenario or TOML file, changed by options.",
+        autocompletion=completion.scenario,
+    ),
 ]
 StrategyName = Annotated[
     str | None, typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name)
@@ -41,7 +57,7 @@ NetworkName = Annotated[
 ErrorRate = Annotated[
     str | None, typer.Option(metavar="RATE", help="Packet error rate of bernoulli or matrix, 0 to below 1.")
 ]
-Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Root of all random draws: 0, 1, 2, ...")]
+Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of all random draws: 0, 1, 2, ...")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
@@ -76,7 +92,7 @@ def run(
     per: ErrorRate = None,
     seed: Seed = 1,
     settings: Settings = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for summary, manifest and tables.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for all results; default: none.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -98,29 +114,23 @@ def run(
     results = MemoryResults(finished)
     if out is not None:
         write_results(results, out, force)
-    report = results.summary if as_json else results.figures
     if as_json:
-        show_json(report)
+        show_json(results.summary)
     else:
-        _print_summary(report)
-        if out is not None:
-            print(f"results in {out}; draw them with: remoras plot {as_typed(out)}")
+        _print_summary(results.summary)
+        kept = f"results in {out}; draw them with: remoras plot {as_typed(out)}" if out is not None else ""
+        print(kept or "all metrics and milestones: add --json, or --out DIR")
     if not finished.completed:
         raise typer.Exit(FAILED)
 
 
 def _print_summary(report: dict[str, Any]) -> None:
-    for key, value in report.items():
-        if key != "milestones" and value != "":
-            print(
-                f"{key:<20} {value:.4g}"
-                if isinstance(value, float) and key != "mission_time_s"
-                else f"{key:<20} {value}"
-            )
-    print("milestones:")
-    for milestone in report["milestones"]:
-        actor = milestone["vehicle"] or milestone["group"]
-        print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {actor}".rstrip())
+    print(f"{'completed':<20} {'yes' if report['completed'] else 'no'}")
+    if report["reason"]:
+        print(f"{'reason':<20} {report['reason']}")
+    for label, key, scale, unit in NUMBERS:
+        value = report.get(key)
+        print(f"{label:<20} {f'{value * scale:.1f} {unit}' if isinstance(value, float | int) else 'none'}")
 
 
 @command("live", "remoras live mapping-rendezvous --per 0.6")
@@ -134,7 +144,7 @@ def live(
     seed: Seed = 1,
     settings: Settings = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the results, written at the end of the run.")
+        Path | None, typer.Option(metavar="DIR", help="Folder for all results, written at the end; default: none.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
     port: Annotated[

@@ -50,10 +50,12 @@ def sweep(
             "--strategy",
             metavar="NAME",
             autocompletion=completion.strategy,
-            help="Add a strategy: a shipped name, mine.py:Mine or package.module:object.",
+            help="Strategy to add to the study: a shipped name, mine.py:MINE or package.module:object.",
         ),
     ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Count runs, estimate time, write nothing.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print number and duration of runs; write nothing.")
+    ] = False,
     status: Annotated[
         bool, typer.Option("--status", help="Print progress and failed runs of the sweep in --out; start nothing.")
     ] = False,
@@ -66,11 +68,11 @@ def sweep(
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Repeat the runs that failed.")] = False,
     timeout_s: Annotated[
         float | None,
-        typer.Option(min=0.001, metavar="S", help="Time limit of a run; a longer one is stopped and counts as failed."),
+        typer.Option(min=0.001, metavar="S", help="Time limit of a run; a longer one counts as failed; default: none."),
     ] = None,
     memory_mb: Annotated[
         int | None,
-        typer.Option(min=1, metavar="MB", help="Memory limit of a run; one that exceeds it counts as failed."),
+        typer.Option(min=1, metavar="MB", help="Memory limit of a run; a larger one counts as failed; default: none."),
     ] = None,
     verified: Annotated[
         int | None, typer.Option("--verify", min=1, metavar="K", help="Repeat K finished runs and compare the results.")
@@ -161,14 +163,14 @@ def compare(
         typer.Option(
             "--metric",
             metavar="METRIC",
-            help="Field of the summary, or one of your own, mine.py:MINE, of the tables kept; else those of the study.",
+            help="Field of the summary, or your metric mine.py:MINE of stored tables; default: those of the study.",
         ),
     ] = None,
     baseline: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Strategy or policy with which the others are compared.",
+            help="Strategy or policy with which the others are compared; default: that of the study.",
             autocompletion=completion.baseline,
         ),
     ] = None,

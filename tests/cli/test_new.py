@@ -50,7 +50,7 @@ def test_a_new_scenario_runs_unchanged() -> None:
     told = said.splitlines()[-1].removeprefix("try it with: remoras ").split()
     ran = remoras(*told)
     assert ran.exit_code == 0, ran.output
-    assert "mission_complete" in ran.stdout
+    assert "completed            yes" in ran.stdout
 
 
 # Plug-ins -----------------------------------------------------------------------------------------
