@@ -441,10 +441,7 @@ class Run:
         return pd.DataFrame(rows, columns=list(columns))
 
     def save(self, folder: str | Path, force: bool = False) -> Path:
-        """Write summary, manifest and tables to a new folder; ``force`` replaces earlier results.
-
-        Raises OutputError if the folder is not empty, cannot be written, or the run was read from a folder.
-        """
+        """Write the results to a folder, a new one unless ``force``; OutputError if not possible."""
         if isinstance(self._results, Results):
             raise OutputError(f"the run is in {self._results.folder} already; copy that folder")
         from missions.runs.results import write_results

@@ -126,10 +126,7 @@ class Ruling:
 
 @dataclass(frozen=True)
 class Rules:
-    """Rules of the whole fleet, known before the mission.
-
-    ``supervisors`` of a group are the groups whose leaders give it its mission; groups ``at_sea`` form at run time.
-    """
+    """Rules of the fleet: groups ``at_sea`` form at run time; ``supervisors`` give missions."""
 
     database: AUVDatabase
     authorities: frozenset[Authority] = frozenset()
@@ -166,8 +163,7 @@ def may_assign(
 ) -> Outcome:
     """Return ``Outcome.SUCCESS`` if a request may be granted, else the reason for refusal.
 
-    ``leads`` returns whether a vehicle led a group at the time of the request; None: as in ``organisation``. The
-    ``absent`` can be displaced; the ``unavailable`` take no jobs.
+    The ``absent`` can be displaced, the ``unavailable`` take no jobs; ``leads`` is as of the request, else as now.
     """
     led = leads if leads is not None else lambda vehicle, group: vehicle in organisation.heads(group)
     return (

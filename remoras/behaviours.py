@@ -148,8 +148,7 @@ class Behaviour(Protocol):
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
         """Return the position error (m) beyond which the activity is useless; infinite by default.
 
-        The guiding set is asked at every decision; above the bound the vehicle gets a fix
-        (``missions.features.navigation``).
+        A vehicle with a greater error gets a fix first (``missions.features.navigation``).
         """
         return math.inf
 
@@ -188,9 +187,7 @@ def attracted(to_go_m: float) -> Perception:
 
 
 class Approach:
-    """Progress of an approach, as a share of the intended speed.
-
-    ``is_on``: True if the last call had ``performed``; otherwise a call without it changes nothing.
+    """Progress of an approach, as a share of the intended speed; ``is_on`` while performed.
 
     >>> approach = Approach(1.0)
     >>> [approach.advance(to_go_m, now_s, performed=True) for now_s, to_go_m in enumerate((9.0, 8.0, 7.5, 7.5, 9.5))]
@@ -214,7 +211,7 @@ class Approach:
         return max(-1.0, min(1.0, nearer_m / (self._speed_mps * (now_s - last[1]))))
 
     def perceived(self, to_go_m: float, now_s: float, performed: bool) -> Perception:
-        """Return the perception on the way to a place: progressing if performed, else attracted."""
+        """Return full stimulus and progress on the way to a place; before, a stimulus by distance."""
         advance = self.advance(to_go_m, now_s, performed)
         return Perception(1.0, advance) if performed else attracted(to_go_m)
 
@@ -273,8 +270,7 @@ def awaited(group: str, picture: Picture) -> float:
 class Homing(Behaviour):
     """Go to a rally point and wait there until the group is gathered.
 
-    ``radius_m`` is that of arrival; groups ``after`` gather before. ``answers``: share of a call settled by coming,
-    0..1.
+    Groups ``after`` gather before. ``answers`` is the share of a call for help settled by coming, 0..1.
     """
 
     def __init__(
@@ -426,10 +422,7 @@ class LeadingFollowers(Behaviour):
 
 
 class Positioning(Behaviour):
-    """Take a position in the formation of the gathered group.
-
-    ``offset_m`` is ahead of the leader, and to its left: the first of ``leaders`` with a known course.
-    """
+    """Take a position ``offset_m`` ahead of the leader and to its left, in a gathered group."""
 
     def __init__(self, leaders: Sequence[str], group: str, offset_m: Point, data: VehicleData) -> None:
         self._leaders = leaders

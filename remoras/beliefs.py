@@ -282,7 +282,7 @@ class Beliefs(Known):
     # To the world model --------------------------------------------------------------------------
 
     def fact(self, subject: str, attribute: str, value: Any, uncertainty: float | None = None) -> Fact:
-        """Return a fact ready to be recorded; raise UnknownNameError, or FactError for an unknown symbol.
+        """Return a fact ready to be recorded; UnknownNameError, or FactError for an unknown symbol.
 
         ``value`` is a name (link), symbol, number, point (x, y) or truth value. ``uncertainty`` is the standard
         deviation of numbers and points, else a probability; None if unknown.

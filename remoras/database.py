@@ -1,7 +1,4 @@
-"""AUV database: static data of vehicles, known before the mission (REMORAS, section IV.A).
-
-Variable data (position, battery) are received facts and live in the world model.
-"""
+"""AUV database: static data of vehicles; variable data are facts (REMORAS, section IV.A)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Time limit and file guard for decisions of a user's strategy.
 
-A decision is one call of a strategy's or negotiator's method. A system timer interrupts a decision beyond its CPU time
-inside Python code, endless loops included. A decision in time is never interrupted, so results are the same bytes with
-and without the limit. Outside the main thread, or without such a timer, a late decision is detected only after it ends.
+A system timer interrupts a decision beyond its CPU time inside Python code, endless loops included. A decision in time
+is never interrupted, so results are the same bytes with and without the limit. Outside the main thread, or without such
+a timer, a late decision is detected only after it ends.
 
 An audit hook refuses decisions to write, move or remove files, module imports and files opened earlier apart. Such a
 hook stays in a process, so it is installed with the first guarded strategy.
@@ -28,7 +28,6 @@ from remoras.strategy import Declaration, Move, Negotiator, Situation, Strategy,
 from remoras.work import Work
 
 MOST_CPU_S = 1.0
-"""Maximum CPU time of a decision (s)."""
 AGAIN_S = 0.05
 """CPU time between repeated interrupts, if a decision survives the first (s)."""
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
@@ -109,7 +108,7 @@ Late = Callable[[str, str, str, float], None]
 
 
 class InTime:
-    """Strategy with a CPU limit on its decisions; its methods raise PluginError if one changes files.
+    """Strategy with a CPU limit on decisions; its methods raise PluginError if files change.
 
     ``late`` is called on late decisions at run time; their method returns nothing from then on. If it is None, and for
     ``form`` and ``negotiator``, DecidedTooLate is raised.

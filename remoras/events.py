@@ -62,13 +62,7 @@ class ShownTime(Protocol):
 
 
 class Clock(Generic[E]):
-    """Simulation time and queue of events.
-
-    >>> clock = Clock()
-    >>> clock.schedule(1.0, Priority.SLOT, "speak"); clock.schedule(1.0, Priority.ARRIVAL, "hear")
-    >>> clock.next_before(2.0), clock.now_s, clock.next_before(1.0)
-    ('hear', 1.0, None)
-    """
+    """Simulation time and queue of events."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -108,8 +102,7 @@ Event = Callable[[Any], object]
 class Host:
     """Simulation as events and observers see it: a fleet or a single vehicle.
 
-    ``vehicles`` are in node order. After ``last_s`` (s) nothing happens but the exchange. ``make_anew`` makes a
-    restarted vehicle from host and predecessor; its third argument is False if memory is lost.
+    After ``last_s`` (s) nothing happens but the exchange. ``make_anew`` makes a restarted vehicle, with memory or not.
     """
 
     recorder: Recorder
@@ -160,11 +153,9 @@ class Host:
 
 
 class Observer:
-    """Participant of one run; subclasses override the events they need.
+    """Participant of one run: subclasses override events; ``clocks`` deviate, by node."""
 
-    A single vehicle has only ``on_start`` and ``on_vehicle``. ``clocks`` has the deviating clocks, by node.
-    """
-
+    # A single vehicle has only ``on_start`` and ``on_vehicle``.
     clocks: Mapping[int, ShownTime] = MappingProxyType({})
 
     # Replacements at setup ---------------------------------------------------------------------------
@@ -231,10 +222,7 @@ def say_at(
     facts: Callable[[Beliefs], Sequence[Fact]],
     unsaid: tuple[str, ...] = (),
 ) -> None:
-    """Schedule a statement of a vehicle at a true time (s), if finite and the vehicle is simulated here.
-
-    ``unsaid`` is kind and detail of the fault row if the vehicle is not alive by then; no row if empty.
-    """
+    """Schedule a vehicle's statement at a true time (s); ``unsaid``: fault row if not alive."""
 
     def say(host: Host) -> None:
         if not host.let_say(vehicle, facts) and unsaid:

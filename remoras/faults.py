@@ -22,8 +22,7 @@ OVER = "over"
 class Fault:
     """Fault of one vehicle in one run; ``until_s`` is infinite if permanent.
 
-    ``leaves`` is the effect meanwhile. At the end the vehicle restarts, with memory or not (``remembers``), unless
-    None.
+    ``leaves`` is the effect meanwhile. It may end by a restart, with memory or not (``remembers``); None: no restart.
     """
 
     kind: str

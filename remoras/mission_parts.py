@@ -115,7 +115,7 @@ class SocialPart(Protocol):
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
         """Return the activities of running steps for ``objective``, and the facts they depend on.
 
-        Each of the ``steps`` comes with its siblings under one task, performed simultaneously; else as
+        ``steps`` come with their siblings under one task, performed simultaneously; other arguments as
         ``activity_sets``.
         """
         raise NotImplementedError(f"{type(self).__name__} has an activity_domain, so it must have activities too")
@@ -133,10 +133,7 @@ class SocialPart(Protocol):
         return False
 
     def groups_of(self, subject: str) -> Collection[str] | None:
-        """Return the groups concerned by facts about an instance of the mission, for needs by group.
-
-        None by default: groups with a role for the related job; all groups if there is none.
-        """
+        """Return the groups that facts about an instance concern; None: by the role of its job."""
         return None
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
@@ -154,8 +151,8 @@ class SocialPart(Protocol):
     ) -> Sequence[Finding]:
         """Return the inferences of any vehicle at each decision; none by default.
 
-        They are sent to interested peers. Do not infer again from own inferences. `Nothing` suppresses calls until new
-        information or its time.
+        They are sent to interested peers and must not follow from own inferences. `Nothing` suppresses calls for a
+        time.
         """
         return ()
 
@@ -168,8 +165,5 @@ class FunctionalPart(Protocol):
         """Return a new behaviour for the activity set led by ``activity``."""
 
     def world(self, seed: int) -> Any:
-        """Return the world perceived by sensors: a pure function of the seed.
-
-        Metrics call it again. All vehicles and the truth of a run share it: only ``Mission.nature`` may change it.
-        """
+        """Return the world of all sensors, a pure function of the seed; only ``nature`` changes it."""
         return None

@@ -1,11 +1,9 @@
-"""Plug-ins: objects named by module or file.
+"""Plug-ins: objects named by module or file, without a registry.
 
-There is no registry. A Python caller passes the object; a file names it; ``faults_of`` lists violations of its
-interface. With ``REMORAS_NO_PLUGINS``, inherited by worker processes, only shipped objects are loaded.
-
-A folder on Python's path serves all imports: a library's ``import orjson`` would get a file of that name. Plug-in
-folders are therefore not on the path. A finder after all others loads from them only the module that is ``asked_for``
-and imports made by modules that came from a folder. Installed packages take precedence.
+With ``REMORAS_NO_PLUGINS``, inherited by worker processes, only shipped objects are loaded. A folder on Python's path
+serves all imports: a library's ``import orjson`` would get a file of that name. Plug-in folders are therefore not on
+the path. A finder after all others loads from them only the module that is ``asked_for`` and imports made by modules
+that came from a folder. Installed packages take precedence.
 """
 
 from __future__ import annotations

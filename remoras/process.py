@@ -1,8 +1,7 @@
-"""Conduct of the process: interruptions, progress on standard error, thresholds of the garbage collector.
+"""Conduct of the process: interruptions, progress, thresholds of the garbage collector.
 
-Ctrl-C and SIGTERM end the program with one line after cleaning up. During imports, where an exception could surface
-anywhere with a traceback, the process exits at once. Progress is a rewritten line on a terminal or in a notebook,
-else lines.
+Ctrl-C and SIGTERM end the program with one line after cleaning up; during imports, where an exception could surface
+anywhere with a traceback, at once.
 """
 
 from __future__ import annotations

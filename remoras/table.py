@@ -1,7 +1,4 @@
-"""Base and common types of TOML tables as values, and their display in notebooks.
-
-A model's table is defined beside its equations; a scenario is composed of such tables.
-"""
+"""Base and common types of TOML tables as values, and their display in notebooks."""
 
 from __future__ import annotations
 

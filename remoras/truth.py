@@ -188,8 +188,7 @@ class FleetView(NamedTuple):
 class Truth(Protocol):
     """Referee of one run: observes everything, sends nothing to vehicles.
 
-    It may define ``reachable_fraction(fleet) -> float``, the share of the goal reached or achievable by remaining
-    vehicles. By default that follows from the jobs of the mission, see ``remoras.truth``.
+    It may define ``reachable_fraction(fleet)``, the share of the goal reached or achievable; else jobs determine it.
     """
 
     @property
@@ -221,8 +220,7 @@ def within_reach(
 ) -> frozenset[str]:
     """Return the jobs done or achievable by remaining vehicles, prerequisites included.
 
-    A vehicle needs the abilities of the job and a role with it; a job without a role is open to all. A job for several
-    vehicles needs as many in contact, now or later.
+    A vehicle needs the job's abilities and a role with it, if any; a job for several needs as many in contact.
     """
     paths: dict[str, list[tuple[str, str]]] = {}
     for group in groups:

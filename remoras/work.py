@@ -107,8 +107,7 @@ class DivisibleJob(Job, Protocol):
     def left(self, facts: Known) -> DivisibleJob | None:
         """Return the remaining job by the known ``facts``; None while it is not known to exist.
 
-        It may depend only on facts about its own instance: the result is cached until one changes. While something is
-        left, the able vehicles stay the same, except by ``HinderedJob``.
+        It may depend only on facts about its own instance; until it is done, the able vehicles stay the same.
         """
 
 
