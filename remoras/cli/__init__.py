@@ -1,7 +1,4 @@
-"""Command line: the top layer, which may import all packages and is imported by none.
-
-Commands load on demand, and their dependencies within, so that each starts fast.
-"""
+"""Command line: the top layer; commands load on demand, and their dependencies within."""
 
 from remoras.cli.app import app, main
 

@@ -1,7 +1,4 @@
-"""Shell completion of names, files, figures and scenario keys.
-
-Any error yields no completions: output would corrupt the command line.
-"""
+"""Shell completion of names, files, figures and keys; an error yields no completions."""
 
 from __future__ import annotations
 

@@ -164,7 +164,6 @@ def _validate_study(file: str, as_json: bool) -> None:
 
 
 def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
-    """Explanations of a key, of all keys of a table, or of the table of a free key."""
     return {
         name: (kind, meaning)
         for name, (kind, meaning) in known.items()

@@ -230,13 +230,7 @@ class LiveRequest(BaseHTTPRequestHandler):
 
 
 def _control(body: bytes) -> tuple[str, float | None] | None:
-    """Parse a control: action, and speed for ``speed``; None if invalid.
-
-    >>> _control(b'{"do": "speed", "speed": 20}'), _control(b'{"do": "speed", "speed": "full"}')
-    (('speed', 20.0), ('speed', None))
-    >>> _control(b'{"do": "start"}'), _control(b'{"do": "start", "scenario": "other"}')
-    (('start', None), None)
-    """
+    """Parse a control: action, and speed for ``speed``; None if invalid."""
     try:
         asked = json.loads(body)
     except ValueError:

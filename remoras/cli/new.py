@@ -1,7 +1,4 @@
-"""Command ``new``: a scenario from six options, or a plug-in with its test.
-
-Templates are working plug-ins; the word in their file name occurs in them exactly where the name belongs.
-"""
+"""Command ``new``: a scenario from six options, or a plug-in with its test from a template."""
 
 from __future__ import annotations
 

@@ -197,7 +197,6 @@ def _listening(bind: str, vehicle: str) -> Socket:
 def _begun(
     plan: NodePlan, begins_s: float | None, speed: float, port: Socket | None, others: list[Address]
 ) -> tuple[LoneVehicle, Paced]:
-    """Return the vehicle and its mission clock; it joins a mission that is under way."""
     from exchange.drivers.driver import Paced
     from missions.nodes.alone import alone
 
