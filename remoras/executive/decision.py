@@ -1,14 +1,13 @@
 """Decision: satisfaction of roles, motivation of activities, best combination (REMORAS, section V).
 
-Satisfaction-altruism model of Simonin and Ferber (SAB 2000), as used in the REMORAS paper: personal satisfaction
-follows the perceived progress of a role's task and is sent to the group as a signed byte; a dissatisfied peer moves
-others to respond. The paper prints no equations: ``docs/model/decision.md`` has these, with the constants of
-``DecisionTable``.
+Satisfaction-altruism model of Simonin and Ferber (SAB 2000): personal satisfaction follows the perceived progress of a
+role's task and is sent to the group as a signed byte; a dissatisfied peer moves others to respond. The paper prints no
+equations: ``docs/model/decision.md`` has these, with the constants of ``DecisionTable``.
 
-Simultaneous activities form an ``ActivitySet``. Vital sets with a stimulus are taken first, by order, not by weight. A
-combination holds at most one activity of each type and whole sets, each with the activity it needs, and is *maximal*:
-no motivated set could be added. (Otherwise the single most motivated activity would have the best mean and always be
-alone.) The decision is the combination with the best mean motivation over its activities.
+Vital sets with a stimulus are taken first, by order, not by weight. A combination holds at most one activity of each
+type and whole sets, each with the activity it needs, and is *maximal*: no motivated set could be added. (Otherwise the
+single most motivated activity would have the best mean and always be alone.) The decision is the combination with the
+best mean motivation over its activities.
 """
 
 from __future__ import annotations

@@ -37,10 +37,7 @@ _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 <<
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Activities until the next decision; ``types`` is a bit set over ``ActivityType``.
-
-    A role is ``driving`` if one of its activities guides, works or plans.
-    """
+    """Activities until the next decision; roles are ``driving`` if they guide, work or plan."""
 
     chosen: tuple[int, ...] = ()
     driving: frozenset[RoleKey] = frozenset()
@@ -168,7 +165,7 @@ class ExecutiveLayer:
         return signals
 
     def _told(self, role: RoleKey, value: int, guides: bool) -> int:
-        """Among roles of equal rank, only obstructed vehicles call; yielding ones relay the call."""
+        """Return a role's influence signal: among equals, a call only if obstructed or yielding."""
         if role not in self._equals:
             return value
         if guides and self.yields_to > 0.0:
@@ -197,8 +194,7 @@ class ExecutiveLayer:
     ) -> Decision:
         """Return the best combination (the same object while unchanged), then evolve satisfactions.
 
-        The same list of perceptions means that nothing but deadlines has changed; ``progress`` has the advances that
-        they leave open.
+        ``progress`` has the advances that the same list of perceptions leaves open.
         """
         self._now_s, self._progress = now_s, progress
         constants, performed = self._constants, self.decision.chosen

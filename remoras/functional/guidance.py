@@ -153,10 +153,7 @@ class Guidance:
         since_s: float,
         dt_s: float,
     ) -> Leg | None:
-        """Move for ``dt_s`` as far as neighbours allow; slow down to a stop without a reference.
-
-        Returns the steady motion of the next ticks, while no neighbour and no reference changes; else None.
-        """
+        """Move for ``dt_s`` as neighbours allow; return the motion if steady afterwards, else None."""
         self.withdraws = self.queues = False
         self.yields_to = 0.0
         if reference is None:
@@ -281,10 +278,8 @@ class Headway:
         self._nearest_m, self._since_s = math.inf, 0.0
 
     def is_missing(self, reference: Reference | None, motion: Motion, now_s: float) -> bool:
-        """Update with the position; return True each time ``NO_WAY_S`` pass without progress.
-
-        ``reference`` None, as while another vehicle obstructs this one, or at speed 0 restarts the interval.
-        """
+        """Update with the position; return True each time ``NO_WAY_S`` pass without progress."""
+        # Without a reference, as behind an obstructing vehicle, or at speed 0 the interval restarts.
         if reference is None or reference.speed_mps == 0.0:
             self._target_m = None
             return False

@@ -271,10 +271,7 @@ class FunctionalLayer:
     # Activities ----------------------------------------------------------------------------------
 
     def prepare(self, sets: Sequence[ActivitySet]) -> tuple[ActivitySet, ...]:
-        """Prepare the vital sets and the mission's ``sets``; return all, indexed by decisions.
-
-        Known sets keep their behaviour and its state. Raises PluginError for an unfit set.
-        """
+        """Return vital sets and ``sets``, known ones with their state; PluginError for an unfit one."""
         own = () if self.positioning is None else (self.positioning.need,)
         vital = VITAL_NAMES | {need.name for need in own}
         for activity_set in sets:
@@ -334,10 +331,8 @@ class FunctionalLayer:
         return sensed
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
-        """Return the perceptions of all sets; the same objects while only deadlines change.
-
-        Behaviours whose last perception is valid are not asked. Raises PluginError for a wrong answer.
-        """
+        """Return perceptions of all sets, asking only where due; PluginError for a wrong answer."""
+        # The same objects are returned while only deadlines change.
         body, reference = self.picture.body, self.held
         self._look_after_itself()
         if self.positioning is not None:
@@ -515,7 +510,6 @@ def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
 
 
 def _are_close(progress: Mapping[int, float | None], other: Mapping[int, float | None]) -> bool:
-    """Return whether advances differ by rounding alone."""
     if progress.keys() != other.keys():
         return False
     pairs = ((progress[index], other[index]) for index in progress)

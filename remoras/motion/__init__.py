@@ -1,7 +1,4 @@
-"""Kinematics and energy of one vehicle.
-
-Heading is mathematical: 0 along x (east), counter-clockwise, radians in (-pi, pi].
-"""
+"""Kinematics and energy of a vehicle; heading from x (east) counter-clockwise, (-pi, pi]."""
 
 from __future__ import annotations
 
@@ -154,9 +151,8 @@ def reaching_speed_mps(range_m: float, along: float, across: float, turn_rate_ra
     """Return the greatest speed (m/s) at which a vehicle can still turn to its target.
 
     The circle through the target, tangent to the heading, has radius range / (2 sin error); the turning radius is speed
-    / turn rate. A target inside the turning circle would be orbited forever; one astern counts as abeam.
-
-    ``along``, ``across``: cosine and sine of the heading error; without error the speed is unlimited.
+    / turn rate. A target inside the turning circle would be orbited forever; one astern counts as abeam. ``along`` and
+    ``across`` are cosine and sine of the heading error; without error the speed is unlimited.
 
     >>> reaching_speed_mps(10.0, 0.0, 1.0, 0.5)
     2.5
@@ -187,10 +183,9 @@ def advance(
 
 
 def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float], dt_s: float) -> None:
-    """Move with a velocity (x east, y north) within the limits of the vehicle; changes ``motion``.
+    """Move with a velocity (x east, y north) within the limits of the vehicle.
 
-    The heading turns as in ``advance``. The speed is the component along the reached heading, at least 0, so a vehicle
-    that has to reverse turns on the spot.
+    The speed is the component along the reached heading, at least 0: a vehicle that reverses turns on the spot.
     """
     speed_mps = length(*velocity_mps)
     if speed_mps > NEAREST_M:

@@ -1,13 +1,12 @@
 """Attraction and repulsion: effect of influence signals on guidance (REMORAS, section V.B).
 
 The paper: "a goal vector is selected and a vector combination is performed to avoid obstacles and repulsive signals
-sent by others". ``docs/model/vehicle.md`` has the vectors and the right of way. A signal expresses dissatisfaction.
-From the holder of another role it requests help, from a vehicle of equal rank passage. Two roles have equal rank if
-they are one that addresses itself, or address each other and one of them has a job.
+sent by others". ``docs/model/vehicle.md`` has the vectors and the right of way. A signal requests help from the holder
+of another role, passage from a vehicle of equal rank. Two roles have equal rank if they are one that addresses itself,
+or address each other and one of them has a job.
 
 A yielding vehicle with another one behind it *relays the call*, one step weaker. A follower on the same course without
-a stronger call yields to that and relays it in turn, so a row clears a passage. The lowest bit of a signal
-distinguishes them: own calls are even, relayed ones odd, see ``own_signal``.
+a stronger call yields to that and relays it in turn, so a row clears a passage. Own calls are even, relayed ones odd.
 
 Signals act within sonar range and only on a sonar contact. A vehicle that withdraws or queues perceives no progress;
 else its dissatisfaction would exceed that of the other vehicle and it would turn back.
@@ -86,8 +85,6 @@ def attracted_velocity(
     goal: Velocity, position_m: Point, pulls: Pulls, positions_m: Mapping[str, Point], weight: float
 ) -> Velocity:
     """Return the goal velocity plus attraction to callers (m/s), at most as fast as the goal.
-
-    ``positions_m`` holds the last received positions.
 
     >>> attracted_velocity((3.0, 0.0), (0.0, 0.0), Pulls(answered={"AUV01": 1.0}), {"AUV01": (-30.0, 0.0)}, 0.5)
     (1.5, 0.0)

@@ -45,7 +45,6 @@ GIVE_WAY = 0.6
 RIGHT_HAND_SIDE_RAD = 0.1, math.radians(112.5)
 """Bearings to the right of the course, up to two points abaft the beam (COLREG 13 and 15)."""
 FASTEST_MPS = 20.0
-"""Upper limit of all vehicle speeds."""
 PARALLEL = 1e-9
 """Sine below which two half-plane borders are parallel."""
 

@@ -1,7 +1,6 @@
 """Separation: sonar contacts and true conflicts between vehicles.
 
-Vehicles with a depth difference above ``SAME_DEPTH_M`` do not interact. Depths are constant in a run, so the fleet has
-fixed layers; a feature with variable depths replaces ``Separation``.
+Depths are constant in a run, so the fleet has fixed layers; a feature with variable depths replaces ``Separation``.
 """
 
 from __future__ import annotations
