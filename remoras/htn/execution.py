@@ -1,12 +1,11 @@
 """Execution of a plan as a tree, with replanning of the branch of a failed step.
 
 Steps start in plan order without waiting for each other's end: preconditions express dependencies. A step whose
-precondition does not hold waits while an earlier step runs; with none running it has failed. Preconditions and effects
-are evaluated on the facts of the executing vehicle, not on the planner's forecast. A step ends when its effects hold.
+precondition does not hold waits while an earlier step runs, else it has failed; it ends when its effects hold. Both are
+evaluated on the facts of the executing vehicle, not on the planner's forecast.
 
-A failure ascends to the lowest ancestor with an alternative, given the current facts: another method, or another
-decomposition by the same one. Only that branch is replanned, so the cost depends on the branch, not on the length of
-the plan.
+A failure ascends to the lowest ancestor with another method or decomposition, given the current facts. Only that branch
+is replanned, so the cost depends on the branch, not on the length of the plan.
 """
 
 from __future__ import annotations

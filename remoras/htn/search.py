@@ -41,10 +41,7 @@ _Choice = tuple[Agenda, int, Iterator[Decomposition], int, int]
 
 
 class _Search:
-    """Depth-first search for one plan, with backtracking.
-
-    ``may_have_missed`` one if expansions or depth did not suffice. ``depth_limit`` prunes deeper tasks; None: cycles.
-    """
+    """Search for one plan; it ``may_have_missed`` one if expansions or depth did not suffice."""
 
     def __init__(
         self,
