@@ -1,7 +1,4 @@
-"""Fleet: time, ground truth, channel and vehicles; it takes no decisions.
-
-A step is one motion tick. Between ticks, packets are sent and received at their exact times (``remoras.events``).
-"""
+"""Fleet: time, ground truth, channel and vehicles; it takes no decisions."""
 
 from __future__ import annotations
 
@@ -23,10 +20,7 @@ from remoras.truth import FleetView, HolderCount, Truth
 
 
 class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
-    """Mission run; ``truth`` observes it and decides when the mission is complete.
-
-    ``make_vehicles`` makes all vehicles in node order. ``nature`` changes the world (``remoras.mission.Mission``).
-    """
+    """Mission run; ``truth`` observes and ends it, ``nature`` changes the world."""
 
     def __init__(
         self,

@@ -133,10 +133,7 @@ class Radio:
         return is_sent and self.communicates and self.manager.is_of_use(facts)
 
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
-        """Offer an own block for the coming slots; only record a private one.
-
-        For items, ``who`` returns the receivers that must acknowledge, with the roles that the block gives them.
-        """
+        """Offer an own block, unless private; ``who``: receivers that must acknowledge, with roles."""
         block = change.block
         if block.sequence < STATUS:
             self.log.facts(block, name_of(block), "kept", now_s)
@@ -283,9 +280,7 @@ class PositionReport(NamedTuple):
 
 
 class Jumps:
-    """Filter for position outliers in peers' reports about themselves.
-
-    ``position`` is the uid of the attribute; vehicles (uids) without a top speed are not checked.
+    """Filter for position outliers in reports, of vehicles (uids) with a top speed.
 
     >>> from worldmodel import PropertyValue
     >>> jumps = Jumps(3, {1: 2.0})
@@ -294,8 +289,6 @@ class Jumps:
     ['', '500 m from where it was 7 s before', '', '']
     >>> [not jumps.suspected(said(7.0 * n, x_m)) for n, x_m in enumerate((0.0, 900.0, 910.0), 4)]
     [True, False, True]
-    >>> [not jumps.suspected(said(7.0 * n, x_m)) for n, x_m in ((7, 100.0), (7, 100.0), (5, 900.0))]
-    [False, False, True]
     """
 
     def __init__(self, position: int, top_speeds_mps: Mapping[int, float]) -> None:

@@ -1,7 +1,6 @@
 """Exchange after the mission, until all vehicles in contact have the same knowledge.
 
-Vehicles only send outstanding items in their slots and process packets; faults do not change. Receptions go to a
-separate table, so no other table, metric or ground truth is affected; refused packets count as faults.
+Receptions go to a separate table, so no other table, metric or ground truth is affected.
 """
 
 from __future__ import annotations
@@ -68,7 +67,7 @@ def _is_settled(fleet: Fleet) -> bool:
 
 
 class _Resting:
-    """Fleet after its mission, as the events of its traffic see it."""
+    """Fleet after its mission, as seen by events of the remaining traffic."""
 
     def __init__(self, fleet: Fleet, record: Recorder) -> None:
         self._fleet = fleet

@@ -129,7 +129,6 @@ class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
             self._said.append(Sent(self.now_s, sent))
 
     def _packet(self, now_s: float) -> Transmission | None:
-        """Return the packet to send; a stopped vehicle only sends outstanding items."""
         vehicle = self.vehicle
         if now_s < self._until_s:
             return vehicle.speak(now_s)
@@ -147,7 +146,6 @@ class Solo(Model, Host):  # type: ignore[misc]  # Mesa is untyped
         return Transmission(vehicle.radio.manager.keep_silent(now_s), data, 8 * len(data), (), 0)
 
     def _hear(self, data: bytes, now_s: float) -> Reception | None:
-        """Process a packet; a stopped vehicle only merges it."""
         vehicle = self.vehicle
         if vehicle.condition.is_deaf:
             return None

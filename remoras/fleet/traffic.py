@@ -146,7 +146,6 @@ class Traffic:
             _note_collisions(lost, [vehicle.name for vehicle in vehicles], recorder)
 
     def _heard(self, sender: Vehicle, arrivals: Sequence[Arrival], vehicles: Sequence[Vehicle]) -> list[Arrival]:
-        """Return arrivals at vehicles able to receive throughout; none from a mute sender."""
         if sender.condition.is_mute:
             return []
         now_s, names = self._heap.now_s, [vehicle.name for vehicle in vehicles]

@@ -32,8 +32,7 @@ from worldmodel.world_model import remember
 class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     """Autonomous vehicle: three layers, a radio and a world model.
 
-    The node index of ``data`` is TDMA slot, origin and instance uid. ``began_s`` is later than 0 after a restart.
-    ``made`` is called with the vehicle before its activities are chosen.
+    ``began_s`` is above 0 after a restart; ``made`` is called with the vehicle before its activities are chosen.
     """
 
     def __init__(
@@ -100,10 +99,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     # One tick ------------------------------------------------------------------------------------
 
     def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour], since_s: float = 0.0) -> None:
-        """Act for the ``dt_s`` that end now, sense, and think at the end of a decision period.
-
-        ``now_s`` is its clock reading; ``since_s`` is the true start of the step, as the water keeps true time.
-        """
+        """Act for ``dt_s`` and sense; think if due. ``now_s`` is by its clock, ``since_s`` true."""
         period_s, early_s = self.executive.period_s, self._next_decision_s - now_s
         is_due = early_s <= 0.0 or early_s > period_s  # the latter if its clock was set back
         if is_due:  # the period also runs while the vehicle is off; a set clock restarts it
@@ -177,7 +173,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(self.social.conclusions.of_its_own(self.data, *context), now_s)
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
-        """Record results of activities; return the perceptions afterwards."""
         if not [
             activities for activities in perceptions if activities.done or activities.failed or activities.concludes
         ]:
