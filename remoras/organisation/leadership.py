@@ -3,13 +3,12 @@
 If a group has no leader, the first in the succession claims it under the greatest known term plus one. Vehicles may see
 different peers, so several may claim. Of the valid claims the greatest wins, by term, then by lower node, in any order
 of reception. The previous leader then steps down and acknowledges the new one. An order is valid if its issuer led when
-it was given, so leadership is a function of the received facts and of the peers this vehicle has missed.
+it was given.
 
 A present leader blocks claims. A claim is valid only if all leaders of that time that still lead are presumed absent:
 the receiver of the claim has not received them for a lease since. Of two claims for one vacancy, the one that did not
-know of the other is blocked by none. A leader that never left may claim again; this voids claims made meanwhile and
-orders based on them. So a leader itself decides whether its silence was an absence: it claims again, or it
-acknowledges, which ends its term.
+know of the other is blocked by none. A leader decides itself whether its silence was an absence: it claims again, which
+voids claims made meanwhile and orders based on them, or it acknowledges, which ends its term.
 
 (Compare the pre-vote in section 9.6 of D. Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, which keeps
 an isolated server from disturbing others. Here each receiver has that vote for itself.)
@@ -31,10 +30,7 @@ ROLE_ATTRIBUTES = PLAYS_ROLE, LEFT_ROLE = ("playsRole", "leftRole")
 N_TERMS = 256
 """Modulus of encoded terms, decoded as the nearest to the greatest known (as in RFC 1982)."""
 FURTHEST = 64
-"""Limit of a claim's term above the greatest known; missions have far fewer leader changes.
-
-As a quarter of all terms, it lets vehicles without any claim decode a claim and its acknowledgement alike.
-"""
+"""Limit of a claim's term above the greatest known: vehicles without claims decode it alike."""
 
 
 class Claim(NamedTuple):
@@ -212,10 +208,7 @@ class Leadership:
     def claim(
         self, group: str, claimed: Claimed, excused: Collection[str] = NOBODY, by_leading: str | None = None
     ) -> Leadership:
-        """Add a claim, which the ``excused``, presumed absent, do not block.
-
-        It is valid only if the claimant led the group ``by_leading``, if given, by then.
-        """
+        """Add a claim that ``excused`` vehicles do not block; it may depend on leading ``by_leading``."""
         lead = self.groups[group]
         before = lead.claims.get(claimed)
         if before is not None and before.issuperset(excused):

@@ -1,9 +1,8 @@
 """Information needs that follow from groups and roles, as one vehicle believes.
 
-A fact concerns a group, whose members need it; other vehicles neither relay nor store it. ``docs/model/exchange.md``
-has the table of facts and vehicles. Facts about a group formed at run time also concern the members of the forming
-group, which may join it. A vehicle knows changes only in its own groups, so it may err about others: it then sends to
-vehicles that have left, or omits new members, until it receives the change.
+A fact concerns a group, whose members need it (``docs/model/exchange.md``); one about a group formed at run time also
+the members of the forming group, which may join it. A vehicle knows changes only in its own groups, so it may send to
+vehicles that have left, or omit new members, until it receives the change.
 """
 
 from __future__ import annotations
@@ -42,18 +41,14 @@ class Subjects:
 
 @dataclass(frozen=True)
 class _Words:
-    """Node bit sets that follow from one view of the organisation.
-
-    ``told_who_leads`` need to know the leader, ``above`` lead supervising groups, ``tied`` are members of groups with a
-    role that the holder of this one has to play, ``company`` share a group with a node.
-    """
+    """Bit sets of nodes that follow from one view of the organisation, by group or role."""
 
     members: Mapping[str, int]
     heads: Mapping[str, int]
-    above: Mapping[str, int]
+    above: Mapping[str, int]  # leaders of supervising groups
     told_who_leads: Mapping[str, int]
     players: Mapping[Path, int]
-    tied: Mapping[Path, int]
+    tied: Mapping[Path, int]  # members of groups with a role that the holder of this one has to play
     company: Sequence[int]
 
 

@@ -23,8 +23,7 @@ from remoras.work import Work, jobs_left, precedence
 class Agreement:
     """Common knowledge of all vehicles at the start; steps of ``plans`` have been carried out.
 
-    ``meets_after`` and ``supervisors`` give, by group, the groups that meet before it, and those whose leaders may give
-    its mission. Groups ``at_sea`` are formed at run time and absent from ``organisation``.
+    By group, ``meets_after`` are those that meet before, ``supervisors`` those that give its mission.
     """
 
     organisation: Organisation

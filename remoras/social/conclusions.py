@@ -22,10 +22,7 @@ GATHERED_AT = "gatheredAt"
 
 
 class Gatherings:
-    """Groups that one vehicle believes gathered: none that must meet before (``meets_after``) has gathered later.
-
-    A gathering inferred by an isolated vehicle is valid only while the vehicle is isolated.
-    """
+    """Groups that one vehicle believes gathered, until a group that precedes them gathers again."""
 
     def __init__(self, beliefs: Beliefs, groups: Iterable[str], meets_after: Mapping[str, tuple[str, ...]]) -> None:
         self._beliefs = beliefs
@@ -34,7 +31,6 @@ class Gatherings:
         self._alone_s: dict[str, float] = {}  # time of gatherings inferred while isolated
         self.attribute = beliefs.model.tbox.attribute_named(GATHERED_AT).uid
         self.keys = frozenset((GATHERED_AT, group) for group in self._groups)
-        """Keys of the facts that state a gathering."""
 
     def begin(self, group: str, from_s: float) -> frozenset[Key]:
         """Invalidate gatherings of a restarted group and of those that meet after it; return keys."""
@@ -100,7 +96,7 @@ class Conclusions:
     def taken_back(
         self, objectives: Iterable[Objective], gatherings: Gatherings, workload: Workload, negotiation: Negotiation
     ) -> set[Key]:
-        """Return keys of facts invalidated by objectives assigned after their group gathered; update the arguments."""
+        """Invalidate facts of objectives assigned again after a gathering; return the keys."""
         # A leader assigns such an objective only if it was not reached.
         over: set[Key] = set()
         met_s = {objective: self._beliefs.observed_s((GATHERED_AT, objective.group)) for objective in objectives}

@@ -1,21 +1,20 @@
 """Consultation: requests about roles and objectives take effect at the end of their frame.
 
-In a TDMA frame every vehicle transmits once. Vehicles that receive assignments in different slots therefore start
-together, and none acts on half a discussion. Requests take effect in the world model's order of facts, not in the order
-of reception, and only if ``remoras.authority`` permits them; the newest one about a subject is valid. Missions take
-effect at once: planning them takes the rest of the frame. Requests are deferred while facts that may still arrive could
-permit them: the leadership of the issuer, the membership of the assignee, the absence of a leader.
+In a TDMA frame every vehicle transmits once, so vehicles assigned in different slots start together. Requests take
+effect in the world model's order of facts, not in the order of reception, and only if ``remoras.authority`` permits
+them; the newest one about a subject is valid. Missions take effect at once: planning them takes the rest of the frame.
+Requests are deferred while facts that may still arrive could permit them: the leadership of the issuer, the membership
+of the assignee, the absence of a leader.
 
 A formation of a group at run time has a number, one more than the last; its dissolution has the same. The greatest one
-received is valid, of equal ones that of the lowest node: formations are a join. A request older than the newest
-formation refers to an earlier one and is ignored.
+received is valid, of equal ones that of the lowest node. Requests older than the newest formation are ignored.
 
 Requests of an isolated vehicle take effect for that vehicle alone. When it reconnects, it undoes its role changes and
 sends the objectives and missions that it gave.
 
 Holders of a role with a job or a limited number of holders are a function of all valid instructions, in any order of
 reception (``holders_after``). Where only leaders assign jobs, their assignment displaces holders from before their term
-or restart: the leader may not know the earlier assignment.
+or restart, since the leader may not know the earlier assignment.
 """
 
 from __future__ import annotations
@@ -510,7 +509,7 @@ def let_in(view: View) -> View:
 
 
 def _follow(view: View, place: RoleKey, holding: Holding, issuer: str) -> tuple[View, list[Request], list[str]]:
-    """Return the view, requests that lead to the holders by all instructions, and waiting vehicles."""
+    """Return the view with new holders of a role, the requests for them, and waiting vehicles."""
     holders, waiting = _after(view, place, holding.instructions)
     after = Holding(holding.instructions, frozenset(holders), bool(waiting))
     follows = [Request(issuer, Act.RELEASE, *place, name) for name in sorted(holding.holders - holders)]
@@ -524,7 +523,7 @@ def _after(view: View, place: RoleKey, instructions: Mapping[Instruction, Reques
 
 
 def _stands(view: View, asked: Request, age: Age) -> bool:
-    """Return whether the issuer led by then, as known now, and the assignee took jobs."""
+    """Return whether an instruction holds: its issuer led then, and the assignee took jobs."""
     if _is_for_heads(view, asked) and not view.leadership.led(asked.issuer, asked.group, age):
         return False
     return asked.act is not Act.ASSIGN or view.availability.takes(asked, view.group(asked.group), age, view.rules)

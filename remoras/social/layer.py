@@ -1,13 +1,11 @@
 """Social layer: the flotilla as an organisation and its missions (REMORAS, section IV).
 
-Names of the paper: AUV database (``database``), optimiser of organisational performances (``strategy``), groups and
-roles (``organisation``), missions of each group (``missions``), mission planner (``MissionPlanner``: objectives from
-the missions of groups that this vehicle leads), individual and collective objectives (``objectives_of``).
+Names of the paper: AUV database (``database``), optimiser of organisational performances (``strategy``), mission
+planner (``MissionPlanner``), individual and collective objectives (``objectives_of``).
 
-Organisational data travel as facts of the world model. ``consultation`` determines when they take effect,
-``membership`` the present members. The vehicle acts on the agreed organisation without absent members. An isolated
-vehicle states that it takes no jobs and leads no longer; then it leads itself with orders for itself alone. When it
-receives a peer again, it leaves the roles taken alone and takes jobs again.
+The vehicle acts on the agreed organisation without absent members. An isolated vehicle states that it takes no jobs and
+leads no longer; then it leads itself with orders for itself alone. When it receives a peer again, it leaves the roles
+taken alone and takes jobs again.
 """
 
 from __future__ import annotations
@@ -592,8 +590,7 @@ class SocialLayer:
     def give_up(self, objective: Objective, blind: bool = False) -> list[Fact]:
         """Return facts that declare an objective infeasible for this vehicle; empty if stated.
 
-        It leaves its jobs and takes none, but stays in its groups; if ``blind``, only jobs that need sensors are
-        affected.
+        It leaves its jobs and takes none, but stays in its groups; if ``blind``, only jobs that need sensors count.
         """
         if objective in self._given_up:
             return []

@@ -263,8 +263,7 @@ def by_receiver(
 ) -> list[list[Fact]]:
     """Split facts into parts, single vehicles first, in the order in which these get roles.
 
-    ``role_named`` returns attribute and role of an organisational fact, else None. New holders get individual
-    objectives.
+    ``role_named`` returns attribute and role of an organisational fact. New holders get individual objectives.
     """
     named = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
     players: dict[str, list[str]] = {}  # by role
@@ -321,10 +320,7 @@ def nearness(work: Work, vehicle: str) -> tuple[float, int]:
 
 
 def recruits(work: Work) -> list[RoleAssignment]:
-    """Return members of the forming group for founding roles of a group formed at run time.
-
-    Roles of leaders and roles with a job are excluded. Each role gets its minimum number of holders, nearest first.
-    """
+    """Return the nearest members of the forming group for the minimum of each founding role."""
     group, organisation = work.group, work.organisation
     if group.formed_by is None:
         return []
@@ -454,10 +450,7 @@ Means = tuple[tuple[ActivitySet, ...], frozenset[Key]]
 
 
 class Pursuit:
-    """Activities of one vehicle, cached while the facts they depend on are unchanged.
-
-    ``hopeless`` objectives have no plan: the vehicle reports and ``leaves`` them, or the mission is at fault.
-    """
+    """Activities of one vehicle, cached by facts; ``hopeless`` objectives have no plan."""
 
     def __init__(self, data: VehicleData, mission: SocialPart, leaves: bool = False) -> None:
         self._data = data

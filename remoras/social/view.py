@@ -162,11 +162,9 @@ UNCHANGED = frozenset({Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED})
 
 
 class Formation(NamedTuple):
-    """State of a group formed at run time; of two received states the greater is valid.
+    """Group formed at run time; the greater state is valid, requests before ``since`` are void."""
 
-    ``rank`` is the negative node of the forming vehicle, 0 if dissolved. Requests older than ``since`` are void.
-    """
-
+    # ``rank`` is the negative node of the forming vehicle, 0 if dissolved.
     number: int
     is_over: bool
     rank: int
@@ -215,10 +213,7 @@ class Isolated(NamedTuple):
 
 
 class Now(NamedTuple):
-    """Observations of a vehicle at the end of a round.
-
-    It was itself away until ``began_s``; ``missed`` are the vehicles not received since, itself included.
-    """
+    """End of a round; the vehicle was away until ``began_s``, ``missed`` are not received since."""
 
     absent: frozenset[str] = NOBODY
     unavailable: frozenset[str] = NOBODY

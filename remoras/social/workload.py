@@ -1,8 +1,4 @@
-"""Remaining work of a vehicle's groups, as it knows them, updated where facts have changed.
-
-Vehicles report the remaining share of their battery in each slot, and failed sensors once, permanently. The optimiser
-assigns no work that exceeds a vehicle's energy or needs failed sensors (``Work.affordable``).
-"""
+"""Remaining work of a vehicle's groups, as known from reports on jobs, batteries and sensors."""
 
 from __future__ import annotations
 
@@ -41,10 +37,8 @@ def takes_sensors(rules: Rules, group: Group, asked: Request) -> bool:
 def scarce_energy_j(
     vehicles: Iterable[VehicleData], reports: Mapping[str, tuple[float, float]], now_s: float, until_s: float
 ) -> dict[str, float]:
-    """Return the remaining energy (J) of vehicles that cannot afford transit until the end.
-
-    ``reports`` gives battery share (0..1) and time of the report; since then survey speed is assumed.
-    """
+    """Return the energy (J) left to vehicles that cannot afford transit until ``until_s``."""
+    # ``reports`` have battery share, 0..1, and time; since then survey speed is assumed.
     scarce_j = {}
     for data in vehicles:
         share, reported_s = reports.get(data.name, (1.0, 0.0))
@@ -55,10 +49,7 @@ def scarce_energy_j(
 
 
 class Workload:
-    """Cache of jobs and work as one vehicle sees them, updated by facts that jobs depend on.
-
-    ``blind`` vehicles report failed sensors; ``frugal`` ones may lack energy before ``until_s``.
-    """
+    """Jobs and work as one vehicle sees them, cached until facts that jobs depend on change."""
 
     def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, until_s: float) -> None:
         self._me = me
