@@ -1,17 +1,15 @@
 """Allocator shared by all shipped strategies: cost, assignment and order of jobs.
 
 Strategies differ in the deciding vehicle, its knowledge and its messages; the decision rule is common, see
-``docs/model/organisation.md``. Ties fall by job name and vehicle node: neither file order nor vehicle names matter.
-Expectations use the static data shared by the fleet; true speeds may differ. The method is ours: the papers leave it
-open.
+``docs/model/organisation.md``. Ties fall by job name and vehicle node. Expectations use the static data shared by the
+fleet; true speeds may differ. The method is ours: the papers leave it open.
 
-Search: the better of two construction heuristics is improved further. The first assigns jobs in rounds, one per
-vehicle, by bottleneck assignment; it suits distant jobs. The second gives the longest job to the vehicle that would
-then end first (Graham 1969, list scheduling); it suits unequal lengths. Descent moves up to two jobs between the last
-vehicle and another one while the makespan falls, or the total time at equal makespan. At a local optimum each job in
-turn is moved and the descent repeated (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS`` or
-``MOST_EXCHANGES`` are evaluated. On 13 patches and three vehicles the makespan is within 1 % of the best of 300 random
-restarts.
+The better of two construction heuristics is improved further: bottleneck assignment in rounds of one job per vehicle,
+which suits distant jobs; or each longest job to the vehicle that would then end first (Graham 1969, list scheduling),
+which suits unequal lengths. Descent moves up to two jobs between the last vehicle and another one while the makespan
+falls, or the total time at equal makespan. At a local optimum each job in turn is moved and the descent repeated
+(Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS`` or ``MOST_EXCHANGES`` are evaluated. On 13
+patches and three vehicles the makespan is within 1 % of the best of 300 random restarts.
 
 Source of the assignment: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by threshold; linear sum
 assignment by shortest augmenting paths, in the rectangular form of Crouse 2016.
@@ -169,10 +167,7 @@ def revised(
     now_s: float,
     margin: float,
 ) -> AllocationPlan:
-    """Return a plan for vacant and queued roles; begun jobs stay.
-
-    Queues stay too, unless a new plan ends earlier by ``margin``, a share of the remaining time.
-    """
+    """Plan vacant and queued roles; queues stay unless time left falls by a share ``margin``."""
     outlooks = {data.name: engaged[data.name].outlook for data in free}
     queued = {data.name: affordable(work, data, engaged[data.name]) for data in free}
     vacant = [*vacant, *(role for data in free for role in engaged[data.name].queued if role not in queued[data.name])]
@@ -304,16 +299,12 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
 
 
 def _n_pairs(costs_ms: Sequence[Sequence[int | None]], limit: int) -> int:
-    """Greatest number of rows that can be assigned within a cost limit."""
     over = [[cost is None or cost > limit for cost in row] for row in costs_ms]
     return sum(not over[row][column] for row, column in least(over).items())
 
 
 def least(costs: Costs) -> dict[int, int]:
-    """Assign rows to columns at minimum sum, as many as the smaller dimension; integer costs.
-
-    Each row is assigned along the shortest augmenting path: Dijkstra over reduced costs.
-    """
+    """Assign as many rows as possible to columns, at minimum sum, by shortest augmenting paths."""
     n_rows, n_columns = len(costs), len(costs[0])
     if n_rows * n_columns * min(n_rows, n_columns) > MANY:
         # For large problems only: loading SciPy takes a third as long as a whole mission.
@@ -508,7 +499,6 @@ class Search:
         return held
 
     def _length_s(self, role: int) -> float:
-        """Duration of a job for the fastest vehicle already there."""
         start, job = Outlook(0.0, self._places_m[role]), self._jobs[role]
         able = [data for vehicle, data in enumerate(self._free) if self._able[vehicle] >> role & 1]
         legs = [job.after(start, data) for data in able]

@@ -1,18 +1,16 @@
 """Consensus-based bundle algorithm, asynchronous: every vehicle bids, without a leader.
 
 Each vehicle plans a bundle of jobs and a path through them. It adds the job with the largest gain in path score among
-those for which it outbids all known claims. The score is the sum of exp(-t / discount_s) over completion times t,
-counted from the round of the bid. On a stronger claim the vehicle drops that job and all added later. After
-``settle_rounds`` it begins the job with the maximum strength; of two vehicles that have begun it, the higher node
-leaves. Claims of absent vehicles are ignored.
+those for which it outbids all known claims. The score is the sum of exp(-t / discount_s) over completion times t. On a
+stronger claim the vehicle drops that job and all added later. After ``settle_rounds`` it begins the job with the
+maximum strength; of two vehicles that have begun it, the higher node leaves. Claims of absent vehicles are ignored.
 
 Bids ignore the effect on remaining jobs, so plain CBBA (``plans_for_all`` off) divides work like sequential greedy
-assignment. By default a vehicle bids for its part of a plan for all members, made from its own knowledge by the shared
-allocator; consensus resolves differences. If a job stays unclaimed for long, since each vehicle expects another one to
-do it, every able vehicle bids for it.
+assignment. By default a vehicle bids for its part of a plan for all members by the shared allocator, and consensus
+resolves differences. Every able vehicle bids for a job that stays unclaimed for long.
 
-One unacknowledged message holds all claims of a vehicle, own or relayed: its name and round, then jobs with strengths.
-It is sent on change and every ``repeat_rounds``. Of two messages about a vehicle the later round wins.
+One unacknowledged message, sent on change and every ``repeat_rounds``, holds all claims of a vehicle, own or relayed,
+and its round. Of two messages about a vehicle the later round wins.
 
 Source: Choi, Brunet, How 2009 (bundles, scores, bid vectors); Johnson, Ponda, Choi, How 2010 (asynchronous); Johnson,
 Choi, How 2012 (hybrid of information and plan consensus). ``negotiator.Claims`` replaces their decision tables.

@@ -1,7 +1,4 @@
-"""CBBA as published: each vehicle bids for its own gain, job by job, without a plan for all.
-
-Otherwise identical to ``cbba``: the difference measures the value of a plan for all. Source: Choi, Brunet, How 2009.
-"""
+"""CBBA as published: each vehicle bids for its own gain, job by job, without a plan for all."""
 
 from __future__ import annotations
 

@@ -1,14 +1,14 @@
 """Contract net: announce, bid, award, with initiative of any robot, time-outs and re-auction.
 
 After a change, the group leader announces unassigned open jobs if a member has free capacity. Members bid their
-expected completion times. At the end, the announcer plans with the bids by the shared allocator. It awards each bidder
-the first jobs of its part, up to ``queue`` held ones. With ``looks_ahead`` off, the lowest bids win, one per bidder.
-The winner accepts by stating the role; after ``accept_rounds`` without acceptance the job is auctioned again. If an
-open job stays unannounced for ``initiative_rounds``, another vehicle announces it. A vehicle also re-announces a queued
-job that another one would end earlier by ``margin`` of the time left. Of two holders of a job, the later one leaves.
+expected completion times. The announcer plans with the bids by the shared allocator, and awards each bidder the first
+jobs of its part, up to ``queue`` held ones; with ``looks_ahead`` off, the lowest bids win, one per bidder. The winner
+accepts by stating the role; after ``accept_rounds`` without acceptance the job is auctioned again. Another vehicle
+announces an open job after ``initiative_rounds``, or a queued one that another would end earlier by ``margin`` of the
+time left. Of two holders of a job, the later one leaves.
 
-Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: initiative, precedence, time-outs, re-
-auction). Awarding by a plan is ours; Smith leaves the choice to the announcer.
+Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: initiative, precedence, time-outs,
+re-auction). Awarding by a plan is ours; Smith leaves the choice to the announcer.
 """
 
 from __future__ import annotations

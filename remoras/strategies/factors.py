@@ -1,7 +1,4 @@
-"""Factors: dimensions of strategies, for factorial studies (``docs/strategies.md``).
-
-Switches of shared code are parameters of the strategies (``SETTINGS``); to set other factors is refused by name.
-"""
+"""Factors: dimensions of strategies, for factorial studies (``docs/strategies.md``)."""
 
 from __future__ import annotations
 

@@ -2,12 +2,12 @@
 
 Every vehicle spends the same budget. The price of a job is the sum of its bids; a bidder is allotted its bid over the
 price. A share x yields the utility (r x)^elasticity, r being the worth of the whole job to the vehicle. New bids are
-proportional to utilities (proportional response), which converges to the envy-free equilibrium of the market. Then
+proportional to utilities (proportional response), which converges to the envy-free equilibrium of the market; then
 capacity applies (``allotted``). A vehicle orders its jobs by gain over time, r x / (travel + x work). It bids after a
-message or the end of a job, using the last bids of each peer. New work or a new vehicle restarts its bidding.
+message or the end of a job; new work or a new vehicle restarts its bidding.
 
-Ours, for TDMA broadcasts and work that takes time: no vehicle acts for a task, each computes all prices and shares from
-its own and received bids; a vehicle finishes a begun job, and values others from its end.
+Ours, for TDMA broadcasts and work that takes time: each vehicle computes all prices and shares from its own and
+received bids; it finishes a begun job, and values others from its end.
 
 Source: Rachmut, Nelke, Zivan 2023, IJCAI, 262-270 (by its abstract and its first author's program,
 Simulation_For_Research, ``solver_fmc_distributed_asy``); Nelke, Okamoto, Zivan 2020, ACM TIST 11 (1) (FMC_TA, by its
@@ -32,14 +32,10 @@ from remoras.work import Outlook, Work
 MONEY = 255
 """Budget of each vehicle; bids are sent in whole parts of it."""
 BIDS_PER_BLOCK = 13
-"""Bids per block, as for claims (``remoras.strategies.cbba``)."""
 
 
 def responses(worth: Mapping[str, float], shares: Mapping[str, float], elasticity: float) -> dict[str, float]:
-    """Return one buyer's next bids as shares of its budget, by proportional response.
-
-    ``worth`` is that of each whole good, above 0; ``elasticity`` the exponent of the utility, in (0, 1].
-    """
+    """Return one buyer's next bids as shares of its budget, by proportional response."""
     bought = {good: worth[good] * shares[good] for good in worth}
     gains = {good: exp(elasticity * log(gain)) if gain > 0.0 else 0.0 for good, gain in bought.items()}
     total = math.fsum(gains.values())
@@ -60,7 +56,7 @@ def in_whole_parts(bids: Mapping[str, float], money: int, most: int) -> dict[str
 
 
 def allotted(bids: Mapping[str, float], room: int | None, least_share: float) -> dict[str, float]:
-    """Return the shares of one good by buyer: bid over price, within its capacity ``room``; None: unlimited.
+    """Return the shares of one good by buyer: bid over price, for at most ``room`` buyers.
 
     Shares below ``least_share`` are dropped, except for the greatest; of equal bids the first wins.
     """

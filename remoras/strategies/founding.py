@@ -1,12 +1,12 @@
 """Initial role assignment, common to all shipped strategies: only job allocation differs.
 
-Each founding role needs its minimum of holders, a leader role at least one; if all are fillable together, all are
-filled. Preferred are vehicles that list the role earlier among their playable founding roles, then those with most
-energy. A second role in a group, or in a group on another branch of the same nesting, is given only if unavoidable.
-Remaining vehicles fill vacancies, sibling groups in turn; vehicles without a playable vacancy form a reserve.
+If all minima can be filled together (at least one holder of a leader role), they are. Preferred are vehicles that list
+the role earlier among their playable founding roles, then those with most energy. A second role in a group, or on
+another branch of the same nesting, is given only if unavoidable. Remaining vehicles fill vacancies, sibling groups in
+turn.
 
-If the greedy order fails, a mixed-integer programme decides (``Seats``; HiGHS by SciPy). It has one binary variable per
-vehicle and role, and minimises double roles, then holders; ties fall in order of roles and vehicles. Source: Carlesi,
+If the greedy order fails, a mixed-integer programme decides (``Seats``; HiGHS by SciPy): one binary variable per
+vehicle and role; it minimises double roles, then holders, with ties in order of roles and vehicles. Source: Carlesi,
 Michel, Jouvencel, Ferber 2011, sections IV, VII.
 """
 
@@ -230,10 +230,7 @@ def _in_order(founding: list[Founding]) -> Iterator[Founding]:
 
 
 def common_roles(work: Work, working: Collection[str] | None = None) -> tuple[RoleAssignment, ...]:
-    """Return roles without a job for able members that lack them, within each role's maximum.
-
-    ``working`` are vehicles in need of the roles, all if None; others only fill a minimum.
-    """
+    """Return roles without a job for ``working`` (None: all) members; others only fill minima."""
     group, organisation, database = work.group, work.organisation, work.database
     members = [name for name in database.names if organisation.is_member(name, group.name)]
     allocated: list[RoleAssignment] = []

@@ -1,11 +1,10 @@
 """GRAPE: anonymous hedonic game; each vehicle joins its best coalition until all agree.
 
-A partition maps vehicles to jobs; vehicles without a job are in the void. Every vehicle holds a partition with an
-evolution count and a time stamp. An unsatisfied vehicle computes its gain in each coalition, joins the best one if
-strictly better than its own, which increments the count, and broadcasts. Of own and received partitions the higher
-count wins, then the higher stamp; adopting another's makes the vehicle unsatisfied. If gains fall with coalition size,
-this ends in a Nash-stable partition. The game continues from the current partition when jobs end or appear, or vehicles
-are lost.
+A partition maps vehicles to jobs. Every vehicle holds one with an evolution count and a time stamp. An unsatisfied
+vehicle joins the coalition with the best gain if strictly better than its own, which increments the count, and
+broadcasts. Of own and received partitions the higher count wins, then the higher stamp; adopting another's makes the
+vehicle unsatisfied. If gains fall with coalition size, this ends in a Nash-stable partition. The game continues from
+the current partition when jobs end or appear, or vehicles are lost.
 
 Ours, for work that takes time and packet loss: a vehicle finishes a begun job. A job begins once its coalition is
 stable for ``settle_rounds``. A partition is one block, so the fleet has to be small.
@@ -111,7 +110,6 @@ class Player(Member["Grape"]):
     # Utility
 
     def _best(self, situation: Situation, left: Sequence[RoleSpecification]) -> str | None:
-        """``left``: roles to leave."""
         own = self._partition.get(self._me)
         best, most = None, 0.0
         for role in situation.work.open:

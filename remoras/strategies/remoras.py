@@ -1,9 +1,8 @@
 """REMORAS strategy: jobs allocated by the group leader, then satisfaction and altruism.
 
-The leader allocates all open jobs at mission planning, and again after a departure or a finished prerequisite. Vehicles
-send an influence signal for every role. A member able to work but without a job is dissatisfied, and its signal
-requests work. Then the leader, as optimiser of organisational performances, assigns vacant jobs, moves unbegun ones if
-the makespan falls by ``margin``, or sends the member to help.
+The leader allocates all open jobs at mission planning, and again after a departure or a finished prerequisite. The
+influence signal of an idle member that is able to work requests work. Then the leader, as optimiser of organisational
+performances, assigns vacant jobs, moves unbegun ones if the makespan falls by ``margin``, or sends the member to help.
 
 Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII: optimiser, roles, signals; Simonin, Ferber 2000:
 requests and answers. The optimiser's algorithm is ours.

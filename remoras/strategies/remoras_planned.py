@@ -1,7 +1,4 @@
-"""REMORAS with missions planned before the dive.
-
-The difference to ``remoras`` is the cost of planning and communicating missions at run time. The variant is ours.
-"""
+"""REMORAS with missions planned before the dive."""
 
 from __future__ import annotations
 

@@ -1,13 +1,11 @@
 """Reorganising: a group that changes its strategy in mid-mission, depending on conditions.
 
-It starts under ``plan-and-dispatch``. Each vehicle estimates the age of information (``news_age_s``) and detects
-deviations (``Foreseen``). On a deviation with fresh information, the leader proposes ``status-broadcast``, where no
-vehicle waits for another. With old information, the common plan is worth more than messages.
+It starts under ``plan-and-dispatch``. On a deviation (``Foreseen``) with fresh information (``news_age_s``), the leader
+proposes ``status-broadcast``, where no vehicle waits for another. With old information, the common plan is worth more.
 
-A proposal is a number: the count of changes, which also names the strategy. Members repeat and follow the greatest
-number received, so vehicles with the same messages agree. On a change, a vehicle keeps its current job and leaves the
-others. A leader without the proposal may still assign jobs: members that have changed leave them and report their
-state.
+A proposal is the count of changes, which also names the strategy. Members repeat and follow the greatest number
+received, so vehicles with the same messages agree. On a change, a vehicle keeps its current job and leaves the others.
+A leader without the proposal may still assign jobs: members that have changed leave them.
 
 Source: ours; the strategies have their own. Measurements of ``fathom-1``: loss, group and work decide which is best.
 """
@@ -37,10 +35,7 @@ N_ORGANISATIONS, MOST = 2, 65535
 
 
 def news_age_s(situation: Situation) -> float:
-    """Return the age of information of other workers (s); inf without links.
-
-    It is a TDMA frame over the mean reception probability, or the time since the last reception if greater.
-    """
+    """Return the age (s) of other workers' information, at least frame / reception probability."""
     known = [data.name for data in situation.work.workers if data.name in situation.links]
     if not known:
         return math.inf
@@ -78,7 +73,7 @@ class Foreseen:
 
 
 class Reorganiser(Member["Reorganising"]):
-    """One vehicle's part under the current strategy of its group."""
+    """Negotiator of one vehicle, which delegates to that of the group's current strategy."""
 
     def __init__(self, me: str, group: Group, strategy: Reorganising) -> None:
         super().__init__(me, group, strategy)

@@ -2,9 +2,8 @@
 
 Every ``period_rounds`` a vehicle broadcasts its current job and the known finished jobs; repetition replaces
 acknowledgement. From received states it predicts the end of each peer's job, plans for all members by the shared
-allocator and takes the first job of its part; vehicles with the same states make the same plan. A vehicle without a
-part helps at a job with a vacancy if that saves ``help_s``. A job late by ``doubt_rounds`` is repeated by a vehicle
-without other work.
+allocator and takes the first job of its part. A vehicle without a part helps at a job with a vacancy if that saves
+``help_s``, or repeats one that is late by ``doubt_rounds``.
 
 Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners, re-tasking).
 """
