@@ -1,10 +1,7 @@
-"""Conformance checks of plug-ins, for the tests of their authors.
+"""Conformance checks of plug-ins for their authors; a failure raises ``AssertionError``.
 
-    remoras check strategy nearest:NEAREST
-
-checks a strategy, policy, channel model, kind of fault or, by its scenario, a mission; ``conforms`` does so in a test.
-For a behaviour, sensor, driver, value rule, metric or figure, call ``check_behaviour`` and so on. All raise
-``AssertionError``.
+``remoras check strategy nearest:NEAREST`` checks a strategy, policy, channel model, kind of fault or, by its scenario,
+a mission; ``conforms`` does so in a test. For other plug-ins, call ``check_behaviour`` and so on.
 """
 
 from collections.abc import Iterator
@@ -40,8 +37,7 @@ KINDS = ("strategy", "mission", "policy", "channel", "fault")
 def conforms(kind: str, name: str) -> Iterator[str]:
     """Run all checks of a plug-in and yield the name of each passed one; AssertionError if not.
 
-    ``name`` is ``package.module:object`` or a shipped name; for a mission, its scenario. Raises RemorasError,
-    MissionsError or ExchangeError for an unknown name.
+    ``name`` is ``package.module:object`` or shipped, for a mission a scenario; unknown ones raise package errors.
     """
     match kind:
         case "strategy":

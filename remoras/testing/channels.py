@@ -145,11 +145,8 @@ PATIENCE_S = 5.0
 
 
 def check_driver(make: Callable[[], Pair], least_bytes: int = 1) -> None:
-    """Check a kind of driver.
-
-    ``make`` returns two drivers and their pace, at each call; packets may be lost, duplicated or reordered.
-    ``least_bytes`` is the minimum packet size of the modem; the program sends 3 or more.
-    """
+    """Check drivers, which may lose, repeat or reorder packets of at least ``least_bytes``."""
+    # The program sends 3 bytes or more.
     for holds in (
         partial(carries_packets_whole, least_bytes=least_bytes),
         does_not_hear_itself,

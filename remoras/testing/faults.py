@@ -86,8 +86,7 @@ CHECKS: tuple[Callable[[str, Mapping[str, Any]], None], ...] = (
 def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
     """Run all checks of a kind and yield their names; AssertionError if one fails.
 
-    ``name`` is ``package.module:Class`` or a shipped kind, else PluginError. Required ``keys`` of the fault default to
-    1.0.
+    ``name`` is ``package.module:Class`` or a shipped kind, else PluginError; required ``keys`` default to 1.0.
     """
     kind: type[DeclaredFault] = kind_named(name)
     assert issubclass(kind, DeclaredFault)

@@ -22,10 +22,7 @@ PER = 0.3
 
 
 def check_metric(metric: Metric, runs: Sequence[api.Run] = ()) -> None:
-    """Check the declaration of a metric, and that its values depend on nothing but the run.
-
-    ``runs`` default to two short ones of a shipped scenario with losses.
-    """
+    """Check a metric: declaration and repeatable values, by default in two short ``runs``."""
     from missions.errors import ConfigurationError
     from missions.metric import collected, faults_of_metric
     from missions.runs.metrics import CORE_METRICS
