@@ -108,9 +108,8 @@ class Wait(NamedTuple):
 class WeighedSet(NamedTuple):
     """Activity set as evaluated by a decision.
 
-    ``external`` is the part of the motivation due to the influence signal of ``source`` in ``slot`` (empty and None
-    without one). ``best_mean``: mean motivation of the best combination with this set; None for vital sets, and those
-    in no combination.
+    ``external`` is the part of the motivation due to the influence signal of ``source`` in ``slot``, if any.
+    ``best_mean``: mean motivation of the best combination with this set; None for vital sets, or without one.
     """
 
     of: ActivitySet

@@ -100,8 +100,8 @@ def run(
     """Run a scenario to its end in memory; a terminal or notebook shows progress.
 
     ``scenario`` may be a result of ``load``, which takes no further keys; ``strategy`` an object with the methods of
-    ``remoras.Strategy``. Other arguments and errors are those of ``load``. ``seed`` is the root of all random draws:
-    the same scenario and seed give the same run.
+    ``remoras.Strategy``. Other arguments and errors are those of ``load``. Equal scenarios and ``seed`` give equal
+    runs.
 
     >>> run("mapping-rendezvous", per=0.6, seed=3, set={"scenario.duration_s": 60.0}).summary["completed"]
     False
@@ -421,8 +421,8 @@ class Run:
         ``format`` is mcap, geojson, netcdf or csv; or for the knowledge of ``vehicle`` (None: all) at ``at_s`` (None:
         the end) ttl, trig, jsonld or nt. ``out`` is a file, or a folder for csv; ``force`` replaces an earlier export.
         With nt, ``items`` writes the canonical graph of items, which is equal where the items are. Raises ExportError
-        for an unknown format, missing libraries or data, or if ``out`` cannot be written; OutputError without such a
-        vehicle or time.
+        for an unknown format, missing libraries or data, or an unwritable ``out``; OutputError without such a vehicle
+        or time.
         """
         from visualisation.exports import Selection, export
 
@@ -487,8 +487,7 @@ class Sweep:
 
         ``metrics`` are fields of the summary, or your own, as ``"mine.py:MINE"`` or the object, from stored tables;
         without any, all of the study. ``baseline`` is a strategy or policy; None for that of the study, or its first.
-        Raises OutputError without a finished run or stored tables, or for an unknown name; PluginError if your own
-        metric cannot be loaded, or fails.
+        Raises OutputError for an unknown name, or without finished run or stored tables; PluginError if your own fails.
         """
         from dataclasses import asdict
 
@@ -505,8 +504,7 @@ class Sweep:
 
         ``kind`` is differences, ranking, trade-off or overview; a metric or its chart; or your own. ``metric``, of
         differences or ranking, is as in ``compare``. ``width_in`` None is a column or page of a paper. Raises
-        DrawingError for an unknown kind, nothing to draw, or several figures; OutputError without a finished run, or
-        for an unknown metric.
+        DrawingError for an unknown kind, nothing or several figures to draw; OutputError without a run or that metric.
         """
         from visualisation.sweeps import sweep_picture
 

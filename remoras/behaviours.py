@@ -141,8 +141,7 @@ class Behaviour(Protocol):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return target and speed; None if the activity does not guide: the vehicle stops.
 
-        It must not change ``motion`` or ``picture``. The control respects the limits of the vehicle, and moves a target
-        outside the area of operations inside.
+        It must not change ``motion`` or ``picture``. Vehicle limits apply; targets outside the area are moved inside.
         """
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
@@ -358,7 +357,7 @@ class Gap:
 
 
 class FollowingLeader(Behaviour):
-    """Follow the first of ``leaders`` received: a lag of ``distance_m`` is reduced to half of it."""
+    """Follow the first of ``leaders`` received: once ``distance_m`` away, close to half of it."""
 
     def __init__(
         self, leaders: Sequence[str], distance_m: float, data: VehicleData, after: Collection[str] = ()

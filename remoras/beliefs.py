@@ -31,7 +31,7 @@ from worldmodel.facts import Observation as Latest
 
 
 class Known:
-    """Facts known to a vehicle, by ``(attribute, instance)``: none, before ``Beliefs`` have a world model."""
+    """Facts known to a vehicle, by ``(attribute, instance)``; empty without a world model."""
 
     n_changes = 0
     """Counter that grows whenever results of ``values`` change; for caches."""
@@ -68,8 +68,7 @@ class Fused(NamedTuple):
     """Combined observations of several vehicles about one fact, by names.
 
     ``value`` is the mean of numbers and points, else the most probable one; ``uncertainty`` its standard deviation or
-    probability, None if not stated. ``time_s`` is that of the newest observation. ``probabilities`` are those of every
-    possible value; empty for numbers and points.
+    probability, None if not stated. ``time_s``: newest observation; ``probabilities``: of all symbols.
     """
 
     value: Any
@@ -175,8 +174,7 @@ class Beliefs(Known):
         ``prior`` weighs each symbol or truth value before observations; None: uniformly. ``independent`` is False if
         vehicles may have adopted each other's values, see ``worldmodel.fusion``. ``since_s`` is the earliest
         observation time, ``by`` the only vehicle to use, None for all. ``drift``, ``shared`` and ``at_s`` are as in
-        ``worldmodel.fused``. Raises UnknownNameError for the key, FactError for an impossible prior, drift or shared
-        error.
+        ``worldmodel.fused``. Raises UnknownNameError, or FactError for an impossible prior, drift or error.
         """
         subject, attribute = self._slots.get(key) or self._slot(key)
         weights = None if prior is None else {self._value(attribute, value): w for value, w in prior.items()}

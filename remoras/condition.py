@@ -17,9 +17,8 @@ class Condition:
 
     ``is_there`` is False before the vehicle joins: it is then no obstacle either; ``is_running`` is False while lost or
     switched off. ``is_mute``, ``is_deaf``: transmitter and receiver failure. ``drain_w``: extra battery power, unknown
-    to the reserve. ``readings`` map (sensor name, observation, TBox) to the recorded observation. ``lost_for_good``:
-    permanently lost; ``will_return``: out of contact, but temporarily. ``dead_for_good``: permanently failed
-    ``dead_sensors``.
+    to the reserve. ``readings`` map (sensor name, observation, TBox) to the recorded observation. ``lost_for_good``,
+    ``dead_for_good``: permanent loss, failed sensors; ``will_return``: temporarily out of contact.
     """
 
     is_there: bool = True

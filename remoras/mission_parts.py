@@ -91,8 +91,7 @@ class SocialPart(Protocol):
         """Return the activities for ``objective`` and the facts that this choice depends on.
 
         Called when the vehicle with ``data`` gets the objective, and after changes of these facts; objectives in
-        ``activity_domain`` use ``activities`` instead. Keys of ``facts`` are those of beliefs, and ``("members",
-        "Group.Role")``.
+        ``activity_domain`` use ``activities`` instead. ``facts`` include ``("members", "Group.Role")``.
         """
 
     @property
@@ -100,8 +99,8 @@ class SocialPart(Protocol):
         """HTN that decomposes objectives into activities; by default None, for ``activity_sets`` only.
 
         The task of an objective is ``Pursue`` plus its name, with the objective and the ``VehicleData`` as arguments.
-        The plan is executed as a tree: all ready steps compete as activities. A step ends when its effects hold and
-        fails when its behaviour fails.
+        All ready steps of the plan compete as activities. A step ends when its effects hold, and fails with its
+        behaviour.
         """
         return None
 
@@ -115,8 +114,7 @@ class SocialPart(Protocol):
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
         """Return the activities of running steps for ``objective``, and the facts they depend on.
 
-        ``steps`` come with their siblings under one task, performed simultaneously; other arguments as
-        ``activity_sets``.
+        ``steps`` come with siblings under one task, performed simultaneously; the rest as in ``activity_sets``.
         """
         raise NotImplementedError(f"{type(self).__name__} has an activity_domain, so it must have activities too")
 
@@ -151,8 +149,7 @@ class SocialPart(Protocol):
     ) -> Sequence[Finding]:
         """Return the inferences of any vehicle at each decision; none by default.
 
-        They are sent to interested peers and must not follow from own inferences. `Nothing` suppresses calls for a
-        time.
+        They are sent to interested peers and must not follow from own inferences. `Nothing` defers the next call.
         """
         return ()
 

@@ -20,8 +20,7 @@ class Body:
     left, ``reserve`` that for the way home, margin included. ``outside_m``: distance outside the area of operations.
     ``last_yield_s``: last detection by own sensors. ``contacts_m``: sonar contacts, without identity. ``settled_s``:
     start of the stay near one place. ``sensors_on``: names of sensors switched on, working or not; ``answering``: of
-    those that report to work, on or off. ``uncertainty_m`` bounds the position error; ``n_fixes`` counts interruptions
-    for a fix.
+    those that report to work, on or off. ``uncertainty_m`` bounds the position error; ``n_fixes`` counts fixes.
     """
 
     now_s: float = 0.0

@@ -53,7 +53,7 @@ def named_object(reference: str) -> Any:
 
 
 def known_or_named(name: str, known: Mapping[str, Any], *more: str) -> Any:
-    """Return the ``known`` or else named object; raise PluginError, which offers ``more`` names."""
+    """Return the object ``known`` by a name, or named by its module; else raise PluginError."""
     if ":" in name:
         return named_object(name)
     if name not in known:

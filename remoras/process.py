@@ -1,7 +1,6 @@
 """Conduct of the process: interruptions, progress, thresholds of the garbage collector.
 
-Ctrl-C and SIGTERM end the program with one line after cleaning up; during imports, where an exception could surface
-anywhere with a traceback, at once.
+Ctrl-C and SIGTERM end the program with one line after cleaning up; during imports at once, without traceback.
 """
 
 from __future__ import annotations

@@ -41,8 +41,7 @@ class Content(Enum):
 def content_of(attribute: Attribute, messages: Collection[str]) -> Content:
     """Return the purpose of facts of an attribute.
 
-    Claims are all ``messages`` of the strategy that are no assignments. Status is any other attribute with only its
-    newest value valid. The rest are observations.
+    Claims are other ``messages`` of the strategy than assignments; of a status only the newest value is valid.
     """
     if attribute.name in ASSIGNING or attribute.name.startswith(OBJECTIVES):
         return Content.ASSIGNMENTS

@@ -138,8 +138,8 @@ class Negotiator(Protocol):
     """One vehicle's part in assigning the jobs of one group; keeps state.
 
     With ``Declaration.private_jobs`` it may have ``division() -> Mapping[str, str]``: vehicle by role, as sent to all
-    by the strategy's messages. It is called after a silence of all peers for part of a lease; missing roles follow the
-    common prior knowledge.
+    by the strategy's messages. It is called after part of a lease without reception; missing roles follow the prior
+    knowledge.
     """
 
     def negotiate(self, situation: Situation) -> Move:

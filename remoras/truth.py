@@ -272,7 +272,7 @@ def reachable_fraction(truth: Truth, jobs: Mapping[str, Job], groups: Iterable[G
 
 
 class HolderCount:
-    """Count of beliefs about job holders, per vehicle and job of another, and of the wrong ones."""
+    """Count of vehicles' beliefs about the holders of others' jobs, and of the wrong ones."""
 
     def __init__(self) -> None:
         self.n_believed = 0

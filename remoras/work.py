@@ -96,8 +96,7 @@ class Job(Protocol):
 class DivisibleJob(Job, Protocol):
     """Job done in parts, or discovered during the mission.
 
-    Unless ``resumed`` is False, a successor resumes where its predecessor stopped. Several vehicles may do it together
-    within the maximum of its role.
+    Unless ``resumed`` is False, a successor resumes it. Several vehicles may do it, up to the maximum of its role.
     """
 
     @property
@@ -177,8 +176,7 @@ class Work:
     the last known ones, by default the start. ``unavailable`` vehicles declared to take no jobs. ``is_enough``: the
     goal needs no further work. ``energy_j``: known energy left at ``now_s``, the start time of outlooks; vehicles with
     sufficient energy are missing. ``barred``: (vehicle, role) excluded from assignment. ``given_anew``: jobs reassigned
-    despite a report of completion; further reports are ignored. ``unable``: (vehicle, job) with self-reported failure
-    of all methods.
+    despite a report of completion; further reports are ignored. ``unable``: (vehicle, job) by own report.
     """
 
     group: Group
