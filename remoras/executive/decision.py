@@ -6,8 +6,8 @@ equations: ``docs/model/decision.md`` has these, with the constants of ``Decisio
 
 Vital sets with a stimulus are taken first, by order, not by weight. A combination holds at most one activity of each
 type and whole sets, each with the activity it needs, and is *maximal*: no motivated set could be added. (Otherwise the
-single most motivated activity would have the best mean and always be alone.) The decision is the combination with the
-best mean motivation over its activities.
+single most motivated activity would have the best mean and always be alone.) The combination with the best mean
+motivation wins.
 """
 
 from __future__ import annotations

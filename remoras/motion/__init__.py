@@ -167,8 +167,7 @@ def advance(
     """Move towards a target within the limits of the vehicle, without overshoot; 0 m/s stops it.
 
     Heading and speed change by at most ``turn_rate_radps * dt_s`` and ``acceleration_mps2 * dt_s``. Energy: (hotel_w +
-    drag_w_per_mps3 * speed^3) * dt_s. Returns the steady motion until near the target; None while heading or speed
-    change.
+    drag_w_per_mps3 * speed^3) * dt_s. Returns the motion while steady, else None.
     """
     before = motion.ahead
     dx_m = target_m[0] - motion.x_m

@@ -171,8 +171,7 @@ def vehicle_at(at_m: Point, positions_m: Mapping[str, Point]) -> str | None:
 def yields(pulls: Pulls, name: str, other: str, is_against: bool, yielded: bool) -> float:
     """Return the call to which a vehicle yields, 0..1; 0 if none.
 
-    ``other`` is the vehicle ahead, ``is_against`` if on another course. If ``yielded`` before, the own call no longer
-    counts.
+    ``other`` is the vehicle ahead, ``is_against`` if on another course. If it ``yielded``, its own call does not count.
 
     >>> alike = Pulls(0.5, {}, {"AUV01": 0.5, "AUV03": 0.5})
     >>> yields(alike, "AUV02", "AUV01", True, False), yields(alike, "AUV02", "AUV03", True, False)
