@@ -39,8 +39,7 @@ class Branch:
     """Task of a plan in execution; ``method`` is None if elementary.
 
     ``children`` are the current subtasks, ``tried`` the failed decompositions. ``status`` is valid for elementary,
-    failed and dropped tasks, see ``Execution.statuses``. ``expected``: effort, set at the start; None before, or if
-    unknown.
+    failed and dropped tasks, see ``Execution.statuses``. ``expected`` effort is set at the start.
     """
 
     task: Task
@@ -55,8 +54,7 @@ class Branch:
 class Execution:
     """One plan in execution; ``version`` counts its changes.
 
-    ``branches`` are all tasks ever planned, parents before children, with stable indices; ``rests_on`` the keys of the
-    facts read by planning.
+    ``branches`` are all tasks ever planned, parents first; ``rests_on`` the keys of the facts read by planning.
 
     >>> from remoras.htn.domain import Method, Operator
     >>> domain = Domain.of([Operator("dive", effects=lambda facts: {"deep": True})],
