@@ -59,9 +59,9 @@ class RoleSpecification:
 
     The holder of a ``head`` role leads the group: it plans its mission and allocates its roles. ``founding`` roles are
     held from the start, others are allocated during the mission. ``job`` names that of the holder. ``played_by`` is a
-    (group, role) whose holder must play it; ``incompatible`` are those that no holder may play, in both directions. Of
-    the same group, ``influences`` are roles that its influence signals address, ``authority`` those that its holders
-    may assign, release and give objectives.
+    (group, role) whose holder must play it; no holder may play ``incompatible`` ones, in both directions. Of the same
+    group, ``influences`` are roles that its influence signals address, ``authority`` those that its holders may assign,
+    release and give objectives.
     """
 
     name: str

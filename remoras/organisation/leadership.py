@@ -2,8 +2,8 @@
 
 If a group has no leader, the first in the succession claims it under the greatest known term plus one. Vehicles may see
 different peers, so several may claim. Of the valid claims the greatest wins, by term, then by lower node, in any order
-of reception. The previous leader then steps down and acknowledges the new one. An order is valid if its issuer led when
-it was given.
+of reception. The previous leader then steps down and acknowledges the new one. An order is valid if its issuer led
+then.
 
 A present leader blocks claims. A claim is valid only if all leaders of that time that still lead are presumed absent:
 the receiver of the claim has not received them for a lease since. Of two claims for one vacancy, the one that did not
@@ -176,7 +176,7 @@ class Lead:
 
     ``claims`` come with the leaders presumed absent, which do not block them; ``by_leading`` with a group, for
     claimants that are members only through leading it. ``began``: vehicles that were given the leader's role, and when;
-    ``ended``: those that left it, with the claimant if they left by acknowledging a claim, else None.
+    ``ended``: vehicles that left it, with the claimant if they left by acknowledging a claim, else None.
     """
 
     claims: Mapping[Claimed, frozenset[str]] = field(default_factory=dict)
@@ -258,8 +258,7 @@ class Leadership:
     def counting(self, group: str) -> list[Claimed]:
         """Return the valid claims of members to lead a group, in ascending order.
 
-        A claim is valid if the claimant led already, or once each leader by a lesser claim is presumed absent, has
-        acknowledged the claim or has left.
+        A valid claimant led already, or each leader by a lesser claim is presumed absent, acknowledges it or has left.
         """
         if group in self._counting:
             return self._counting[group]

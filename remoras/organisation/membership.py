@@ -7,8 +7,8 @@ Hayashibara et al., The phi accrual failure detector, SRDS 2004.
 
 Isolation grace period (`Patience`): an isolated vehicle cannot know whether others are lost or out of reach. It does
 its own jobs and goes to the rendezvous of its groups. Until the others should have finished and arrived, their jobs
-stay theirs. Jobs have owners: their holders, else the vehicles named by the strategy's messages, else those that follow
-from data known before the mission (`owners`), so that all isolated vehicles agree.
+stay theirs. Jobs have owners: their holders, else the vehicles named by the strategy's messages, else vehicles that
+follow from data known before the mission (`owners`), so that all isolated vehicles agree.
 """
 
 from __future__ import annotations

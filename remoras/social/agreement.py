@@ -23,7 +23,7 @@ from remoras.work import Work, jobs_left, precedence
 class Agreement:
     """Common knowledge of all vehicles at the start; steps of ``plans`` have been carried out.
 
-    By group, ``meets_after`` are those that meet before, ``supervisors`` those that give its mission.
+    By group, ``meets_after`` are the groups that meet before, ``supervisors`` the ones that give its mission.
     """
 
     organisation: Organisation

@@ -33,7 +33,7 @@ class Gatherings:
         self.keys = frozenset((GATHERED_AT, group) for group in self._groups)
 
     def begin(self, group: str, from_s: float) -> frozenset[Key]:
-        """Invalidate gatherings of a restarted group and of those that meet after it; return keys."""
+        """Invalidate gatherings of a restarted group and of groups that meet after it; return keys."""
         follow = (other for other, before in self._meets_after.items() if group in before)
         keys = frozenset((GATHERED_AT, met) for met in (group, *follow))
         for key in keys:

@@ -3,8 +3,7 @@
 In a TDMA frame every vehicle transmits once, so vehicles assigned in different slots start together. Requests take
 effect in the world model's order of facts, not in the order of reception, and only if ``remoras.authority`` permits
 them; the newest one about a subject is valid. Missions take effect at once: planning them takes the rest of the frame.
-Requests are deferred while facts that may still arrive could permit them: the leadership of the issuer, the membership
-of the assignee, the absence of a leader.
+Requests are deferred while facts may still arrive that permit them: leadership, membership, absence of a leader.
 
 A formation of a group at run time has a number, one more than the last; its dissolution has the same. The greatest one
 received is valid, of equal ones that of the lowest node. Requests older than the newest formation are ignored.

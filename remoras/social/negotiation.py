@@ -181,8 +181,7 @@ class Negotiation:
         """Return this vehicle's statements at the end of a round; PluginError for a wrong answer.
 
         ``now_s`` is as quantised in messages; ``unheard`` and ``calls`` are as in ``remoras.strategy.Situation``.
-        Groups without known ``missions`` have nothing to divide yet. ``is_news`` is False if roles and missions are
-        unchanged.
+        Groups without known ``missions`` have nothing to divide yet. ``is_news``: roles or missions have changed.
         """
         self._round += 1
         received, known_s = self._take_heard(), peers.known_s

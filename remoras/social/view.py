@@ -213,7 +213,7 @@ class Isolated(NamedTuple):
 
 
 class Now(NamedTuple):
-    """End of a round; the vehicle was away until ``began_s``, ``missed`` are not received since."""
+    """Presence at the end of a round: own absence until ``began_s``; peers ``missed`` since then."""
 
     absent: frozenset[str] = NOBODY
     unavailable: frozenset[str] = NOBODY
@@ -228,9 +228,8 @@ class View:
     Equality ignores the results. ``newest``: place of the valid request in the order of facts, by ``Request.about``.
     ``holdings``: of roles with a job or a limited number of holders. ``greatest``: greatest claim known for each group,
     valid or not; ``crowned`` is the one in force. ``came_in``: group whose leader is thereby a member of another, by
-    (other group, vehicle). ``stepped_down``: role that a leader took when it stepped down, by (group, vehicle). At run
-    time groups get ``missions``; ``at_sea`` are requests about groups formed then. ``unlawful``: unauthorised
-    statements of the last round.
+    (other group, vehicle). ``stepped_down``: role that a leader took when it stepped down, by (group, vehicle).
+    ``at_sea``: requests about groups formed at run time. ``unlawful``: unauthorised statements of the last round.
     """
 
     rules: Rules = field(compare=False, repr=False)
