@@ -50,8 +50,8 @@ class Factors:
     ``common_plan`` at 0 s: ``none``; ``missions`` with objectives and roles without jobs; ``jobs``: assignments too. On
     assignments at run time ``decides`` the ``head``, ``each`` vehicle by bids, ``all`` by an identical plan, or
     ``nobody``. The ``plan`` behind it is for ``all`` jobs, or maximises the ``own`` gain. ``announces`` is the content
-    of the messages. ``helps``: vehicles without work join others' jobs. ``repairs``: on ``changes``, on ``calls`` for
-    work, or ``never``.
+    of the messages. ``helps``: idle vehicles join others' jobs. ``repairs``: on ``changes``, on ``calls`` for work, or
+    ``never``.
     """
 
     common_plan: str

@@ -2,8 +2,7 @@
 
 If all minima can be filled together (at least one holder of a leader role), they are. Preferred are vehicles that list
 the role earlier among their playable founding roles, then those with most energy. A second role in a group, or on
-another branch of the same nesting, is given only if unavoidable. Remaining vehicles fill vacancies, sibling groups in
-turn.
+another branch of the same nesting, is given only if unavoidable. Others fill vacancies.
 
 If the greedy order fails, a mixed-integer programme decides (``Seats``; HiGHS by SciPy): one binary variable per
 vehicle and role; it minimises double roles, then holders, with ties in order of roles and vehicles. Source: Carlesi,
@@ -29,8 +28,7 @@ Row = tuple[dict[int, float], float, float]
 class Seats:
     """Initial assignment of vehicles to roles, as one optimisation problem.
 
-    ``needed`` is the minimum number of holders per role, ``able`` the eligible vehicles, preferred first. Members of a
-    group should not join those ``apart`` from it.
+    ``needed``: minimum of holders; ``able``: vehicles, preferred first; ``apart``: groups that share no members.
     """
 
     def __init__(
