@@ -100,9 +100,10 @@ class Perception(NamedTuple):
 class Reference(NamedTuple):
     """Guidance output: target (m) and speed (m/s, 0 to stay).
 
-    ``holds_m``: until ``perceive`` is called again, the answer is constant while the target is farther than this and no
-    vehicle within sonar range; infinite: ask in every motion tick. ``is_over_ground``: the speed is over ground, as
-    limited by sensors, and held in a current up to the greatest speed; else it is through the water.
+    ``holds_m``: until ``perceive`` is called again, the answer is constant while the target is farther than this, no
+    vehicle within sonar range and, at speed 0, the vehicle at rest; infinite: ask in every motion tick.
+    ``is_over_ground``: the speed is over ground, as limited by sensors, and held in a current up to the greatest speed;
+    else it is through the water.
     """
 
     target_m: Point

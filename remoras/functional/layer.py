@@ -433,10 +433,12 @@ class FunctionalLayer:
             self._leg.go(motion)
             return
         if reference is not None:
-            (x_m, y_m), _, holds_m, _ = reference
+            (x_m, y_m), speed_mps, holds_m, _ = reference
             dx_m, dy_m = x_m - believed.x_m, y_m - believed.y_m
-            # Only from there on may the behaviour state another reference, so it is not asked before.
-            if neighbours or math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
+            # Only from there on may the behaviour state another reference, so it is not asked before. A vehicle that
+            # brakes, or keeps its place in a current, may still leave it.
+            is_adrift = speed_mps == 0.0 and motion.speed_mps > 0.0
+            if neighbours or is_adrift or math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
                 reference = None
         if reference is None and self._guiding is not None:
             reference = self.held = self._reference(self._guiding)

@@ -161,7 +161,8 @@ def _reference(vehicle: Vehicle) -> str | None:
     """The behaviour that guides gives another reference than the one that it said would hold."""
     layer = vehicle.functional
     held, behaviour = layer.held, layer.guiding
-    if held is None or behaviour is None or layer.picture.body.contacts_m:
+    is_adrift = held is not None and held.speed_mps == 0.0 and layer.motion.speed_mps > 0.0
+    if held is None or behaviour is None or is_adrift or layer.picture.body.contacts_m:
         return None
     to_go_m = distance_m(layer.believed, held.target_m)
     if to_go_m <= held.holds_m or (asked := behaviour.reference(layer.believed, layer.picture)) == held:
