@@ -142,7 +142,7 @@ class Behaviour(Protocol):
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return target and speed; None if the activity does not guide: the vehicle stops.
 
-        It must not change ``motion`` or ``picture``. Vehicle limits apply; targets outside the area are moved inside.
+        It must not change ``motion`` or ``picture``. Vehicle limits apply; a target beyond the borders is moved inside.
         """
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
