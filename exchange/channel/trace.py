@@ -140,17 +140,17 @@ def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
     fleet = list(deployment.nodes)
     others = sorted({name for link in trace.links for name in link} - deployment.nodes.keys())
     if others:
-        return f"is of vehicle {', '.join(others)}; those of the scenario are {', '.join(fleet)}: rename them in either"
+        return f"names the vehicle {', '.join(others)}; the scenario has {', '.join(fleet)}: rename it in one of them"
     missing = [
         (sender, other) for sender in fleet for other in fleet if sender != other and (sender, other) not in trace.links
     ]
     if missing:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
-        return f"has no row of the link from {missing[0][0]} to {missing[0][1]}{more}: every link needs one at least"
+        return f"has no row of the link from {missing[0][0]} to {missing[0][1]}{more}: every link needs at least one"
     start_s = min(series.times_s[0] for series in trace.links.values())
     # A longer pause than any in the trace: its times count from elsewhere.
     if start_s > max(trace.gaps_s, default=0.0):
-        return f"begins at {start_s:g} s only: subtract that from time_s, which counts from the start of the run"
+        return f"begins at {start_s:g} s: subtract that from time_s, which counts from the start of the run"
     if trace.until_s < deployment.duration_s and not repeat:
         return (
             f"ends at {trace.until_s:g} s, the run at {deployment.duration_s:g} s: "
@@ -182,7 +182,7 @@ def _read(file: str, sha256: str) -> Trace:
             where, values = f"line {reader.line_num}", [row[name].strip() for name in (*KEYS, kind)]
             time_s, sender, receiver, per = _checked(where, kind, *values)
             if time_s in (of_link := losses.setdefault((sender, receiver), {})):
-                raise LinkFileError(f"{where}: a second one of {sender} to {receiver} at {time_s:g} s")
+                raise LinkFileError(f"{where}: a second row from {sender} to {receiver} at {time_s:g} s")
             of_link[time_s] = per
     except (UnicodeDecodeError, csv.Error) as error:
         raise LinkFileError(f"is no CSV: {error}") from None

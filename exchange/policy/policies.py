@@ -163,9 +163,9 @@ def policy_fault(policy: object) -> str | None:
         if not isinstance(getattr(kind, name), bool):
             return f"{name} must be true or false, not {getattr(kind, name)!r}"
     if kind.lasts and not kind.relays:
-        return "lasts is true and relays is not: nodes keep no acknowledgements that others report"
+        return "lasts = true needs relays = true: it stores acknowledgements that others report"
     if kind.codes and not kind.states:
-        return "codes is true and states is not: symbols are over what statements say to be held"
+        return "codes = true needs states = true: coded symbols combine items of reported received sets"
     if not isinstance(kind.period_frames, int) or kind.period_frames < 1:
         return f"period_frames must be a whole number of 1 or more, not {kind.period_frames!r}"
     for part in PARTS:

@@ -138,13 +138,13 @@ def why_uncompiled() -> str:
     """Explain why the slot loop cannot be compiled, with the remedy; empty if it can."""
     low, high = (".".join(map(str, bound)) for bound in (NUMBA_FROM, NUMBA_BELOW))
     install = f'pip install "numba>={low},<{high}"'
-    remedy = f'the policy study runs uncompiled, with the same numbers, slowly; for speed the extra "study": {install}'
+    remedy = f'the policy study runs slower, with equal numbers; for speed install the extra "study": {install}'
     try:
         installed = version("numba")
     except PackageNotFoundError:
         return f"numba is not installed: {remedy}"
     release = tuple(int(number) for number in re.findall(r"\d+", installed)[:2])
-    return "" if NUMBA_FROM <= release < NUMBA_BELOW else f"numba {installed} is none that is known to work: {remedy}"
+    return "" if NUMBA_FROM <= release < NUMBA_BELOW else f"numba {installed} is not supported: {remedy}"
 
 
 def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgement, SlotLoop]:

@@ -124,7 +124,7 @@ class ExchangeStudy:
             self.load.kind is LoadKind.POISSON
             and self.max_slots <= (self.warmup_frames + self.window_frames) * self.nodes
         ):
-            yield f"max_slots is {self.max_slots}: warm-up and window alone take as long"
+            yield f"max_slots is {self.max_slots}: it must exceed the slots of warm-up and window"
         yield from self._loss_faults()
         yield from self._policy_faults()
 

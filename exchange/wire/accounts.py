@@ -63,13 +63,13 @@ class AccountCodec:
     def _read_origin(self, reader: Reader) -> tuple[int, bool]:
         origin = reader.take(self._fragments.origin_bits)
         if origin >= self._n_nodes:
-            raise PeerFault(f"an account of origin {origin}, which is not one of {self._n_nodes} nodes")
+            raise PeerFault(f"received set of origin {origin}, which is not one of {self._n_nodes} nodes")
         return origin, bool(reader.take(1))
 
     def _read_epoch(self, reader: Reader) -> int:
         epoch = read_natural(reader.take, EPOCH_BITS)
         if epoch >= EPOCHS:
-            raise PeerFault(f"an account of epoch {epoch}: there are {EPOCHS}")
+            raise PeerFault(f"received set of epoch {epoch}: allowed are 0 to {EPOCHS - 1}")
         return epoch
 
     def _read_statement(self, reader: Reader, sender: int) -> OriginStatement:
@@ -78,11 +78,11 @@ class AccountCodec:
         if not is_usual:
             epoch, is_known = self._read_epoch(reader), bool(reader.take(1))
             if epoch == 0 and is_known:
-                raise PeerFault("a usual statement in a longer form than it has")
+                raise PeerFault("received set not in its shortest form")
         first = read_natural(reader.take, self._fragments.sequence_bits)
         length = reader.take(LENGTH_BITS)
         if first + length > MOST_ITEMS:
-            raise PeerFault(f"an account of {first + length} items: allowed are up to {MOST_ITEMS}")
+            raise PeerFault(f"received set of {first + length} items: allowed are up to {MOST_ITEMS}")
         mask = (1 << length) - 1 if origin == sender else reader.take(length)
         return OriginStatement(origin, epoch, first, length, mask, is_known)
 
@@ -90,7 +90,7 @@ class AccountCodec:
         origin, is_usual = self._read_origin(reader)
         epoch = 0 if is_usual else self._read_epoch(reader)
         if epoch == 0 and not is_usual:
-            raise PeerFault("a usual holder set in a longer form than it has")
+            raise PeerFault("holder set not in its shortest form")
         sequence = read_natural(reader.take, self._fragments.sequence_bits)
         if sequence >= MOST_ITEMS:
             raise PeerFault(f"holders of item {sequence}: allowed are 0 to {MOST_ITEMS - 1}")

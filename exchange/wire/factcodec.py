@@ -191,7 +191,7 @@ class AttributeNames:
             raise PeerFault(f"attribute {name} is not in the TBox")
         uid = take(width(self.n_attributes))
         if uid >= self.n_attributes or uid in self.exchanged:
-            raise PeerFault(f"attribute {uid} is not in the TBox, or has a short name")
+            raise PeerFault(f"attribute {uid} is not in the TBox, or has a short code")
         return uid
 
 
@@ -256,7 +256,7 @@ class FactCodec:
         """Encode a fact; raise ConfigurationError if it has no wire format."""
         subject, uid, value, sigma = fact
         if not 0 <= subject < self.n_instances:
-            raise ConfigurationError(f"instance {subject} has no wire name, 0 to {self.n_instances - 1} have")
+            raise ConfigurationError(f"instance {subject} cannot be sent; allowed: 0 to {self.n_instances - 1}")
         attribute, parts = self.attributes[uid], [(subject, self.subject_bits)]
         parts.append((self.names.names[uid], self.names.sizes[uid]))
         if attribute.fields:

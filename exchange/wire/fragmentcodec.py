@@ -70,7 +70,7 @@ def age(base: int, index: int, near_bits: int, width_bits: int) -> Bits:
 def refuse_epoch(epoch: int) -> None:
     """Raise ConfigurationError for an epoch out of range."""
     if not 0 <= epoch < EPOCHS:
-        raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {EPOCHS - 1}")
+        raise ConfigurationError(f"epoch {epoch} cannot be sent; allowed: 0 to {EPOCHS - 1}")
 
 
 class FragmentCodec:
@@ -182,7 +182,7 @@ class FragmentCodec:
         if origin >= self.n_nodes:
             raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
         if epoch >= EPOCHS:
-            raise PeerFault(f"epoch {epoch} of node {origin}: there are {EPOCHS}")
+            raise PeerFault(f"epoch {epoch} of node {origin}: allowed are 0 to {EPOCHS - 1}")
         return origin, epoch
 
     def _read_time(self, reader: Reader, base: int) -> float:
@@ -198,7 +198,7 @@ class FragmentCodec:
             else:
                 index = read_natural(reader.take, self._time_bits)
                 if 0 <= base - index < (1 << near_bits) + (1 << near_bits + FAR_AGE_BITS):
-                    raise PeerFault(f"time {index} has a shorter form at {base}")
+                    raise PeerFault(f"time {index} not in its shortest form, relative to {base}")
         if index < 0:
             raise PeerFault(f"a time {-index} steps before the mission began")
         return self.time.grid.value_at(index)
@@ -216,7 +216,7 @@ class FragmentCodec:
         else:
             sequence = read_natural(take, self.sequence_bits)
             if 0 <= sequence - last <= NEAR_STEPS:
-                raise PeerFault(f"sequence {sequence} has a shorter form behind {last}")
+                raise PeerFault(f"sequence {sequence} not in its shortest form, after {last}")
         if sequence >= MOST_ITEMS:
             raise PeerFault(f"item {sequence}: allowed are 0 to {MOST_ITEMS - 1}")
         before[life] = sequence
@@ -243,7 +243,7 @@ class FragmentCodec:
                 raise PeerFault(f"fragment {index} of {count}")
         facts = self.facts.read_all(reader)
         if life == own and (is_relayed or (count == 1 and len(facts) == 1)):
-            raise PeerFault("an own fragment in a longer form than it has")
+            raise PeerFault("own fragment not in its shortest form")
         is_status = count == 1 and all(fact.attribute in self.facts.latest_only for fact in facts)
         sequence = STATUS if is_status else self._read_sequence(reader, life, before)
         return Fragment(life[0], sequence, time_s, facts, index, count, life[1])

@@ -179,12 +179,12 @@ ODD: dict[str, tuple[Fragment, str]] = {
     "no number": (fact_of("mappedCell", float("nan")), "mappedCell: .*not finite"),
     "infinite": (fact_of("mappedCell", float("inf")), "mappedCell: .*not finite"),
     "too many steps": (fact_of("mappedCell", 1e300), "mappedCell: .*steps"),
-    "no instance": (fact_of("position", (0.0, 0.0), 8), "instance 8 has no wire name, 0 to 7 have"),
+    "no instance": (fact_of("position", (0.0, 0.0), 8), "instance 8 cannot be sent; allowed: 0 to 7"),
     "before the mission": (Fragment(0, 0, -0.2, cells(4, 1)), r"-0\.2 s"),
     "kept to itself": (Fragment(0, STATUS - 1, 0.0, cells(4, 1)), "block -2 of vehicle 0 is private"),
     "a status as an item": (fact_of("position", (0.0, 0.0), sequence=7), "sequence 7: a whole block of latest-only"),
     "an item as a status": (Fragment(0, STATUS, 0.0, cells(4, 1)), f"sequence {STATUS}: a whole block of latest-only"),
-    "an epoch too many": (Fragment(0, 0, 0.0, cells(4, 1), epoch=EPOCHS), f"epoch {EPOCHS} has no name on the wire"),
+    "an epoch too many": (Fragment(0, 0, 0.0, cells(4, 1), epoch=EPOCHS), f"epoch {EPOCHS} cannot be sent"),
 }
 
 

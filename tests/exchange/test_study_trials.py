@@ -196,7 +196,7 @@ def test_no_policy_may_take_the_name_of_the_bound():
 def test_coding_requires_received_set_reports() -> None:
     kind = ACK._replace(name="mine", codes=True)
     assert policy_fault(AckPolicy(kind, True)) == (
-        "codes is true and states is not: symbols are over what statements say to be held"
+        "codes = true needs states = true: coded symbols combine items of reported received sets"
     )
     assert policy_fault(AckPolicy(kind._replace(states=True), True)) is None
     assert policy_fault(AckPolicy(kind._replace(states="yes"), True)) == "states must be true or false, not 'yes'"
@@ -209,5 +209,5 @@ def test_acknowledgements_kept_longer_are_known_no_later_in_any_trial_and_sooner
     assert (kept < cleared)[:, lanes.SOURCE_ACKED].any()
     kind = ACK._replace(name="mine", lasts=True)
     assert policy_fault(AckPolicy(kind, True)) == (
-        "lasts is true and relays is not: nodes keep no acknowledgements that others report"
+        "lasts = true needs relays = true: it stores acknowledgements that others report"
     )

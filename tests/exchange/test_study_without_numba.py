@@ -12,7 +12,7 @@ from exchange.study.parameters import ExchangeStudy
 
 @pytest.mark.parametrize(
     ("found", "says"),
-    [(None, "numba is not installed"), ("0.69.0", "numba 0.69.0 is none"), ("0.65.1", "numba 0.65.1")],
+    [(None, "numba is not installed"), ("0.69.0", "numba 0.69.0 is not supported"), ("0.65.1", "numba 0.65.1")],
 )
 def test_without_a_fitting_numba_the_study_runs_uncompiled_with_a_hint(
     found: str | None, says: str, monkeypatch: pytest.MonkeyPatch

@@ -81,7 +81,7 @@ def text(*rows: str, columns: str = "time_s,sender,receiver,lost") -> str:
         (text("0,A,B,1.2", columns="time_s,sender,receiver,per"), "line 2: per = '1.2' must be a number from 0 to 1"),
         (text("-1,A,B,0"), "line 2: time_s = '-1' must be a number of seconds, 0 or more"),
         (text("0,A,A,0"), "line 2: from 'A' to 'A' is no link of two vehicles"),
-        (text("0,A,B,0", "0,A,B,1"), "line 3: a second one of A to B at 0 s"),
+        (text("0,A,B,0", "0,A,B,1"), "line 3: a second row from A to B at 0 s"),
     ],
 )
 def test_an_invalid_trace_is_refused_with_its_row(tmp_path: Path, content: str, says: str):
@@ -104,7 +104,7 @@ def test_files_that_cannot_be_read_are_refused(tmp_path: Path, file: Path):
 @pytest.mark.parametrize(
     ("changed", "says"),
     [
-        ({"nodes": {"Boat": 1, "Buoy": 0}}, "is of vehicle Diver; those of the scenario are Boat, Buoy: rename"),
+        ({"nodes": {"Boat": 1, "Buoy": 0}}, "names the vehicle Diver; the scenario has Boat, Buoy: rename"),
         ({"nodes": {"Boat": 1, "Diver": 0, "Buoy": 2}}, "no row of the link from Boat to Buoy and 3 more"),
         ({"duration_s": 43.0}, "ends at 42 s, the run at 43 s: set scenario.duration_s .*, or channel.repeat = true"),
     ],

@@ -57,7 +57,7 @@ def test_acoustic_channel_delivers_beyond_the_declared_range():
         ('"network"\nnetwork = "harbour.csv"\nnodes = { Boat = "quai" }', "", "nodes.Boat",
          "allowed: quay, buoy; did you mean 'quay'?"),
         ('"trace"', "", "file", "missing: a CSV file of time_s, sender, receiver, and lost or per"),
-        ('"trace"\nfile = "others.csv"', "", "file", "is of vehicle Raft; those of the scenario are "),
+        ('"trace"\nfile = "others.csv"', "", "file", "names the vehicle Raft; the scenario has "),
         ('"trace"\nfile = "short.csv"', "", "file", "ends at 0 s, the run at"),
     ],
 )  # fmt: skip
