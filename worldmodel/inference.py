@@ -51,7 +51,7 @@ class Inference:
             slot = (fact.subject, fact.attribute)
             kind = tbox.attributes[fact.attribute].kind
             if kind is ValueKind.TYPE:
-                raise FactError(f"common fact {tuple(fact)} is a type; allowed: the class of a common instance")
+                raise FactError(f"common fact {tuple(fact)} states a class; allowed: the class of a common instance")
             if kind is ValueKind.LINK:
                 self._common[slot] = (*self._common.get(slot, ()), fact.value)
             elif fact.attribute in self.rules.heeded:

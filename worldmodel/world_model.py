@@ -48,9 +48,7 @@ class WorldModel(Store):
             raise FactError("; ".join(f"{fault.code}: {fault.detail}" for fault in result.faults))
         if result.missing:
             uids = ", ".join(map(str, result.missing))
-            raise FactError(
-                f"not known, or not of the class that is asked for: instance {uids}; announce its type first"
-            )
+            raise FactError(f"instance {uids} is unknown, or not of the required class; announce its type first")
         if block.is_status:
             return self.place_status(block)
         if TYPE_UID not in map(itemgetter(1), stored):  # it creates nothing that others wait for

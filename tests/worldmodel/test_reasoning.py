@@ -218,5 +218,5 @@ def test_common_value_holds_until_a_vehicle_records_another(tbox: TBox) -> None:
 
 
 def test_type_as_common_fact_is_refused(tbox: TBox) -> None:
-    with pytest.raises(FactError, match="is a type; allowed: the class of a common instance"):
+    with pytest.raises(FactError, match="states a class; allowed: the class of a common instance"):
         fleet(tbox, [PropertyValue(0, TYPE_UID, 1)])

@@ -386,7 +386,7 @@ class _Reader:
                     if end is not None and of_class is not None and not rules.superclasses[end] >> of_class & 1:
                         turned = ", the other way round," if flipped else ""
                         wrong = f"it says {entailed.name}{turned} of what need not be of the {side} of {entailed.name}"
-                        self.fault(URIRef(attribute.iri), wrong, "ends that are of the classes it asks for")
+                        self.fault(URIRef(attribute.iri), wrong, "ends of the required classes")
 
     # Attributes ----------------------------------------------------------------------------------
 
@@ -552,7 +552,7 @@ class _Reader:
         lowest = [c for c in uids if all(above[c] >> d & 1 for d in uids)]
         if not lowest:
             wrong = f"it is of {len(kinds)} classes, none below the others" if kinds else "it is of no class"
-            self.fault(subject, wrong, "one declared class, of which others follow")
+            self.fault(subject, wrong, "one declared class that implies its other classes")
             return None
         return lowest[0]
 
