@@ -50,7 +50,7 @@ class Discrepancy:
         where = [self.table, *([f"run {self.key}"] if self.key else [])]
         where += [f"{self.time_s:g} s"] if self.time_s is not None else []
         where += [self.vehicle] if self.vehicle else []
-        return f"{', '.join(where)}: {self.stated}; it follows {self.follows} [{self.check}]"
+        return f"{', '.join(where)}: {self.stated}; expected: {self.follows} [{self.check}]"
 
 
 @dataclass

@@ -290,7 +290,7 @@ def _check_facts(record: Record, report: CheckReport) -> None:
         if uncertainty and _kind_of(record, uncertainty) != "number":
             wrong(f"uncertainty {uncertainty!r}", "a number, or none")
         if kind != ("status" if "@" in uid else "kept" if "-p" in uid else "told"):
-            wrong(f"{uid} {kind}", "another kind, by its name")
+            wrong(f"{uid} {kind}", "the kind that its name states")
         if record.has_exact_clocks and abs(time_s - at_s) > most_off_s:
             wrong(f"{uid} observed at {time_s:g} s", f"{at_s:g} s, when it was recorded")
     _check_reports(record, report)

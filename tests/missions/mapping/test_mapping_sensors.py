@@ -152,7 +152,7 @@ def test_ban_removes_the_effect_of_a_bias_until_it_is_revoked(tmp_path: Path) ->
     assert list(verify(tmp_path / "run").lines) == []
     summary = tmp_path / "run" / "summary.json"
     summary.write_text(summary.read_text().replace('"n_doubted": 1', '"n_doubted": 0'))
-    assert list(verify(tmp_path / "run").lines) == ["summary: n_doubted is 0; it follows 1 [figures]"]
+    assert list(verify(tmp_path / "run").lines) == ["summary: n_doubted is 0; expected: 1 [figures]"]
 
 
 # The sensor ------------------------------------------------------------------------------------------
