@@ -166,10 +166,10 @@ class InTime:
             if collects:
                 gc.enable()
             if watch.fault:
-                raise PluginError(f"strategy {self.name}: {part} {watch.fault}; allowed: to read") from None
+                raise PluginError(f"strategy {self.name}: {part} {watch.fault}; allowed: reading files") from None
         if answer is None:
             took = f"took more than {self._cpu_s:g} s of CPU time"
-            raise DecidedTooLate(f"strategy {self.name}: {part} {took}; allowed: an answer before")
+            raise DecidedTooLate(f"strategy {self.name}: {part} {took}; allowed: an answer within the limit")
         return answer[0]
 
 

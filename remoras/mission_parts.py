@@ -46,7 +46,7 @@ class Nothing(Sequence[Finding]):
 
     def __init__(self, until_s: float = math.inf) -> None:
         if math.isnan(until_s):
-            raise ValueError("nothing is concluded until a time that is not a number: give seconds, or infinity")
+            raise ValueError("the time of the next conclusion is not a number; allowed: seconds, or infinity")
         self.until_s = until_s
 
     def __len__(self) -> int:

@@ -193,7 +193,7 @@ def faults_of_strategy(candidate: Any) -> Iterator[str]:
         if not hasattr(declaration.sharing, "lease_frames"):
             yield f"declaration.sharing is {type(declaration.sharing).__name__}, expected the class InstantSharing"
         if declaration.communicates:
-            yield "declaration.communicates is True: where all is known at once, a strategy sends no packets"
+            yield "declaration.communicates is True; allowed: False, with instant sharing a strategy sends no packets"
 
 
 def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:

@@ -145,7 +145,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         self.fleet = assemble(resolved(scenario, _Strategy(self)), run_seed, vehicle=partial(_Vehicle, self))
         self._run = greenlet(self.fleet.run)
         if self.fleet.clocks:
-            raise OutputError(f"{case['cell']}: vehicles do not consult together; allowed: no clocks")
+            raise OutputError(f"{case['cell']}: vehicles decide at different times; allowed: no clocks")
         self._go_on({})
         self.agents = [agent for agent in self.possible_agents if agent in self.dividing]
         return self._observations(), {agent: {"refused": False} for agent in self.agents}

@@ -44,10 +44,10 @@ def scenario_text(
     east_m, north_m = (MARGIN_M + side * n for n in (n_columns, math.ceil(areas / n_columns)))
     reach_m, carries_m = length(east_m, north_m), ranges_m[modem]
     if lost >= vehicles:
-        raise _refused("lost", lost, f"0 to {vehicles - 1}, or none of --vehicles is left")
+        raise _refused("lost", lost, f"0 to {vehicles - 1}, less than --vehicles")
     if reach_m > carries_m:
         far = f"the farthest corner is {reach_m:.0f} m away, and {modem} carries {carries_m:g} m"
-        raise _refused("side", f"{side:g}", f"shorter, or fewer --areas, or another --modem: {far}")
+        raise _refused("side", f"{side:g}", f"a shorter side, fewer --areas or another --modem: {far}")
     each_s = side * side / SWATH_M / SURVEY_MPS + 2.0 * reach_m / TRANSIT_MPS
     work_s = math.ceil(areas / (vehicles - lost)) * each_s
     duration_s = 600.0 * math.ceil((1.5 * work_s + 300.0) / 600.0)

@@ -284,7 +284,7 @@ class JobMission(Mission):
 
     def __init__(self, scenario: Any) -> None:
         if not getattr(self, "objective", ""):
-            raise PluginError(f"{type(self).__name__} lacks objective, the name of what roles with a job pursue")
+            raise PluginError(f"{type(self).__name__} lacks objective, the name of the objective of roles with a job")
         self.scenario = scenario
         self._jobs = {job.name: job for job in self.jobs_of(scenario)}
         self.groups = {group.name: group for group in groups_of(scenario)}

@@ -238,15 +238,15 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
     """
     log = read_log(path)
     if replace(log.plan, begins_s=0.0, epoch=plan.epoch) != replace(plan, begins_s=0.0):
-        raise _cannot(path, "of another scenario, seed or end", "give what its node was started with, or another --out")
+        raise _cannot(path, "the log of another scenario, seed or end", "the arguments of its node, or another --out")
     if log.state_hash is not None:
-        raise _cannot(path, "complete", "a mission that has ended does not resume; name another folder by --out")
+        raise _cannot(path, "complete: its mission has ended", "another folder by --out")
     pace = log.began.pace
     # The clock of the machine may have been put back, but mission time never decreases.
     now_s = max(pace.now_s, just_after(log.last_s))
     own, difference = back(log, now_s)
     if difference:
-        raise _cannot(path, f"not repeated by this version: {difference}", "the version that wrote it")
+        raise _cannot(path, f"not reproduced by this version: {difference}", "the version that wrote it")
     going_on = NodeLog.going_on(path)
     going_on.write(LogEntry(LineKind.BACK, now_s, own.salt))
     return own, going_on, pace

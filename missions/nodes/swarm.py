@@ -121,7 +121,7 @@ class Processes:
         for name in self._jobs:
             port = self._said(name)
             if not isinstance(port, int):
-                raise SwarmError(f"{name}: {port or 'its process ended before it began'}")
+                raise SwarmError(f"{name}: {port or 'its process ended before the mission started'}")
             ports[name] = port
         start_s = time.monotonic() + LEAD_S
         for name, (_, own) in self._running.items():

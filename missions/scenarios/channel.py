@@ -188,7 +188,7 @@ def model_named(name: str) -> type[ChannelModel]:
     if taken := OF_EVERY_CHANNEL & model.model_fields.keys():
         raise PluginError(f"a channel model: rename its setting {', '.join(sorted(taken))}, a key of every channel")
     if unset := [key for key, info in model.model_fields.items() if info.is_required()]:
-        raise PluginError(f"a channel model: {', '.join(unset)} without a default; a model can be named alone")
+        raise PluginError(f"a channel model: {', '.join(unset)} without a default; allowed: a default each")
     return model
 
 

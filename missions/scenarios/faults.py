@@ -204,7 +204,7 @@ class DeclaredFault(Section):
             yield "does nothing; define leaves(data)"
         yield from faults_of(cls, DeclaredFault, COMPULSORY)
         if cls.NUMBER is not None:
-            yield "has a NUMBER, which is for kinds that are shipped: leave it out"
+            yield "has a NUMBER, which is reserved for shipped kinds: leave it out"
         for key in DeclaredFault.model_fields:
             if cls.model_fields[key] is not DeclaredFault.model_fields[key] and key in cls.__annotations__:
                 yield f"has its own {key}, a key of every fault: rename it"

@@ -359,7 +359,7 @@ def lacking(vehicle: VehicleTable, role: Role, scenario: Scenario, mission: type
     if tbox is not None and any(ontology_class.name == requires.capability for ontology_class in tbox.classes):
         parts = tuple(part.of_class for part in equipment_of(vehicle, modem, mission.sensors))
         if requires.capability not in inferred_classes(tbox, vehicle.vehicle_type, HAS_PART, parts):
-            yield f"nothing that makes it a {requires.capability}"
+            yield f"no equipment that makes it a {requires.capability}"
     speed_mps = vehicle.survey_speed_mps
     drag_w = vehicle.drag_w_per_mps3 * (speed_mps * speed_mps * speed_mps)
     power_w = vehicle.hotel_w + listening_w(scenario.communication, modem) + drag_w

@@ -38,7 +38,7 @@ def importable(reference: str, folder: Path | None = None) -> str:
     """
     file, colon, name = reference.rpartition(":")
     if not colon and reference.endswith(".py"):
-        raise PluginError(f"names a file and no object in it; allowed: {reference}:OBJECT")
+        raise PluginError(f"names a file without an object; allowed: {reference}:OBJECT")
     if not file.endswith(".py"):
         return reference
     refuse_unshipped("", reference)
@@ -49,7 +49,7 @@ def importable(reference: str, folder: Path | None = None) -> str:
     if not is_file(path):
         raise PluginError(f"no such file: {path}")
     if not path.stem.isidentifier():
-        raise PluginError(f"{path.name} cannot be imported, its name is none of a module; rename it, as my_strategy.py")
+        raise PluginError(f"{path.name} cannot be imported, its name is no module name; rename it, as my_strategy.py")
     # Before the search: worker processes find the module in this folder, too.
     look_in([str(path.parent)])
     try:
@@ -101,9 +101,7 @@ def with_figures(
         if isinstance(own, Figure) and own not in figures:
             known = [*taken, *(figure.name for figure in figures if isinstance(figure, Figure))]
             if own.name in known:
-                raise PluginError(
-                    f"{where}: its name {own.name!r} is that of another; rename it, none of {', '.join(known)}"
-                )
+                raise PluginError(f"{where}: its name {own.name!r} is taken; rename it, not as {', '.join(known)}")
         figures += [] if own in figures else [own]
         names.append(own.name if isinstance(own, Figure) else TRACKS)
     return names, figures

@@ -75,7 +75,7 @@ def agree(
                 if task.name == GIVE_MISSION:
                     if missions.setdefault(*task.args) != task.args[1]:
                         has = missions[task.args[0]]
-                        raise PlanningError(f"{task} before the mission, but it has {has}: give it others at run time")
+                        raise PlanningError(f"{task}: the group has mission {has}; allowed: one at the start")
                 elif task.name == ASSIGN_OBJECTIVE:
                     objectives.append(Objective(*task.args))
                 elif task.name == ALLOCATE_ROLES:

@@ -67,7 +67,7 @@ def conforms(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
     check_activities(setup)
     yield "every activity has a behaviour that conforms"
     first = check_repeats(setup, scenario)
-    yield "nothing changes in it, and what is made of one scenario twice behaves alike"
+    yield "the mission does not change, and two missions of one scenario behave alike"
     check_truth_only_watches(setup, first)
     yield "truth does not affect vehicles"
     finished = run(scenario, SEED)

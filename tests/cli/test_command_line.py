@@ -333,8 +333,8 @@ def test_the_organisation_is_drawn_for_a_time_and_a_view(results: Path, swept: P
     assert "known: ASV00, AUV00, AUV01, AUV02; nearest: 'AUV01'" in refused(
         "plot", results, "organisation", "--viewer", "AUV1"
     )
-    assert "is about the figure organisation" in refused("plot", results, "roles", "--at", "5")
-    assert "is about the figure organisation" in refused("plot", results, "--viewer", "AUV01", "roles")
+    assert "applies to the figure organisation only" in refused("plot", results, "roles", "--at", "5")
+    assert "applies to the figure organisation only" in refused("plot", results, "--viewer", "AUV01", "roles")
     assert "the organisation of a single run" in refused("plot", swept, "--at", "5")
 
 

@@ -90,7 +90,10 @@ WRONG = [
     ("new scenario a --side nan", "--side = nan: allowed: 50 to 1000"),
     ("new scenario a --modem loud", "--modem 'loud': allowed are nanomodem-v3, "),
     ("new scenario a --lost 3", "--lost = 3: allowed: 0 to 2, "),
-    ("new scenario a --side 900", "--side = 900: allowed: shorter, .* is 2687 m away, and nanomodem-v3 carries 2000 m"),
+    (
+        "new scenario a --side 900",
+        "--side = 900: allowed: a shorter side, .* is 2687 m away, and nanomodem-v3 carries 2000 m",
+    ),
     ("new boat a", "kind 'boat': allowed are scenario, strategy, mission, sensor, metric"),
     ("new metric numpy", "NAME 'numpy': a module of that name is installed"),
     ("new metric Mine", "NAME 'Mine': is no name of a module"),

@@ -81,7 +81,7 @@ def test_a_valid_figure_conforms(figure: Declared) -> None:
         (Figure("times", "Times", lambda axes: ""), "draw cannot be called as"),
         (Figure("times", "Times", draw, needs="trajectories"), "needs = 'trajectories'"),  # type: ignore[arg-type]
         (Figure("times", "Times", draw, needs=("sonar",)), "has no table sonar; pass runs of a mission that writes it"),
-        (Figure("roles", "Times", draw), "its name 'roles' is that of another"),
+        (Figure("roles", "Times", draw), "its name 'roles' is taken"),
         (Figure("times", "Times", lambda axes, results, style: str(1 / 0)), "raised ZeroDivisionError"),
         (Figure("times", "Times", lambda axes, results, style: 1), "returned 1"),  # type: ignore[arg-type, return-value]
         (Figure("times", "Times", lambda axes, results, style: str(next(COUNTER))), "asked of the same run again"),

@@ -124,7 +124,7 @@ def test_fault_kind_may_be_a_file_beside_the_scenario(mine: Path) -> None:
         ("kind='own_kinds:Silent', at_s=9", "kind", "does nothing; define leaves(data)"),
         ("kind='own_kinds:Nameless', at_s=9", "kind", "lacks TEXT, a line that describes the fault"),
         ("kind='own_kinds:Odd', at_s=9", "kind", "leaves(self) cannot be called as leaves(data)"),
-        ("kind='own_kinds:Numbered', at_s=9", "kind", "has a NUMBER, which is for kinds that are shipped"),
+        ("kind='own_kinds:Numbered', at_s=9", "kind", "has a NUMBER, which is reserved for shipped kinds"),
         ("kind='own_kinds:Wrong', at_s=9", "kind", "leaves returned 0.5; expected: a Condition"),
         ("kind='own_kinds:Strict', at_s=9", "kind", "whose tables are well-formed, but raised Runtime"),
         ("kind='own_kinds:Leaves', at_s=9", "kind", "a subclass of remoras.DeclaredFault is needed, not the class"),

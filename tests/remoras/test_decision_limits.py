@@ -99,7 +99,9 @@ def test_a_time_limit_that_is_kept_changes_no_byte() -> None:
 
 def test_a_file_opened_for_writing_in_a_decision_is_named_and_not_written(tmp_path: Path) -> None:
     file = tmp_path / "notes"
-    with pytest.raises(PluginError, match=r"strategy turns: negotiate opened '.*notes' for writing; allowed: to read"):
+    with pytest.raises(
+        PluginError, match=r"strategy turns: negotiate opened '.*notes' for writing; allowed: reading files"
+    ):
         flown(TurnsStrategy(lambda: file.write_text("x")), LIMIT)
     assert not file.exists()
     file.write_text("between decisions anybody may write")

@@ -30,7 +30,7 @@ def test_two_tables_of_one_name_with_other_columns_or_units_are_refused(columns:
 
 @pytest.mark.parametrize("name", ["", "../depths", "a/b", "a\\b", ".hidden"])
 def test_a_table_name_unfit_for_a_file_is_refused(name: str) -> None:
-    with pytest.raises(PluginError, match="its name is that of a file"):
+    with pytest.raises(PluginError, match="its name becomes a file name"):
         Table(name, (TIME, VEHICLE))
 
 

@@ -47,7 +47,10 @@ class WithNoClass(Central):
     ("found", "says"),
     [
         (Unnamed(), ["name is int, expected str", "declaration is str, expected Declaration"]),
-        (Both(), ["declaration.communicates is True: where all is known at once, a strategy sends no packets"]),
+        (
+            Both(),
+            ["declaration.communicates is True; allowed: False, with instant sharing a strategy sends no packets"],
+        ),
         (WithNoClass(), ["declaration.sharing is str, expected the class InstantSharing"]),
     ],
     ids=lambda value: type(value).__name__,

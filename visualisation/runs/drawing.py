@@ -92,7 +92,7 @@ def draw_run_figures(
     check_width(width_in)
     if (at_s is not None or viewer) and kinds and ORGANISATION not in kinds:
         option = f"at {at_s:g} s" if at_s is not None else f"viewer {viewer}"
-        raise DrawingError(f"{option}: is about the figure {ORGANISATION}; name that too")
+        raise DrawingError(f"{option}: applies to the figure {ORGANISATION} only; name it too")
     check_format(format)
     asked = list(dict.fromkeys(kinds)) or [*KINDS, *own]
     missing = {kind: reason for kind in asked if (reason := _lacking(results, kind, own))}

@@ -101,15 +101,15 @@ class Numbers:
         """Return the reason why a kind cannot be drawn; empty if it can."""
         if kind == "ranking":
             if self.ranked_by.better not in DIRECTIONS:
-                return f"{self.ranked_by.name} has no value that is the best one"
+                return f"{self.ranked_by.name} has no best value"
             if not self.ranks and len(self.arrangement.series) > 1:
                 return "no values"
             contenders = {(rank.strategy, rank.policy) for rank in self.ranks}
-            return "" if len(contenders) > 1 else "needs two strategies or policies that are no bounds"
+            return "" if len(contenders) > 1 else "needs two strategies or policies besides bounds"
         if kind == "differences" and len(self.arrangement.series) < 2:
             return "needs two strategies or policies"
         if kind == "differences" and all(row.diff_to_baseline is None for row in self.rows(self.ranked_by.name)):
-            return "no two runs are a pair"
+            return "no runs can be paired"
         missing = [name for name in self.drawn_by(kind) if not self.rows(name)]
         if missing and (kind != "overview" or len(missing) == len(self.overview)):
             return f"no run has a value of {', '.join(missing)}"
@@ -173,7 +173,7 @@ def draw_sweep_figures(
         progress(len(asked) + number + 1, 2 * len(asked))
     others = left is not None and len(numbers.kinds) + len(SWEEP_KINDS) > len(asked)
     if left_out or others:
-        notes.append(f"at most {MOST_FIGURES} figures are drawn unasked; --all draws all, KIND one of its own")
+        notes.append(f"at most {MOST_FIGURES} figures are drawn by default; --all draws all, KIND a single kind")
     return Drawn(files, notes)
 
 
@@ -194,7 +194,7 @@ def _prepared(
     check_width(width_in)
     if len(results.file.sampled_keys) > 1:
         raise DrawingError(
-            "a Latin hypercube of several keys has no axis along which the rest is the same; see runs.parquet"
+            "a Latin hypercube of several keys has no axis along which all other keys are constant; see runs.parquet"
         )
     notes: list[str] = []
     drawable: list[str] = []

@@ -95,9 +95,9 @@ def test_truncated_log_is_reproduced_and_resumed(logged: Path, tmp_path: Path, m
 @pytest.mark.parametrize(
     ("seed", "spoil", "says"),
     [
-        (SEED + 1, None, "of another scenario, seed or end"),
+        (SEED + 1, None, "the log of another scenario, seed or end"),
         (SEED, None, "complete"),
-        (SEED, lambda n, line: None if line.get("kind") == "end" else altered(line), "not repeated .*: packet 1"),
+        (SEED, lambda n, line: None if line.get("kind") == "end" else altered(line), "not reproduced .*: packet 1"),
     ],
 )
 def test_log_that_cannot_be_resumed_is_refused(logged: Path, tmp_path: Path, seed: int, spoil: Any, says: str) -> None:

@@ -111,7 +111,7 @@ def test_violation_of_the_plugin_interface_is_one_message(tmp_path: Path, name: 
 
 
 def test_mission_of_jobs_must_declare_its_objective() -> None:
-    with pytest.raises(PluginError, match="Objectless lacks objective, the name of what roles with a job pursue"):
+    with pytest.raises(PluginError, match="Objectless lacks objective, the name of the objective of roles with a job"):
         faulty_missions.Objectless.from_scenario(None)  # type: ignore[arg-type]
 
 
