@@ -26,7 +26,7 @@ EFFECTIVE = frozenset({ActivityType.GUIDANCE, ActivityType.PLANNING, ActivityTyp
 
 
 class ActivityKind(Enum):
-    """Source of an activity's motivation: own aims, group aims, own integrity (these take precedence)."""
+    """Source of an activity's motivation: own aims, group aims, or (first of all) own integrity."""
 
     INDIVIDUAL = "individual"
     COLLECTIVE = "collective"
@@ -44,7 +44,7 @@ class Activity:
 
     @property
     def has_effect(self) -> bool:
-        """True if it guides, plans, sends, or switches on a sensor; others are ignored by the decision."""
+        """True if it guides, plans, sends, or switches on a sensor; else the decision ignores it."""
         return bool(self.sensors) or self.type in EFFECTIVE
 
 

@@ -1,4 +1,4 @@
-"""Faults of vehicles in one run: times and effects (`remoras.condition`); kinds are declared in `missions.faults`."""
+"""Faults of vehicles in one run; effects: `remoras.condition`, kinds: `missions.faults`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parts of a mission that the layers of a vehicle use: its tasks, activities, behaviours and findings."""
+"""Parts of a mission that the layers use: its tasks, activities, behaviours and findings."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class SocialPart(Protocol):
 
     @property
     def activity_domain(self) -> Domain | None:
-        """HTN that decomposes objectives into activities; by default None, for ``activity_sets`` only.
+        """HTN that decomposes objectives into activities; by default None: ``activity_sets`` only.
 
         The task of an objective is ``Pursue`` plus its name, with the objective and the ``VehicleData`` as arguments.
         All ready steps of the plan compete as activities. A step ends when its effects hold, and fails with its
@@ -131,7 +131,7 @@ class SocialPart(Protocol):
         return False
 
     def groups_of(self, subject: str) -> Collection[str] | None:
-        """Return the groups that facts about an instance concern; None: by the role of its job."""
+        """Return the groups that facts about an instance concern; None: those with its job, or all."""
         return None
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:

@@ -110,7 +110,7 @@ COLLECT_AFTER = 1_000_000
 
 @contextmanager
 def rare_collections() -> Iterator[None]:
-    """Collect garbage less often inside the context; of overlapping ones the end of the first ends it."""
+    """Collect garbage less often inside the context, until the first of overlapping ones ends."""
     # A run makes many values and hardly any cycles; collection would take a sixth of its time.
     usual = gc.get_threshold()
     if usual[0] >= COLLECT_AFTER:

@@ -39,10 +39,7 @@ class Content(Enum):
 
 
 def content_of(attribute: Attribute, messages: Collection[str]) -> Content:
-    """Return the purpose of facts of an attribute.
-
-    Claims are other ``messages`` of the strategy than assignments; of a status only the newest value is valid.
-    """
+    """Return the purpose of facts of an attribute; ``messages`` are those of the strategy."""
     if attribute.name in ASSIGNING or attribute.name.startswith(OBJECTIVES):
         return Content.ASSIGNMENTS
     if attribute.name in messages and attribute.name != DONE:
@@ -224,10 +221,7 @@ class Unread:
 
 
 class Recorder:
-    """Rows of every table, and counts of bits by purpose.
-
-    ``tables`` are those of mission and sensors; raises PluginError if two of one name have different columns.
-    """
+    """Rows of every table, and bits by purpose; PluginError for two tables of one name."""
 
     def __init__(self, tables: Iterable[Table] = ()) -> None:
         self.bits: Counter[Content] = Counter()

@@ -43,7 +43,7 @@ INFLUENCE_SIGNAL = "influence signal"
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """Properties of a strategy and its demands on vehicles.
+    """Properties of a strategy (``source``: its publication) and its demands on vehicles.
 
     Attributes:
         messages: meaning of each: attributes of the core ontology, ``JOB_DONE``, ``OBJECTIVE``, ``INFLUENCE_SIGNAL``.
@@ -208,7 +208,7 @@ def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Grou
 
 
 def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
-    """Call ``strategy.adapt`` and drop assignments of incompatible roles; errors as ``form_groups``."""
+    """Call ``strategy.adapt`` and drop incompatible assignments; errors as ``form_groups``."""
     assignments: tuple[RoleAssignment, ...] = answer(
         f"strategy {strategy.name}",
         "adapt",

@@ -251,7 +251,7 @@ def within_reach(
 def reachable_by_jobs(
     reached: float, jobs: Mapping[str, Job], groups: Iterable[Group], fleet: FleetView, done: Collection[str]
 ) -> float:
-    """Return the achievable share of a goal: with half of four jobs done and one other achievable, 0.75."""
+    """Return the achievable share of a goal: 0.75 if of four jobs two are done, one achievable."""
     n_open = sum(name not in done for name in jobs)
     if not n_open:
         # Without open jobs, any remaining vehicle can do the rest.
@@ -263,7 +263,7 @@ def reachable_by_jobs(
 
 
 def reachable_fraction(truth: Truth, jobs: Mapping[str, Job], groups: Iterable[Group], fleet: FleetView) -> float:
-    """Return the share of a mission's goal reached or achievable, 0..1, by its truth or else by its jobs."""
+    """Return the share of the goal reached or achievable, 0..1, by the truth or else by jobs."""
     reached, own = truth.goal_fraction, getattr(truth, "reachable_fraction", None)
     if own is not None:
         return max(reached, float(own(fleet)))

@@ -106,7 +106,7 @@ class DivisibleJob(Job, Protocol):
     def left(self, facts: Known) -> DivisibleJob | None:
         """Return the remaining job by the known ``facts``; None while it is not known to exist.
 
-        It may depend only on facts about its own instance; until it is done, the able vehicles stay the same.
+        It may depend only on facts about its own instance. Able vehicles stay the same, but see ``HinderedJob``.
         """
 
 
@@ -289,7 +289,7 @@ class Work:
         return self.jobs[role.job or ""]
 
     def able(self, data: VehicleData, role: RoleSpecification) -> bool:
-        """True if the vehicle can play the role beside its own ones, and has the abilities of its job."""
+        """True if the vehicle can play the role beside its own ones, and is able to do its job."""
         is_unable = bool(self.unable) and (data.name, role.job) in self.unable
         return not is_unable and role.job not in self.short_handed and self._has_what_it_takes(data, role)
 
@@ -319,7 +319,7 @@ class Work:
     def arrival_s(
         self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification], place_m: Point | None
     ) -> float:
-        """Return when (s) a vehicle has done all feasible jobs of ``roles`` and come to a place, if any."""
+        """Return when (s) a vehicle has done all feasible jobs of ``roles`` and come to a place."""
         end = self.after_all(outlook, data, roles)
         way_m = 0.0 if place_m is None else distance(end.position_m, place_m)
         return end.free_s + way_m / data.transit_speed_mps
@@ -374,7 +374,7 @@ class Work:
     def ended(
         self, vehicle: str, caller: str, place_m: Point, waiting: Collection[str], now_s: float, n_helpers: int = 1
     ) -> float:
-        """Return the share of a caller's wait at a place that a vehicle ends by going there now, 0..1.
+        """Return the share, 0..1, of a caller's wait at a place that a vehicle ends by going there.
 
         It is 1 - T / T_else. T is the travel time; T_else is the time until ``n_helpers`` members have done their jobs
         and come, the vehicle included if it has jobs. Members ``waiting`` are not available before.
