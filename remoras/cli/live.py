@@ -45,7 +45,7 @@ HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "X-
 
 
 class LiveRun:
-    """Run displayed and controlled by pages; ``keep`` stores the finished run and returns a text on its results."""
+    """Run displayed and controlled by pages; ``keep`` stores it and describes its results."""
 
     def __init__(self, stepping: Stepping, duration_s: float, keep: Callable[[Run], str]) -> None:
         self._stepping = stepping
@@ -146,7 +146,7 @@ class LiveRun:
 
 
 class LiveServer(ThreadingHTTPServer):
-    """Local web server of a run; ``port`` 0 takes a free one. Raises OSError if the port is in use."""
+    """Local web server of a run; ``port`` 0 takes a free one. OSError if the port is in use."""
 
     allow_reuse_address = sys.platform != "win32"  # would allow two servers on one port
 

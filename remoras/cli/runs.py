@@ -27,7 +27,7 @@ NUMBERS = (
     ("mean latency", "mean_latency_s", 1.0, "s"),
     ("closest approach", "closest_approach_m", 1.0, "m"),
 )
-"""Printed metrics of a run, the most important first: label, key in the summary, scale, unit."""
+"""Printed metrics of a run, most important first: label, key in summary, scale, unit."""
 
 ScenarioName = Annotated[
     str,
