@@ -96,7 +96,7 @@ def contentment(stimulus: float, satisfaction: float) -> float:
 
 
 def answered(strongest_call: float, answers: float, own: float) -> float:
-    """Return the effect 0..1 of a call: its strength times effect of responding, minus ``own`` satisfaction.
+    """Return the effect of a call, 0..1: strength times effect of responding, less ``own``.
 
     >>> answered(0.75, 1.0, 0.25), answered(0.75, 0.25, 0.25)
     (0.5, 0.0)
@@ -211,7 +211,7 @@ class Choice:
         return vital, held
 
     def _most(self, motivations: Sequence[float], held: int, begun: int, sum_: Sum) -> Sum:
-        """Return the greatest mean motivation and its sets, added to ``begun`` beside vital ``held``."""
+        """Return the greatest mean motivation and its sets, beside vital ``held`` from ``begun`` on."""
         fit = self._fit(motivations, begun & _TYPES)
         n_held, above = (held & _TYPES).bit_count(), 8 + self._n_needed
         highest = 0.0

@@ -280,7 +280,7 @@ class ExecutiveLayer:
         return dict(sorted(strengths.items()))
 
     def pulls(self, now_s: float) -> Pulls:
-        """Return attraction and repulsion inputs of the current decision (``remoras.motion.attraction``)."""
+        """Return attraction and repulsion inputs of the decision (``remoras.motion.attraction``)."""
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         role = None if guiding is None else self._role_of[guiding]
         signals = {} if role is None else self._heard.get(role, {})

@@ -87,7 +87,7 @@ class Sensed(NamedTuple):
 
 
 class Sensing:
-    """Switch and read the sensors of one vehicle; ``misses`` returns whether one yields nothing at a time (s)."""
+    """Switch and read the sensors of one vehicle; ``misses``: whether one fails at a time (s)."""
 
     def __init__(self, vehicle: str, sensors: Mapping[str, Sensor], world: Any) -> None:
         self.looking: tuple[str, ...] = ()  # names of sensors that were on and worked in the last motion tick
@@ -425,7 +425,7 @@ class FunctionalLayer:
         self._rests_on = None
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
-        """Move for ``dt_s`` as guidance and neighbours allow; raise PluginError for a wrong reference."""
+        """Move for ``dt_s`` as guidance and neighbours allow; PluginError for a wrong reference."""
         reference, believed, motion = self.held, self.believed, self.motion
         goes_on = self._n_ticks > 0 and motion.energy_j < self._most_j and neighbours == self._beside
         if self._leg is not None and goes_on:
@@ -455,7 +455,7 @@ class FunctionalLayer:
             self.positioning.after_motion(neighbours, dt_s)
 
     def _until(self, leg: Leg, reference: Reference | None) -> tuple[float, float]:
-        """Return the ticks and the energy (J) up to which a leg surely changes neither reference nor needs."""
+        """Return until which tick and energy (J) a leg surely changes neither reference nor needs."""
         data, body, way_m = self.data, self.picture.body, leg.way_m
         if self.positioning is not None or self._drain_w:
             return 0.0, 0.0

@@ -65,7 +65,7 @@ VITAL: Mapping[ActivitySet, Callable[[VehicleData, Bounds], Behaviour]] = {
     _vital("ReturningHome"): lambda data, bounds_m: ReturningHome(data),
     _vital("ReturningToArea"): lambda data, bounds_m: ReturningToArea(bounds_m, data),
 }
-"""Behaviours of the activity sets of every vehicle, which precede those of its objectives in this order."""
+"""Behaviours of every vehicle's vital sets, which precede those of its objectives in order."""
 VITAL_SETS = tuple(VITAL)
 VITAL_NAMES = frozenset(activity_set.name for activity_set in VITAL)
 """Names reserved for vital activities, besides those of needs added by features."""

@@ -116,7 +116,7 @@ def _turn(most_rad: float) -> Vector:
 
 
 def _turned(motion: Motion, wanted: Vector, most_rad: float) -> Vector | None:
-    """Turn ``motion``; return None if it reaches ``wanted``, else cosine and sine of the error before the turn."""
+    """Turn ``motion``; return None at ``wanted``, else cosine and sine of the error before."""
     (x, y), (to_x, to_y) = motion.ahead, wanted
     along, across = x * to_x + y * to_y, x * to_y - y * to_x
     if along > 0.0 and -STRAIGHT < across < STRAIGHT:

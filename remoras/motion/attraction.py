@@ -28,7 +28,7 @@ from remoras.work import Point
 ASIDE = 0.7071067811865476
 """Sine and cosine of a quarter of pi."""
 HINDERED_S = 30.0
-"""Time (s) for which a vehicle still calls after an obstruction: the other one may be leaving."""
+"""Time (s) for which a vehicle calls after an obstruction: the other one may be leaving."""
 KNOWN_M = 20.0
 """Maximum distance between a sonar contact and the last received position of its vehicle."""
 LEG_M = 10.0
@@ -159,7 +159,7 @@ class Courses:
 
 
 def vehicle_at(at_m: Point, positions_m: Mapping[str, Point]) -> str | None:
-    """Return the vehicle last received nearest to a sonar contact, within ``KNOWN_M``; else None.
+    """Return the vehicle last received within ``KNOWN_M`` of a sonar contact, or None.
 
     >>> vehicle_at((30.0, 0.0), {"AUV01": (33.0, 0.0), "AUV02": (28.0, 0.0)})
     'AUV02'

@@ -182,7 +182,7 @@ def _nearest(
 def _least_excess(
     planes: Sequence[HalfPlane], first: int, most_mps: float, best: Velocity, n_walls: int = 0
 ) -> Velocity:
-    """Velocity with the least maximum violation (section 5.2); the first ``n_walls`` are hard constraints."""
+    """Velocity with the least greatest violation (section 5.2); ``n_walls`` first ones are hard."""
     excess = 0.0
     for number in range(max(first, n_walls), len(planes)):
         x, y, dx, dy = plane = planes[number]
@@ -224,7 +224,7 @@ def nearest_within(bounds_m: Bounds, place_m: tuple[float, float]) -> tuple[floa
 
 
 def walls_of(bounds_m: Bounds, x_m: float, y_m: float) -> list[HalfPlane]:
-    """Return the half-planes that keep a vehicle inside the area of operations for ``RECOVERY_S``.
+    """Return the half-planes that keep a vehicle inside its borders for ``RECOVERY_S``.
 
     Borders out of reach at ``FASTEST_MPS`` are omitted; beyond a border, it goes no farther out.
 

@@ -84,7 +84,7 @@ class Separation:
         self._conflicts: frozenset[tuple[int, int]] = frozenset()
 
     def look(self) -> dict[int, list[Neighbour]]:
-        """Return the sonar contacts of each vehicle, by index; vehicles without contacts are missing."""
+        """Return the sonar contacts of each vehicle, by index; none for vehicles without contacts."""
         self._pairs, self._n_looks, now = [], self._n_looks + 1, self._n_looks
         vehicles, due = self.vehicles, self._due.pop(now, [])
         seen: dict[int, list[Neighbour]] = {}
