@@ -1,4 +1,4 @@
-"""Domains: operators of elementary tasks, methods of abstract tasks, and their validation. Plans: trees of tasks."""
+"""Domains: operators of elementary and methods of abstract tasks. Plans: trees of tasks."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class NoPlan:
-    """Result of a search without a decomposition: first root task, keys of all facts read by the search."""
+    """Result of a search without plan: first root task, keys of all facts read by the search."""
 
     task: Task
     rests_on: frozenset[Any]
@@ -208,7 +208,7 @@ class NoPlan:
 
 
 class Facts:
-    """State of the search, passed to methods and operators: initial facts, and effects on the way."""
+    """State of the search, for methods and operators: initial facts, and effects on the way."""
 
     def __init__(self, initial: FactsLike) -> None:
         self.read: set[Any] = set()  # keys of the initial facts
@@ -257,7 +257,7 @@ class Facts:
 
 
 def is_met(facts: FactsLike, wanted: Iterable[tuple[Key, Any]]) -> bool:
-    """True if all facts have the wanted values; False matches None and False, ANY any known value."""
+    """True if all facts have the wanted values; False matches None too, ANY any known value."""
     for key, value in wanted:
         known = facts.get(key)
         if (known is None) if value is ANY else known if value is False else known != value:

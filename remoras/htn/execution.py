@@ -214,7 +214,7 @@ class Execution:
     # Repair --------------------------------------------------------------------------------------
 
     def fail(self, place: int, facts: FactsLike) -> bool:
-        """Mark a step as failed and replan the lowest ancestor with an alternative; return False if none has one."""
+        """Fail a step and replan the lowest ancestor with an alternative; False if none has one."""
         self.branches[place].status, self.branches[place].expected = Status.FAILED, None
         self._running.pop(place, None)
         while (place := self.branches[place].parent) != ROOT:
