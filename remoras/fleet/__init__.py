@@ -1,3 +1,3 @@
-"""Fleets: vehicles with their radios, the traffic between them, and the queue that drives them."""
+"""Fleets: vehicles with radios, traffic between them, and the queue that drives them."""
 
 __all__: list[str] = []

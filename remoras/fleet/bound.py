@@ -1,4 +1,4 @@
-"""Instant sharing for an upper bound (``remoras.strategies.oracle``): all vehicles know each statement at once."""
+"""Instant sharing of all statements, for an upper bound (``remoras.strategies.oracle``)."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ class Radio:
     # Out -----------------------------------------------------------------------------------------
 
     def tells(self, facts: Iterable[Fact], is_sent: bool = True) -> bool:
-        """Return whether these facts are sent to peers; ``is_sent`` is False if for this vehicle alone."""
+        """Return whether facts are sent to peers; ``is_sent`` False keeps them to this vehicle."""
         return is_sent and self.communicates and self.manager.is_of_use(facts)
 
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:

@@ -41,11 +41,11 @@ observation.
 UNSAID = Table("unsaid", (
     Column("slot", "int"), TIME, VEHICLE, Column("reason", "str"), Column("candidates", "int"),
 ))  # fmt: skip
-"""Queued items and statuses not sent in a slot, by reason (``exchange.policy.candidates.Unsaid``)."""
+"""Queued items and statuses not sent in a slot, by reason (``candidates.Unsaid``)."""
 
 
 class RadioLog:
-    """Rows of one vehicle about packets, items and peers; ``recorder`` takes them, and may be replaced."""
+    """Rows of one vehicle about packets, items and peers; ``recorder`` may be replaced."""
 
     def __init__(self, names: Sequence[str], beliefs: Beliefs, manager: ExchangeManager, recorder: Recorder) -> None:
         self._names, self._beliefs, self.recorder = names, beliefs, recorder
@@ -69,7 +69,7 @@ class RadioLog:
         self.recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))
 
     def sent(self, sent: Transmission, now_s: float) -> None:
-        """Write events of peers noticed in a slot, and every ``LINK_FRAMES`` frames the state of links."""
+        """Write events of peers noticed in a slot; every ``LINK_FRAMES`` frames the link states."""
         for node, event in sent.noticed:
             self.recorder.peers.append((now_s, self._me, self._names[node], event))
         if sent.slot // len(self._names) % LINK_FRAMES == LINK_FRAMES - 1:

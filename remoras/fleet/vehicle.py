@@ -125,7 +125,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self._share(self._recorded(sensed, now_s), now_s)
 
     def think(self, now_s: float, dt_s: float) -> None:
-        """Perceive and decide, unless the last decision stands; execute at once the parts of the social layer."""
+        """Perceive and decide, unless the last decision stands; execute parts of the social layer."""
         functional, executive = self.functional, self.executive
         functional.picture.groups.planning_due = bool(self.social.planner.due)
         perceptions = functional.perceive(executive.decision.chosen)
@@ -331,7 +331,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.consider([change], now_s, is_sent)
 
     def consider(self, changes: Sequence[Change], now_s: float, is_sent: bool = True) -> None:
-        """Process changes of the world model; ``is_sent`` is False for statements for this vehicle alone."""
+        """Process changes of the world model; ``is_sent`` False: statements for this vehicle alone."""
         self.beliefs.note()
         self.radio.note(changes)
         considered = self.social.consider(changes, is_sent)
