@@ -208,7 +208,7 @@ class Leadership:
     def claim(
         self, group: str, claimed: Claimed, excused: Collection[str] = NOBODY, by_leading: str | None = None
     ) -> Leadership:
-        """Add a claim that ``excused`` vehicles do not block; it may depend on leading ``by_leading``."""
+        """Add a claim that ``excused`` vehicles do not block; valid only if it led ``by_leading``."""
         lead = self.groups[group]
         before = lead.claims.get(claimed)
         if before is not None and before.issuperset(excused):

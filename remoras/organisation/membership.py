@@ -126,7 +126,7 @@ class Membership:
         heard_s: Mapping[str, float],
         word_s: float = 0.0,
     ) -> Changes:
-        """Update membership at the end of a TDMA frame, by the last evidence (s) of each peer, and of any one."""
+        """Update membership at the end of a TDMA frame, by the last evidence (s) of each peer."""
         if now_s - self.looked_s > self._away_s:
             # It was away itself, so the silence of others proves nothing.
             self._since_s = now_s
@@ -192,7 +192,7 @@ def with_work(present: Organisation, organisation: Organisation, absent: Collect
 
 
 def owners(whole: Work) -> dict[str, str]:
-    """Return an owner of each role without holder at the start: the longest job first, to its earliest finisher."""
+    """Return owners of roles without holder at the start: longest job first, to earliest end."""
     owner_of: dict[str, str] = {}
     outlooks = {data.name: Outlook(0.0, data.start_m) for data in whole.workers}
 
@@ -216,10 +216,7 @@ def patience_with(
     now_s: float,
     lease_s: float,
 ) -> Patience:
-    """Return the grace period from the last known positions and remaining jobs of the others.
-
-    ``all_work``: the work before the mission and now, with absent vehicles, and the owners known to the strategy.
-    """
+    """Return the grace period; ``all_work`` has work at the start and now, and owners of jobs."""
     until_s, way_s, barred = now_s, 0.0, set[tuple[str, str]]()
     for whole, work, division in all_work:
         rally_m = rallies_m.get(work.group.rally_point or "")

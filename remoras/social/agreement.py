@@ -21,10 +21,7 @@ from remoras.work import Work, jobs_left, precedence
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Common knowledge of all vehicles at the start; steps of ``plans`` have been carried out.
-
-    By group, ``meets_after`` are the groups that meet before, ``supervisors`` the ones that give its mission.
-    """
+    """Common knowledge of all vehicles at the start; steps of ``plans`` have been carried out."""
 
     organisation: Organisation
     objectives: tuple[Objective, ...]

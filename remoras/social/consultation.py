@@ -482,7 +482,7 @@ def settle(view: View, asked: Request, age: Age) -> View:
 
 
 def renew(view: View, group: str, issuer: str) -> View:
-    """Recompute holders of a group's jobs after ``issuer`` claimed to lead it, or changed its availability."""
+    """Recompute holders of jobs after ``issuer`` claimed to lead, or changed its availability."""
     jobs = {role.name for role in view.group(group).roles if role.job is not None}
     follows: list[Request] = []
     for place in [place for place in view.holdings if place[0] == group and place[1] in jobs]:

@@ -41,7 +41,7 @@ def negotiated_attributes(strategy: Strategy, jobs: Mapping[str, Job], tbox: TBo
 
 
 class Negotiation:
-    """Negotiators of one vehicle, one for each of its groups that has jobs; ``attributes`` are uids of messages."""
+    """Negotiators of one vehicle, by group with jobs; ``attributes`` are uids of messages."""
 
     def __init__(
         self,

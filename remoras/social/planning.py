@@ -261,10 +261,7 @@ def by_receiver(
     role_named: Callable[[PropertyValue], tuple[str, str] | None],
     is_individual: Callable[[Objective], bool],
 ) -> list[list[Fact]]:
-    """Split facts into parts, single vehicles first, in the order in which these get roles.
-
-    ``role_named`` returns attribute and role of an organisational fact. New holders get individual objectives.
-    """
+    """Split facts by receiver, single vehicles first, in the order in which these get roles."""
     named = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
     players: dict[str, list[str]] = {}  # by role
     parts: dict[str, list[Fact]] = {}

@@ -213,7 +213,7 @@ class Isolated(NamedTuple):
 
 
 class Now(NamedTuple):
-    """Presence at the end of a round: own absence until ``began_s``; peers ``missed`` since then."""
+    """Presence at the end of a round: own absence until ``began_s``, peers ``missed`` since."""
 
     absent: frozenset[str] = NOBODY
     unavailable: frozenset[str] = NOBODY

@@ -1,4 +1,4 @@
-"""Remaining work of a vehicle's groups, as known from reports on jobs, batteries and sensors."""
+"""Remaining work of a vehicle's groups, as known by reports on jobs, batteries and sensors."""
 
 from __future__ import annotations
 
