@@ -241,7 +241,7 @@ def job_plan(work: Work) -> AllocationPlan:
 
 
 def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]:
-    """Return the assignments of ``job_plan``, plus help for idle vehicles if it saves ``help_s``."""
+    """Return the assignments of ``job_plan``, plus help by idle vehicles that saves ``help_s``."""
     plan = job_plan(work)
     # The latest expected end first, since roles sent at run time take effect in that order.
     jobs = tuple(sorted(assignments(work, plan), key=lambda assignment: -plan.ends_s[assignment.vehicle]))
@@ -354,7 +354,7 @@ Effort = tuple[float, float]
 """Objective, lexicographic: makespan, then sum of all ends (s), to the millisecond."""
 
 MOST_PATHS, MOST_EXCHANGES = 4000, 20_000
-"""New paths of single vehicles, and exchanges between two, evaluated per search; the latter bound large fleets."""
+"""New paths of single vehicles, and exchanges (these bound large fleets) per search."""
 SHAPES = ((1, 0), (1, 1), (1, 2), (2, 1))
 """Numbers of jobs that the last vehicle gives to another one and takes back."""
 

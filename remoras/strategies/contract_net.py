@@ -28,7 +28,7 @@ from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Stat
 from remoras.work import Outlook
 
 EARLIEST = 1_000_000
-"""Strength of a claim made at 0 s; it falls by one per second, so earlier claims are stronger."""
+"""Strength of a claim made at 0 s; it falls by one per second, so that earlier claims win."""
 HIGHEST_BID_S = 65535
 FACTS_PER_BLOCK = 10
 """Bids per block; they share its header."""
@@ -215,7 +215,7 @@ class Contractor(Member["ContractNet"]):
         return chosen
 
     def _announce(self, engaged: Mapping[str, Engagement], situation: Situation) -> None:
-        """Auction unassigned jobs if responsible, or a queued job that another one would end earlier."""
+        """Auction unassigned jobs if responsible, or a queued job that another would end earlier."""
         work, me = situation.work, self._me
         vacant = [
             role.name for role in work.open if self._claims.winner(role.name) is None and role.name not in self._offered

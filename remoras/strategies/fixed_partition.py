@@ -28,10 +28,7 @@ from remoras.work import Job, Outlook, Point, Work
 
 @dataclass(frozen=True)
 class ChainOfJobs:
-    """Sequence of jobs of one vehicle, presented as one job with the name of the first.
-
-    ``links`` are role names and jobs in order of execution; ``needs`` are prerequisites outside the chain.
-    """
+    """Chain of jobs of one vehicle, presented as one job; ``needs`` are from outside the chain."""
 
     group: str
     links: tuple[tuple[str, Job], ...]
@@ -127,7 +124,7 @@ class Timetable(Member["FixedPartition"]):
         self._met = False
 
     def negotiate(self, situation: Situation) -> Move:
-        """Take the next role of a chain or a discovered one, continue, or declare the group gathered."""
+        """Take the next role of a chain or a discovered one, or declare the group gathered."""
         work = situation.work
         if self._meeting_s is None:
             self._meeting_s = self._expected_s(situation)

@@ -26,10 +26,7 @@ Row = tuple[dict[int, float], float, float]
 
 
 class Seats:
-    """Initial assignment of vehicles to roles, as one optimisation problem.
-
-    ``needed``: minimum of holders; ``able``: vehicles, preferred first; ``apart``: groups that share no members.
-    """
+    """Initial role assignment as one optimisation problem; groups ``apart`` share no members."""
 
     def __init__(
         self,
@@ -141,7 +138,7 @@ class _Founders:
         self._eligible = {(group.name, role.name): self._suited(group, role) for group, role in self._founding}
 
     def needed(self) -> Organisation:
-        """Fill the minimum of each founding role: greedily in order, or exactly if that leaves a flaw."""
+        """Fill the minimum of each founding role: greedily, or exactly if that leaves a flaw."""
         greedy = Organisation.of(self._groups)
         for group, role in self._founding:
             for data in self._able(greedy, group, role)[: _n_needed(role)]:

@@ -88,7 +88,7 @@ class Dispatcher(Member["HeadLed"]):
         return statements
 
     def _together(self, facts: Sequence[Statable], work: Work) -> list[tuple[Statable, ...]]:
-        """Group simultaneous facts; add roles without a job that a member needs beside the assigned one."""
+        """Group simultaneous facts; add roles that a member needs beside the assigned one."""
         left = {role: (name, attribute, role) for name, attribute, role in facts if attribute == "leftRole"}
         taken = {role for _, attribute, role in facts if attribute == "playsRole"}
         blocks = []

@@ -50,7 +50,7 @@ def in_blocks(facts: Sequence[Statable], most: int) -> list[Statement]:
 
 
 class DividedAtSea:
-    """Strategy that assigns only roles without a job before the dive; ``member`` is the part of each vehicle."""
+    """Strategy that assigns only roles without a job before the dive; ``member`` does the rest."""
 
     __slots__ = ()
     member: ClassVar[type[Member[Any]]]
