@@ -35,10 +35,7 @@ KINDS = ("strategy", "mission", "policy", "channel", "fault")
 
 
 def conforms(kind: str, name: str) -> Iterator[str]:
-    """Run all checks of a plug-in and yield the name of each passed one; AssertionError if not.
-
-    ``name`` is ``package.module:object`` or shipped, for a mission a scenario; unknown ones raise package errors.
-    """
+    """Run all checks of a plug-in (a mission by its scenario) and yield names of passed ones."""
     match kind:
         case "strategy":
             from remoras.testing import strategies  # needs Hypothesis

@@ -25,7 +25,7 @@ def passed(checks: Iterable[Callable[..., None]], *plugin: Any) -> Iterator[str]
 
 
 def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
-    """Convert an object, recursively, to comparable values; ``seen`` has the index of visited objects by identity."""
+    """Convert an object, recursively, to comparable values; ``seen``: visited objects by id."""
     seen = {} if seen is None else seen
     if value is None or isinstance(value, str | int | float | bool | bytes | type):
         return value
@@ -77,7 +77,7 @@ class DecisionInputs:
 
 @lru_cache(maxsize=16)  # a run, asked by each check
 def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], seed: int = 1) -> list[DecisionInputs]:
-    """Return sampled inputs of a vehicle: at first without knowledge, later with peers and work; do not modify."""
+    """Return sampled inputs of a vehicle, first without knowledge, later with peers and work."""
     draw = random.Random(seed)
     picture, moments = Picture(frame_s=10.0), []
     for number in range(N_MOMENTS):
@@ -133,7 +133,7 @@ def check(
 def _answers(
     behaviour: Behaviour, moments: Sequence[DecisionInputs], by_deadline: bool = False
 ) -> list[tuple[Perception, Reference | None]]:
-    """Return the answers at all moments; with ``by_deadline``, a valid perception is not asked for again."""
+    """Return the answers at all moments; ``by_deadline`` reuses perceptions while valid."""
     answers = []
     was_done = False
     perceived, reference, n_heard = IDLE, None, 0

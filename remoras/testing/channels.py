@@ -145,7 +145,7 @@ PATIENCE_S = 5.0
 
 
 def check_driver(make: Callable[[], Pair], least_bytes: int = 1) -> None:
-    """Check drivers, which may lose, repeat or reorder packets of at least ``least_bytes``."""
+    """Check drivers in pairs; they may lose, repeat or reorder packets of ``least_bytes`` up."""
     # The program sends 3 bytes or more.
     for holds in (
         partial(carries_packets_whole, least_bytes=least_bytes),
@@ -182,14 +182,14 @@ def carries_packets_whole(sender: Driver, receiver: Driver, pace: Paced, least_b
 
 
 def does_not_hear_itself(sender: Driver, receiver: Driver, pace: Paced) -> None:
-    """Check that a driver does not receive own packets, which would indicate a duplicate node id."""
+    """Check that a driver does not receive own packets, which would look like a duplicate node."""
     sender.send(PACKETS[2], 0.0)
     receiver.receive(_soon_s(pace))
     assert list(sender.receive(_soon_s(pace))) == [], "it receives its own packet"
 
 
 def waits_no_longer_than_it_is_told(sender: Driver, receiver: Driver, pace: Paced) -> None:
-    """Check that without packets a driver returns nothing at the deadline, and at once if that is past."""
+    """Check that without packets a driver returns nothing at the deadline, at once if past."""
     for until_s, what in ((-1.0, "although the time is past"), (_soon_s(pace), "longer than the given time")):
         began_s = time.monotonic()
         assert list(sender.receive(until_s)) == []

@@ -1,4 +1,4 @@
-"""Conformance checks of kinds of faults (``remoras.DeclaredFault``), raising ``AssertionError``."""
+"""Conformance checks of faults (``remoras.DeclaredFault``), raising ``AssertionError``."""
 
 from __future__ import annotations
 
@@ -84,10 +84,7 @@ CHECKS: tuple[Callable[[str, Mapping[str, Any]], None], ...] = (
 
 
 def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
-    """Run all checks of a kind and yield their names; AssertionError if one fails.
-
-    ``name`` is ``package.module:Class`` or a shipped kind, else PluginError; required ``keys`` default to 1.0.
-    """
+    """Run all checks of a kind and yield their names; required ``keys`` default to 1.0."""
     kind: type[DeclaredFault] = kind_named(name)
     assert issubclass(kind, DeclaredFault)
     return passed(CHECKS, name, keys or {})

@@ -37,7 +37,7 @@ def check_metric(metric: Metric, runs: Sequence[api.Run] = ()) -> None:
 
 
 def check_figure(figure: Declared, runs: Sequence[api.Run] = ()) -> None:
-    """Check a figure, layer or mark, drawn from memory and folders; ``runs``: see ``check_metric``."""
+    """Check a figure, layer or mark, drawn from memory and folders; see ``check_metric``."""
     from missions.figure import Mark, faults_of_figure
 
     if faults := list(faults_of_figure(figure)):

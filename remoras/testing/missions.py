@@ -267,7 +267,7 @@ HASH_SEEDS = ("1", "2")
 
 
 def check_free_of_hashes(scenario: Scenario) -> None:
-    """Check that processes with different hash seeds, and the import paths of this one, record equal rows."""
+    """Check that processes with different hash seeds record equal rows, with equal import paths."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scenario.toml"
         tables = scenario.model_dump(mode="json", exclude_none=True)

@@ -90,7 +90,7 @@ def check_no_false_beliefs(policy: AckPolicy) -> None:
 
 
 def check_bitwise(policy: AckPolicy) -> None:
-    """Check that bits of a header do not mix: they are nodes in a vehicle, and trials in the study."""
+    """Check that header bits do not mix: they are nodes in a vehicle, trials in the study."""
     header = policy.acknowledgement.header
     table = 0xFF00, 0xF0F0, 0xCCCC, 0xAAAA
     for bit in range(16):

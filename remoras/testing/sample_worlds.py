@@ -162,7 +162,7 @@ def _value(attribute: Attribute, database: AUVDatabase) -> st.SearchStrategy[Any
 def hearsay(
     strategy: Strategy, database: AUVDatabase, jobs: Mapping[str, Job], mentioned: Sequence[str]
 ) -> st.SearchStrategy[tuple[Heard, ...]]:
-    """Sample any facts valid in the ontology, true or false, from any sender: the exchange filters no others."""
+    """Sample any facts valid in the ontology, from any sender: the exchange filters no others."""
     kinds = []
     for attribute in map(TBOX.attribute_named, negotiated_attributes(strategy, jobs, TBOX)):
         subjects = list(_instances(attribute.domain, database))
