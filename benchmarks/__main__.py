@@ -36,14 +36,14 @@ def main() -> int:
     unknown = sorted(set(arguments.name) - set(names))
     if unknown:
         parser.error(f"unknown benchmark {', '.join(unknown)}: allowed are {', '.join(names)}")
-    found: list[dict[str, Any]] = []
+    results: list[dict[str, Any]] = []
     for name in arguments.name or names:
         rows = importlib.import_module(f"benchmarks.{name}").rows()
-        found += rows
+        results += rows
         if not arguments.json:
             print(*map(_line, rows), sep="\n", flush=True)
     if arguments.json:
-        print(json.dumps(found, indent=2))
+        print(json.dumps(results, indent=2))
     return 0
 
 

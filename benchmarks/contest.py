@@ -33,13 +33,13 @@ def read(paths: Sequence[Path]) -> Contest:
     cards = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
     if len({(card["digest"], card["split"]) for card in cards}) > 1:
         raise ValueError("they are of several suites or splits; allowed: of one, and behind --other of another")
-    found = {one.name: one for card in cards for one in read_strategies(card)}
-    return dict(sorted(found.items(), key=lambda of: -of[1].score))
+    by_name = {strategy.name: strategy for card in cards for strategy in read_strategies(card)}
+    return dict(sorted(by_name.items(), key=lambda of: -of[1].score))
 
 
 def ranked(contest: Contest) -> list[str]:
     """The nine that are shipped: neither a bound nor one of others."""
-    shipped = {name for name, one in strategies().items() if one.declaration.sharing is None}
+    shipped = {name for name, strategy in strategies().items() if strategy.declaration.sharing is None}
     return [name for name in contest if name in shipped]
 
 
@@ -54,15 +54,15 @@ def apart(contest: Contest, names: Sequence[str]) -> dict[tuple[str, str], bool]
 
 def by_condition(scored: Scored) -> dict[tuple[str, str], float]:
     """Mean efficiency over grounds by network and what is unforeseen."""
-    found: dict[tuple[str, str], list[float]] = defaultdict(list)
+    efficiencies: dict[tuple[str, str], list[float]] = defaultdict(list)
     for cell, efficiency in scored.by_cell.items():
-        found[cell.network, cell.unforeseen].append(efficiency)
-    return {condition: fmean(values) for condition, values in found.items()}
+        efficiencies[cell.network, cell.unforeseen].append(efficiency)
+    return {condition: fmean(values) for condition, values in efficiencies.items()}
 
 
 def regrets(contest: Contest, names: Sequence[str]) -> dict[str, list[float]]:
     """Of each strategy, by condition, the share that is lacking to the best of some in hindsight."""
-    efficiency = {name: by_condition(one) for name, one in contest.items()}
+    efficiency = {name: by_condition(strategy) for name, strategy in contest.items()}
     best = {condition: max(efficiency[name][condition] for name in names) for condition in efficiency[names[0]]}
     return {name: [1.0 - of[condition] / best[condition] for condition in best] for name, of in efficiency.items()}
 

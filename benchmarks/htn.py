@@ -109,10 +109,10 @@ def towers() -> Domain:
 def _gtpyhop() -> Any:
     """GTPyhop, without what it says of itself; it speaks on the output that --json is to have alone."""
     with contextlib.redirect_stdout(io.StringIO()):
-        found = importlib.import_module("gtpyhop")
-        found.set_verbose_level(0)
-        found.set_recursive_planning(True)
-    return found
+        module = importlib.import_module("gtpyhop")
+        module.set_verbose_level(0)
+        module.set_recursive_planning(True)
+    return module
 
 
 def _their_travel(gtpyhop: Any) -> Callable[[], Any]:
@@ -188,8 +188,8 @@ def _their_towers(gtpyhop: Any) -> Callable[[], Any]:
     return lambda: gtpyhop.find_plan(state, [("tower", N_DISCS, "a", "c", "b")])
 
 
-def _lengths(found: Any) -> int:
-    return len(found.tasks) if isinstance(found, Plan) else len(getattr(found, "plan", found))
+def _lengths(planned: Any) -> int:
+    return len(planned.tasks) if isinstance(planned, Plan) else len(getattr(planned, "plan", planned))
 
 
 def _against_gtpyhop() -> list[dict[str, Any]]:
@@ -200,7 +200,7 @@ def _against_gtpyhop() -> list[dict[str, Any]]:
     trips = [Task("travel", trip) for trip in TRIPS]
     pegs = {("on", disc): "a" for disc in range(1, N_DISCS + 1)}
     whole = Task("tower", (N_DISCS, "a", "c", "b"))
-    found = []
+    table = []
     compared: tuple[tuple[str, Callable[[], Any], Callable[[Any], Callable[[], Any]], int], ...] = (
         ("travel", lambda: plan(by_travel, FACTS, trips), _their_travel, 200),
         (f"towers, {N_DISCS} discs", lambda: plan(by_towers, pegs, whole), _their_towers, 3),
@@ -211,8 +211,8 @@ def _against_gtpyhop() -> list[dict[str, Any]]:
         if _lengths(theirs()) != n_actions:
             raise AssertionError(f"{name}: the plans differ in length")
         ours_s, theirs_s = least_s(ours, theirs, repeats=REPEATS, calls=calls)
-        found.append(row(f"htn, {name}", n_actions / ours_s, "1/s", "GTPyhop", n_actions / theirs_s))
-    return found
+        table.append(row(f"htn, {name}", n_actions / ours_s, "1/s", "GTPyhop", n_actions / theirs_s))
+    return table
 
 
 def _repair() -> list[dict[str, Any]]:
@@ -233,15 +233,15 @@ def _repair() -> list[dict[str, Any]]:
         {"way": [Method("legs", legs)], "leg": [Method("some way", ways)]},
     )
     facts: dict[Any, Any] = {}
-    found = plan(domain, facts, Task("way"))
-    if not isinstance(found, Plan) or len(found.tasks) != N_STEPS:
+    planned = plan(domain, facts, Task("way"))
+    if not isinstance(planned, Plan) or len(planned.tasks) != N_STEPS:
         raise AssertionError(f"the plan has not {N_STEPS} steps")
     planning_s, repair_s = float("inf"), float("inf")
     for _ in range(20 * REPEATS):
         began = time.process_time()
         plan(domain, {}, Task("way"))
         planning_s = min(planning_s, time.process_time() - began)
-        under_way = Execution(domain, found)
+        under_way = Execution(domain, planned)
         facts.clear()
         for step in under_way.advance(facts):
             number, _, part = step.task.args

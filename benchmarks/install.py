@@ -24,8 +24,8 @@ SHOWN = 4
 
 def required(name: str) -> list[str]:
     """Names of the distributions that one requires without extras, on this machine."""
-    found = [Requirement(text) for text in metadata.requires(name) or ()]
-    return sorted({one.name.lower() for one in found if one.marker is None or one.marker.evaluate({"extra": ""})})
+    needs = [Requirement(text) for text in metadata.requires(name) or ()]
+    return sorted({need.name.lower() for need in needs if need.marker is None or need.marker.evaluate({"extra": ""})})
 
 
 def closure(name: str) -> dict[str, float]:

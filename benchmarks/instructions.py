@@ -36,9 +36,9 @@ def instructions(*arguments: str) -> int:
     done = subprocess.run(
         [*command, sys.executable, "-c", CHILD, *arguments], env=environment, capture_output=True, text=True, check=True
     )
-    found = COUNTED.search(done.stderr)
-    assert found is not None, done.stderr
-    return int(found[1].replace(",", ""))
+    match = COUNTED.search(done.stderr)
+    assert match is not None, done.stderr
+    return int(match[1].replace(",", ""))
 
 
 def rows() -> list[dict[str, Any]]:

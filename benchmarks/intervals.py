@@ -86,19 +86,19 @@ def coverage(what: str, shape: str, n: int, share: float, n_studies: int, seed: 
     truth = {"mean": 1.0, "restricted": (1.0 - share) * bounded + share * HORIZON, "difference": 0.0, "shift": 0.0}[
         what
     ]
-    found: list[Estimated] = []
+    estimates: list[Estimated] = []
     for _ in range(n_studies):
         if what == "mean":
-            found.append(mean_interval(list(own(draws, n))))
+            estimates.append(mean_interval(list(own(draws, n))))
         elif what == "shift":
-            found.append(difference_interval(list(own(draws, n) - own(draws, n))))
+            estimates.append(difference_interval(list(own(draws, n) - own(draws, n))))
         elif what == "restricted":
-            found.append(restricted_interval(_timed(draws, own(draws, n), share)))
+            estimates.append(restricted_interval(_timed(draws, own(draws, n), share)))
         else:
             luck = own(draws, n)  # of the losses that both meet
             sides = [_timed(draws, luck * draws.lognormal(-0.02, 0.2, n), share) for _ in range(2)]
-            found.append(restricted_difference_interval(*sides))
-    intervals = [interval for interval in found if not isinstance(interval, NoInterval)]
+            estimates.append(restricted_difference_interval(*sides))
+    intervals = [interval for interval in estimates if not isinstance(interval, NoInterval)]
     if not intervals:
         return Coverage(what, shape, n, share, n_studies, 0, None, None)
     covered = sum(low <= truth <= high for low, high in intervals) / len(intervals)
@@ -171,10 +171,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--studies", type=int, default=300, help="studies that are made up for each row")
     given = parser.parse_args()
-    found = list(coverages(given.studies))
+    table = list(coverages(given.studies))
     print("| interval of | times | n | did not get there | has one | covers | median width |")
     print("|---|---|---|---|---|---|---|")
-    for row in found:
+    for row in table:
         had = f"{100 * row.n_intervals / row.n_studies:.1f} %"
         said = ["n too small", ""] if row.covered is None else [f"{100 * row.covered:.1f} %", f"{row.width:.2f}"]
         print(f"| {row.what} | {row.shape} | {row.n} | {100 * row.share:g} % | {had} | {said[0]} | {said[1]} |")

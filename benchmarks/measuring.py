@@ -33,18 +33,18 @@ def row(
         why: reason for a missing value.
     """
     ratio = value / reference_value if ratio is None and value is not None else ratio
-    found = {
+    entry = {
         "name": name, "value": value, "unit": unit, "reference": reference, "reference_value": reference_value,
         "ratio": ratio,
     }  # fmt: skip
     if value is None:
-        return found | {"why": why}
+        return entry | {"why": why}
     if goal:
         sign, limit = goal.split()[:2]
         of = ratio if judged is None else judged
         assert of is not None
-        found |= {"goal": goal, "met": of >= float(limit) if sign == ">=" else of <= float(limit)}
-    return found
+        entry |= {"goal": goal, "met": of >= float(limit) if sign == ">=" else of <= float(limit)}
+    return entry
 
 
 def least_s(*ways: Callable[[], object], repeats: int, calls: int = 1) -> list[float]:

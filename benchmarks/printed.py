@@ -79,8 +79,8 @@ class PrintedLine:
 
     def printed(self, text: str) -> str | None:
         """The line as a page has it; None if it has no such line, or several."""
-        found = list(re.finditer(self._pattern, text))
-        return found[0][0] if len(found) == 1 else None
+        matches = list(re.finditer(self._pattern, text))
+        return matches[0][0] if len(matches) == 1 else None
 
     @property
     def _pattern(self) -> str:
@@ -89,12 +89,12 @@ class PrintedLine:
 
     def made(self, summaries: dict[Source, list[Summary]]) -> str:
         """The line as it is to be printed by what came of its runs."""
-        found = {
+        values = {
             name: Measured([of for seed in self.seeds for of in summaries[arguments, seed]])
             for name, arguments in self.runs.items()
         }
-        paired = {name: Paired(found[one], found[other]) for name, (one, other) in self.pairs.items()}
-        return self.template.format(**found, **paired)
+        paired = {name: Paired(values[one], values[other]) for name, (one, other) in self.pairs.items()}
+        return self.template.format(**values, **paired)
 
 
 class Measured:

@@ -77,7 +77,7 @@ class Claim(NamedTuple):
 
     def settings(self, *more: str) -> list[tuple[str, str]]:
         """Of its scenario."""
-        return [("--set", one) for one in (f"strategy.name={self.strategy}", f"channel.per={self.loss}", *more)]
+        return [("--set", setting) for setting in (f"strategy.name={self.strategy}", f"channel.per={self.loss}", *more)]
 
 
 def choices() -> list[Nodes]:
@@ -112,8 +112,8 @@ def over_alike(strategies: Sequence[str], seeds: Sequence[int], pool: Any) -> It
     losses = "measured", "alike"
     for strategy in strategies:
         trips = [Trip(strategy, *of) for of in product(choices(), losses, seeds)]
-        found = dict(zip(trips, pool.map(came, trips, chunksize=4), strict=True))
-        s = {trip[1:4]: came.mission_s for trip, came in found.items()}
+        outcomes = dict(zip(trips, pool.map(came, trips, chunksize=4), strict=True))
+        s = {trip[1:4]: came.mission_s for trip, came in outcomes.items()}
         means_s = {of: statistics.fmean(s[*of, seed] for seed in seeds) for of in product(choices(), losses)}
         ratios = {nodes: means_s[nodes, "measured"] / means_s[nodes, "alike"] for nodes in choices()}
         of_all_s = [statistics.fmean(means_s[nodes, loss] for nodes in choices()) for loss in losses]
@@ -130,7 +130,7 @@ def over_alike(strategies: Sequence[str], seeds: Sequence[int], pool: Any) -> It
         yield row(
             f"{strategy}, nodes {' '.join(worst)}", worst_s[0], "s", "alike", worst_s[1], goal=f"<= {WORST_GOAL} x"
         )
-        doubled = statistics.fmean(100.0 * came.doubled for trip, came in found.items() if trip.loss == "measured")
+        doubled = statistics.fmean(100.0 * came.doubled for trip, came in outcomes.items() if trip.loss == "measured")
         yield row(f"{strategy}, two holders", doubled, "% time", "goal", 1.0, goal="<= 1 %")
 
 
@@ -141,7 +141,7 @@ def recoveries(strategies: Sequence[str], seeds: Sequence[int], pool: Any) -> It
     for loss in (*ALIKE, "measured"):
         for strategy in strategies:
             trips = [Trip(strategy, nodes, loss, seed, fault) for nodes, seed in product(choices()[-1:], seeds)]
-            times_s = [one.recovery_s for one in pool.map(came, trips) if one.recovery_s is not None]
+            times_s = [outcome.recovery_s for outcome in pool.map(came, trips) if outcome.recovery_s is not None]
             if times_s:
                 yield row(f"{strategy}, {LOST} lost, {loss}", statistics.fmean(times_s), "s", "lease", lease_s)
 
@@ -165,7 +165,7 @@ def succeeded(claim: Claim) -> bool:
     fleet = assemble(resolved(load(SCENARIO, claim.settings(fault))), claim.seed)
     while fleet.running:
         fleet.step()
-    heads = {one.social.organisation.heads(GROUP) for one in fleet.vehicles if one.is_alive}
+    heads = {vehicle.social.organisation.heads(GROUP) for vehicle in fleet.vehicles if vehicle.is_alive}
     fleet.close()
     return fleet.completed and len(heads) == 1 and HEAD not in heads.pop()
 

@@ -60,8 +60,8 @@ def correlation(one: tuple[PlaceM, PlaceM], other: tuple[PlaceM, PlaceM], distan
 
 def quartiles(losses: Array) -> Array:
     """Quartiles along the last axis, after Hazen: halfway between two of twenty."""
-    found: Array = np.quantile(losses, QUARTILES, axis=-1, method="hazen")
-    return found
+    parts: Array = np.quantile(losses, QUARTILES, axis=-1, method="hazen")
+    return parts
 
 
 @dataclass(frozen=True)
@@ -219,14 +219,14 @@ def splits(n_links: int, n_splits: int, seed: int = 1) -> list[tuple[list[int], 
 def held_back(measured: Measured, n_splits: int) -> dict[str, Array]:
     """Scores of links that were held back, of each split: of the site, of the law alone, and of two means."""
     none: Array = np.zeros(1)
-    found: dict[str, list[float]] = {"site": [], "law alone": [], "mean of the fitted": [], "their own mean": []}
+    scores: dict[str, list[float]] = {"site": [], "law alone": [], "mean of the fitted": [], "their own mean": []}
     for on, held in splits(len(measured.links), n_splits):
         losses, law = measured.losses[held], measured.fitted(on, none, none)
-        found["site"].append(score(losses, measured.predicted(measured.fitted(on), on, held)))
-        found["law alone"].append(score(losses, np.array([measured.loss(link, law.level_db) for link in held])))
-        found["mean of the fitted"].append(score(losses, float(measured.losses[on].mean())))
-        found["their own mean"].append(score(losses, float(losses.mean())))
-    return {name: np.array(values) for name, values in found.items()}
+        scores["site"].append(score(losses, measured.predicted(measured.fitted(on), on, held)))
+        scores["law alone"].append(score(losses, np.array([measured.loss(link, law.level_db) for link in held])))
+        scores["mean of the fitted"].append(score(losses, float(measured.losses[on].mean())))
+        scores["their own mean"].append(score(losses, float(losses.mean())))
+    return {name: np.array(values) for name, values in scores.items()}
 
 
 def matched(measured: Measured, n_draws: int = 400) -> tuple[float, float, float]:
@@ -243,7 +243,7 @@ def matched(measured: Measured, n_draws: int = 400) -> tuple[float, float, float
     spread = drawn[:, 0] @ np.linalg.cholesky(measured.alike + little).T
     noise = drawn[:, 1] @ np.linalg.cholesky(measured.share_receiver + little).T
     wanted, asymmetry = quartiles(measured.losses), measured.asymmetry(measured.losses)
-    found = []
+    fits = []
     for spread_db in map(float, SPREADS_DB):
         for receiver_db in map(float, RECEIVERS_DB):
             for level_db in map(float, LEVELS_DB):
@@ -252,8 +252,8 @@ def matched(measured: Measured, n_draws: int = 400) -> tuple[float, float, float
                 off = np.abs(quartiles(losses).mean(axis=1) - wanted).max() / WITHIN_QUARTILE
                 off_asymmetry = abs(measured.asymmetry(losses).mean() - asymmetry) / WITHIN_ASYMMETRY
                 if max(off, off_asymmetry) <= WITHIN:
-                    found.append((measured.misfit(spread_db, receiver_db, level_db), spread_db, receiver_db, level_db))
-    return min(found)[1:]
+                    fits.append((measured.misfit(spread_db, receiver_db, level_db), spread_db, receiver_db, level_db))
+    return min(fits)[1:]
 
 
 def simulated(measured: Measured, level_db: float, table: SiteTable, n_seeds: int) -> Array:

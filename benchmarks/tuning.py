@@ -171,7 +171,7 @@ class Verdict:
 
 def tuned(strategy: Strategy) -> tuple[Parameter, ...]:
     """The parameters of a strategy that are searched: those with a range; factors without one say what it is."""
-    return tuple(one for one in parameters(strategy) if {one.name, f"{strategy.name}.{one.name}"} & RANGES.keys())
+    return tuple(key for key in parameters(strategy) if {key.name, f"{strategy.name}.{key.name}"} & RANGES.keys())
 
 
 def tunable() -> dict[str, Strategy]:

@@ -88,7 +88,7 @@ class Runs:
     def difference(self, strategy: str, **conditions: Any) -> tuple[float, float]:
         """How much later missions of a strategy end than those of the baseline, and the standard deviation (s)."""
         means = [
-            {n: self.mean_s(one for one in self.where(of, **conditions) if one["repeat"] == n) for n in self.repeats}
+            {n: self.mean_s(line for line in self.where(of, **conditions) if line["repeat"] == n) for n in self.repeats}
             for of in (strategy, BASELINE)
         ]
         later = [means[0][n] - means[1][n] for n in self.repeats]
@@ -102,8 +102,8 @@ def said(mean: float, deviation: float) -> str:
 
 def mean_of(lines: Iterable[Line], name: str) -> str:
     """Mean of a metric over the runs that have it."""
-    found = [float(line["summary"][name]) for line in lines if line["summary"].get(name) is not None]
-    return f"{fmean(found):.0f}" if found else "-"
+    values = [float(line["summary"][name]) for line in lines if line["summary"].get(name) is not None]
+    return f"{fmean(values):.0f}" if values else "-"
 
 
 def tables(runs: Runs, cases: Sequence[str]) -> Iterator[str]:
@@ -138,7 +138,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.under_loss", description=__doc__)
     parser.add_argument("folder", nargs="+", type=Path)
     folders = parser.parse_args().folder
-    found: dict[str, list[Line]] = {}
+    by_strategy: dict[str, list[Line]] = {}
     try:
         studies = [SweepResults.read(folder) for folder in folders]
         lines = [[line for line in study.lines.values() if line["status"] == "done"] for study in studies]
@@ -147,10 +147,10 @@ def main() -> None:
         parser.error(str(error))
     for done in lines:
         for name in {settings_of(line)[STRATEGY] for line in done}:
-            found[name] = [line for line in done if settings_of(line)[STRATEGY] == name]
-    if BASELINE not in found:
+            by_strategy[name] = [line for line in done if settings_of(line)[STRATEGY] == name]
+    if BASELINE not in by_strategy:
         parser.error(f"{folders[0]}: no finished run of {BASELINE}, to which others are compared")
-    print(*tables(Runs(line for of in found.values() for line in of), cases), sep="\n")
+    print(*tables(Runs(line for of in by_strategy.values() for line in of), cases), sep="\n")
 
 
 if __name__ == "__main__":

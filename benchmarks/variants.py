@@ -40,7 +40,7 @@ def _pandora(n_stuck: int, n_vehicles: int = 3, tools: Mapping[str, Collection[i
     raw["upset"] = [{"kind": "stuck"}] * n_stuck
     raw["vehicle"] = raw["vehicle"][:n_vehicles]
     for number, vehicle in enumerate(raw["vehicle"]):
-        vehicle["sensor"] = [one for one in vehicle["sensor"] if number in tools.get(one["type"], range(3))]
+        vehicle["sensor"] = [tool for tool in vehicle["sensor"] if number in tools.get(tool["type"], range(3))]
     return raw
 
 
@@ -63,11 +63,11 @@ def _fleet(seed: int) -> Raw:
     rng = random.Random(seed)
     n = rng.choice([1, 2, 3])
     able, tools = rng.randrange(n), ("arm", "wrench", "camera")
-    have = {one: [number for number in range(n) if number == able or rng.random() < 0.6] for one in tools}
+    have = {kind: [number for number in range(n) if number == able or rng.random() < 0.6] for kind in tools}
     raw = _pandora(rng.randrange(4), n, have)
     raw["channel"]["per"], raw["fault"] = rng.choice([0.0, 0.2, 0.5]), []
     for vehicle in raw["vehicle"][:able] + raw["vehicle"][able + 1 :]:
-        has = [one["type"] for one in vehicle["sensor"] if one["type"] in tools]
+        has = [kind["type"] for kind in vehicle["sensor"] if kind["type"] in tools]
         fault = {"vehicle": vehicle["name"], "at_s": rng.uniform(20.0, 2500.0)}
         if rng.random() < 0.4:
             raw["fault"].append({**fault, "kind": "lost"})
@@ -80,7 +80,7 @@ def _trident(dead: str, at_s: float, n_divers: int = 2) -> Raw:
     """Arm and gripper of one vehicle die."""
     raw = _tables(NAMES[1])
     raw["fleet"]["size"] = 1 + n_divers
-    raw["fault"] = [{"vehicle": dead, "kind": "sensor", "sensor": one, "at_s": at_s} for one in ("arm", "gripper")]
+    raw["fault"] = [{"vehicle": dead, "kind": "sensor", "sensor": part, "at_s": at_s} for part in ("arm", "gripper")]
     return raw
 
 
@@ -103,7 +103,7 @@ def _trident_drawn(seed: int) -> Raw:
     able, raw["fault"] = rng.choice(divers), []
     for diver in divers:
         modules, at_s = rng.choice(SPARED if diver == able else LOST_WAYS), rng.uniform(50.0, 1900.0)
-        raw["fault"] += [{"vehicle": diver, "kind": "sensor", "sensor": one, "at_s": at_s} for one in modules]
+        raw["fault"] += [{"vehicle": diver, "kind": "sensor", "sensor": part, "at_s": at_s} for part in modules]
     return raw
 
 
@@ -232,14 +232,14 @@ def flown(raw: Raw, seed: int, settings: Sequence[str] = ()) -> Run:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "variant.toml"
         path.write_text(tomli_w.dumps(raw), encoding="utf-8")
-        return run(load(str(path), [("--set", one) for one in settings]), seed)
+        return run(load(str(path), [("--set", setting) for setting in settings]), seed)
 
 
 def shares_of(runs: Sequence[Run]) -> Iterator[str]:
     """Of each headline share of which more is better, its mean and interval."""
     for metric in runs[0].mission.metrics:
         if metric.headline and metric.better is Better.HIGHER and metric.name.endswith("_fraction"):
-            values = [value for one in runs if isinstance(value := metric.of(one), float)]
+            values = [value for done in runs if isinstance(value := metric.of(done), float)]
             yield f"{metric.name} {fmean(values):.2f}" + (f" ± {t_half_width(values):.2f}" if len(values) > 1 else "")
 
 

@@ -117,12 +117,12 @@ class Bench:
     def blocks(self, heard: Sequence[Heard], origins: Sequence[int] = range(N_ORIGINS)) -> list[Block]:
         """The blocks of each of ``origins`` in turn."""
         counts = dict.fromkeys(origins, 0)
-        found = []
+        made = []
         for n, (subject, attribute, value, time_s, _) in enumerate(heard):
             origin = origins[n * len(origins) // len(heard)] if len(origins) == 2 else origins[n % len(origins)]
-            found.append(Block(origin, counts[origin], time_s, (PropertyValue(subject, attribute, value),)))
+            made.append(Block(origin, counts[origin], time_s, (PropertyValue(subject, attribute, value),)))
             counts[origin] += 1
-        return found
+        return made
 
     def ban(self) -> Block:
         """Origin 3 bans origin 2, from the start."""
@@ -153,9 +153,9 @@ class Bench:
         """The observations in plain dicts: by name of the block, and by slot; nothing is checked."""
         blocks: dict[tuple[int, int], Heard] = {}
         slots: dict[tuple[int, int], list[tuple[float, int, float]]] = {}
-        for n, one in enumerate(heard):
-            blocks[one.origin, n] = one
-            slots.setdefault((one.subject, one.attribute), []).append((one.time_s, one.origin, one.value))
+        for n, fact in enumerate(heard):
+            blocks[fact.origin, n] = fact
+            slots.setdefault((fact.subject, fact.attribute), []).append((fact.time_s, fact.origin, fact.value))
         return blocks, slots
 
 
@@ -283,4 +283,4 @@ def rows() -> list[dict[str, Any]]:
     """Benchmark rows."""
     bench = Bench()
     parts = (recording, latest, memory, merging, digests)
-    return [found for part in parts for found in part(bench)]
+    return [entry for part in parts for entry in part(bench)]

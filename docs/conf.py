@@ -115,13 +115,13 @@ class Terms(SphinxDirective):
 
 def definition(name: str, kind: str, texts: Collection[str]) -> nodes.definition_list_item:
     """One entry of a list; what stands between backticks is literal."""
-    found = nodes.definition("")
+    body = nodes.definition("")
     for text in filter(None, texts):
         said = nodes.paragraph()
         for number, part in enumerate(text.replace("``", "`").split("`")):
             said += nodes.literal("", part) if number % 2 else nodes.Text(part)
-        found += said
-    return nodes.definition_list_item("", nodes.term("", "", nodes.literal("", name), nodes.Text(kind)), found)
+        body += said
+    return nodes.definition_list_item("", nodes.term("", "", nodes.literal("", name), nodes.Text(kind)), body)
 
 
 class Tables(SphinxDirective):
@@ -171,27 +171,27 @@ class Public(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Names as links, then the entry of each by autodoc: classes, functions, values."""
         package = self.arguments[0]
-        found = sorted(self.directives(), key=lambda one: ("data::" in one[1], "autofunction" in one[1]))
-        links = ", ".join(f":py:obj:`{name} <{package}.{name}>`" for name, _ in found)
-        text = "\n".join(lines for _, lines in found)
+        documented = sorted(self.directives(), key=lambda one: ("data::" in one[1], "autofunction" in one[1]))
+        links = ", ".join(f":py:obj:`{name} <{package}.{name}>`" for name, _ in documented)
+        text = "\n".join(lines for _, lines in documented)
         return self.parse_text_to_nodes(
-            f"```{{eval-rst}}\n.. py:currentmodule:: {package}\n\n{links if len(found) > 1 else ''}\n\n{text}\n```"
+            f"```{{eval-rst}}\n.. py:currentmodule:: {package}\n\n{links if len(documented) > 1 else ''}\n\n{text}\n```"
         )
 
     def directives(self) -> Iterator[tuple[str, str]]:
         """Each name with its directive."""
         package = self.arguments[0]
         for name in import_module(package).__all__:
-            found: Any = getattr(import_module(package), name)
+            value: Any = getattr(import_module(package), name)
             where = f"{package}.{name}"
-            if inspect.ismodule(found) or (name in remoras.__all__ and found is getattr(remoras, name)):
+            if inspect.ismodule(value) or (name in remoras.__all__ and value is getattr(remoras, name)):
                 continue
-            if inspect.isclass(found):  # fields of models are keys, which have a list of their own
-                yield name, f".. autoclass:: {where}\n" + "   :no-members:\n" * issubclass(found, BaseModel)
-            elif inspect.isroutine(found):
+            if inspect.isclass(value):  # fields of models are keys, which have a list of their own
+                yield name, f".. autoclass:: {where}\n" + "   :no-members:\n" * issubclass(value, BaseModel)
+            elif inspect.isroutine(value):
                 yield name, f".. autofunction:: {where}\n"
             else:
-                several = found if isinstance(found, Collection) and not isinstance(found, str) else [found]
+                several = value if isinstance(value, Collection) and not isinstance(value, str) else [value]
                 names = [one if isinstance(one, str) else getattr(one, "name", repr(one)) for one in several]
                 yield name, f".. py:data:: {name}\n\n   {', '.join(f'``{one}``' for one in names)}\n"
 
