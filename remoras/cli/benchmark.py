@@ -68,7 +68,7 @@ def benchmark(
     ] = None,
     draw_seed: Annotated[
         int | None,
-        typer.Option("--seed", min=0, metavar="S", help="Seed of the random sample of --verify; default: a new one."),
+        typer.Option("--seed", min=0, metavar="N", help="Seed of the random sample of --verify; default: a new one."),
     ] = None,
     as_json: Json = False,
 ) -> None:

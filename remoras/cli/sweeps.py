@@ -68,7 +68,7 @@ def sweep(
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Repeat the runs that failed.")] = False,
     timeout_s: Annotated[
         float | None,
-        typer.Option(min=0.001, metavar="S", help="Time limit of a run; a longer one counts as failed; default: none."),
+        typer.Option(min=0.001, metavar="SECONDS", help="Time limit of a run; a longer one fails; default: none."),
     ] = None,
     memory_mb: Annotated[
         int | None,

@@ -50,7 +50,7 @@ def ended(trap: str, *arguments: object, handlers: str = "SIG_DFL") -> "subproce
 
 @ENDS
 @pytest.mark.parametrize("module", ["remoras.cli.app", "numpy"])
-def test_an_interruption_during_imports_is_one_line(module: str, number: int, code: int, said: str) -> None:
+def test_an_interruption_during_imports_is_reported_in_one_line(module: str, number: int, code: int, said: str) -> None:
     done = ended(WHILE_LOADING.format(module=module, number=number), *RUN)
     assert (done.returncode, done.stdout, done.stderr) == (code, "", f"remoras: {said}\n")
 

@@ -89,6 +89,6 @@ def test_new_replaces_no_file_without_force(arguments: str) -> None:
     assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == before
 
 
-def test_a_folder_that_is_a_file_is_one_line() -> None:
+def test_a_file_in_place_of_the_folder_is_reported_in_one_line() -> None:
     Path("taken").touch()
     assert refused("new", "metric", "mine", "--out", "taken").count("\n") == 1

@@ -118,7 +118,7 @@ def test_a_log_that_differs_ends_with_1_and_names_the_packet(tmp_path: Path) -> 
     assert "ASV00 differs from its log: packet 1: " in done.stdout
 
 
-def test_a_port_in_use_is_one_line() -> None:
+def test_a_port_in_use_is_reported_in_one_line() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         number = taken.getsockname()[1]

@@ -18,7 +18,7 @@ def test_a_shipped_model_passes_every_check() -> None:
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "gadget"])
-def test_an_unknown_name_to_check_is_one_line(kind: str) -> None:
+def test_an_unknown_name_to_check_is_reported_in_one_line(kind: str) -> None:
     done = check(kind, "nosuch")
     (line,) = done.stderr.splitlines()
     assert (done.exit_code, "nosuch" in line or "gadget" in line) == (2, True)

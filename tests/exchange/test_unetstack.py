@@ -158,7 +158,7 @@ def test_invalid_and_foreign_messages_are_skipped_and_requests_answered(modems: 
     one.close()
 
 
-def test_a_missing_host_or_physical_layer_is_one_line(modems: Modems) -> None:
+def test_a_missing_host_or_physical_layer_is_reported_in_one_line(modems: Modems) -> None:
     modems.physical = ""
     with pytest.raises(
         ConfigurationError, match=r"--unet 127\.0\.0\.1:\d+: it names no physical layer; allowed is a modem"

@@ -53,7 +53,7 @@ def test_factors_turn_one_strategy_into_another(one: str, other: str, factors: t
         ("fixed-partition", {"repairs": "calls"}, 'fixed-partition has "never" alone; "changes" has'),
     ],
 )
-def test_incompatible_factors_are_one_line_with_the_allowed_values(strategy, settings, says) -> None:
+def test_incompatible_factors_are_reported_in_one_line_with_the_allowed_values(strategy, settings, says) -> None:
     with pytest.raises(StrategyError) as caught:
         configured(strategies()[strategy], settings)
     assert says in str(caught.value)
