@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from missions.scenarios.scenario import Scenario
     from remoras.database import AUVDatabase
-    from remoras.fleet.settling import Settled
+    from remoras.fleet.final_exchange import Settled
     from remoras.mission import Milestone, Mission
     from remoras.organisation.needs import Subjects
     from remoras.recorder import Content

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import networkx as nx
     from pandas import DataFrame
 
-    import missions.runs.known
+    import missions.runs.knowledge_at
     from missions.figure import Declared
     from missions.metric import Metric
     from missions.sweeps.folder import SweepResults
@@ -402,7 +402,7 @@ class Run:
         data = run_data(self._results, mission.places, mission.jobs.values(), by_packets)
         return ReplayPage(page_text(title_of([self.summary]), [data]))
 
-    def known(self, vehicle: str, at_s: float) -> missions.runs.known.KnownAt:
+    def known(self, vehicle: str, at_s: float) -> missions.runs.knowledge_at.KnownAt:
         """Return a vehicle's world model and organisation at ``at_s``; OutputError if unknown."""
         return self._results.known(vehicle, at_s)
 

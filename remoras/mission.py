@@ -91,7 +91,7 @@ class Mission(SocialPart, FunctionalPart, Protocol):
         """Return a function of fleet and true time (s) that changes the world; None by default.
 
         It is called between vehicles before each observation by the truth, so sensors perceive changes in the next
-        motion tick. A vehicle run separately, see ``remoras.fleet.solo``, refuses such missions.
+        motion tick. A vehicle run separately, see ``remoras.fleet.standalone``, refuses such missions.
         """
         return None
 

@@ -51,7 +51,7 @@ class Declaration:
         communicates, influences: whether vehicles send packets and influence signals.
         meets: vehicles send at rendezvous only; others do not take their silence for absence.
         blocks_per_round: maximum number of blocks per vehicle, consultation round and job.
-        sharing: for upper bounds, which are never ranked: the class ``remoras.fleet.bound.InstantSharing``.
+        sharing: for upper bounds, which are never ranked: the class ``remoras.fleet.instant_sharing.InstantSharing``.
         authorities: changes allowed to members other than the leader; by default only the leader assigns roles.
         private_jobs: vehicles record own jobs privately; contrary beliefs of others are no errors.
     """
@@ -150,7 +150,7 @@ class Strategy(Protocol):
     """Organisational strategy; its parameters are the fields of a frozen dataclass.
 
     All five members are required. Strategies that differ in job assignment only reuse ``form`` of
-    ``remoras.strategies.founding`` and often its ``adapt``::
+    ``remoras.strategies.initial_roles`` and often its ``adapt``::
 
         @dataclass(frozen=True, slots=True)
         class Mine:

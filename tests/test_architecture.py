@@ -106,11 +106,11 @@ DOORS: dict[str, set[str]] = {
 FOR_ALL = {"exchange.arithmetic", "exchange.lazily"}
 """Everybody may import them; they import nothing."""
 HULL = {
-    "remoras.fleet.vehicle", "remoras.fleet.radio", "remoras.fleet.fleet", "remoras.fleet.solo",
+    "remoras.fleet.vehicle", "remoras.fleet.radio", "remoras.fleet.fleet", "remoras.fleet.standalone",
     "remoras.fleet.traffic", "remoras.truth",
 }  # fmt: skip
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
-KNOW_MESA = {"remoras.fleet.fleet", "remoras.fleet.solo", "remoras.fleet.vehicle"}
+KNOW_MESA = {"remoras.fleet.fleet", "remoras.fleet.standalone", "remoras.fleet.vehicle"}
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors", "remoras.table"},
     "remoras.htn": {"remoras.errors", "remoras.process"},

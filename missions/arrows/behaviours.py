@@ -9,9 +9,9 @@ import numpy as np
 
 from exchange.arithmetic import distance
 from missions.arrows.belief_map import Chart, summed
-from missions.arrows.choosing import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, Way, goes_on
 from missions.arrows.detectors import ANOMALY, SAME_M, shown_of, unidentified
 from missions.arrows.scenario import UNKNOWN, ArrowsScenario
+from missions.arrows.target_selection import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, Way, goes_on
 from remoras.behaviours import (
     ADVANCING,
     DONE,

@@ -32,9 +32,9 @@ from missions.arrows.belief_map import (
     halved,
     total_of,
 )
-from missions.arrows.choosing import Choosing, Hearers, Reach, contact_range_m
 from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSettings, DetectorSettings, MagneticSettings
 from missions.arrows.scenario import DETECTORS, ArrowsScenario, KindTable
+from missions.arrows.target_selection import Choosing, Hearers, Reach, contact_range_m
 from missions.arrows.truth import FIGURES, FLEET_MAPS, IDENTIFIED, MAPS, METRICS, ArrowsTruth
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Place

@@ -37,7 +37,7 @@ from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
 from remoras.organisation import Group, RoleSpecification
 from remoras.plugins import named_object
-from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.initial_roles import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statement
 from remoras.work import Outlook, Point, share_left
 

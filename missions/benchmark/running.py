@@ -16,7 +16,7 @@ from typing import Any
 
 from missions.benchmark.suite import Cell, Suite
 from missions.errors import OutputError
-from missions.rounds import Rounds, least_time_s
+from missions.lower_bound import Rounds, least_time_s
 from missions.runs.assembly import actual
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario
@@ -28,7 +28,7 @@ from missions.sweeps.ledger import FAILED
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study
 from remoras.database import VehicleData
-from remoras.deciding import MOST_CPU_S
+from remoras.decision_timeout import MOST_CPU_S
 from remoras.errors import PluginError
 from remoras.plugins import named_object
 

@@ -33,7 +33,7 @@ class WatchTable(Section):
 
 def watched(scenario: Scenario, strategy: Strategy) -> Strategy:
     """Wrap a strategy in the time limit unless it is wrapped already."""
-    from remoras.deciding import InTime
+    from remoras.decision_timeout import InTime
 
     return strategy if isinstance(strategy, InTime) else InTime(strategy, scenario.of_feature(KEY).cpu_s)
 
@@ -45,7 +45,7 @@ class Watch(Observer):
         joining.recorder.declare(SILENCED)
 
     def on_start(self, host: Host) -> None:
-        from remoras.deciding import InTime
+        from remoras.decision_timeout import InTime
 
         strategy = host.vehicles[0].social.strategy
         assert isinstance(strategy, InTime)  # guaranteed by ``Feature.strategy``

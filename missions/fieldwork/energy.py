@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from exchange.arithmetic import distance
-from missions.fieldwork.helping import MUCH_NEARER_M, Help, HelpAwaited
+from missions.fieldwork.assistance import MUCH_NEARER_M, Help, HelpAwaited
 from missions.fieldwork.jobs import SiteSurvey
 from missions.meeting.job_mission import DONE_BY, THERE_M
 from missions.meeting.meeting import NEWS_FRAMES

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from exchange.arithmetic import distance, sincos
 from exchange.channel import loss
-from missions.fieldwork.helping import Help, HelpAwaited
+from missions.fieldwork.assistance import Help, HelpAwaited
 from missions.meeting.job_mission import DONE_BY, THERE_M, AnyonesJob, ReportedJob, Stay, Staying
 from missions.meeting.meeting import NEWS_FRAMES
 from remoras.behaviours import (

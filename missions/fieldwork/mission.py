@@ -15,6 +15,7 @@ from pydantic import Field
 
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
+from missions.fieldwork.assistance import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings, n_helpers
 from missions.fieldwork.energy import (
     BRINGS,
     IS_HALTED,
@@ -27,7 +28,6 @@ from missions.fieldwork.energy import (
     Passing,
     TransferTable,
 )
-from missions.fieldwork.helping import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings, n_helpers
 from missions.fieldwork.jobs import (
     ESCORTS,
     HELPS,

@@ -13,7 +13,7 @@ from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.features import place_error_m
 from missions.scenarios.scenario import Scenario
-from missions.stated import places_m
+from missions.statements import places_m
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

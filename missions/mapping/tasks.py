@@ -16,10 +16,10 @@ from remoras.activities import Objective
 from remoras.behaviours import Behaviour, Perception, Reference, awaited
 from remoras.beliefs import Beliefs, Known
 from remoras.database import VehicleData
+from remoras.group_hierarchy import supervised_by
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION, PURSUE, Finding
 from remoras.motion import Motion
-from remoras.nesting import supervised_by
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.work import Job

@@ -41,10 +41,10 @@ from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import Behaviour, FollowingLeader, Homing, LeadingFollowers, Planning, Supervision
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
+from remoras.group_hierarchy import meets_after
 from remoras.htn import ANY, Expected, FactsLike, Method, Operator, Task
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION, Finding
 from remoras.motion import Motion
-from remoras.nesting import meets_after
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.work import Job, Outlook, Point

@@ -17,9 +17,9 @@ from typing import ClassVar
 from missions.figure import RunResults
 from missions.meeting.meeting import Meeting
 from missions.metric import MeasuredRun
+from remoras.group_hierarchy import height
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.motion.separation import NEAR_M
-from remoras.nesting import height
 from remoras.organisation import Group
 from remoras.recorder import CANNOT, FAULTS, TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach

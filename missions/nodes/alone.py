@@ -31,7 +31,7 @@ from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from remoras.faults import Fault, Faults
-from remoras.fleet.solo import Solo
+from remoras.fleet.standalone import Solo
 from worldmodel import EPOCHS, suggestion
 
 if TYPE_CHECKING:

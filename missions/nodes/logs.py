@@ -33,7 +33,7 @@ from missions.errors import ConfigurationError, OutputError, writing
 from missions.files import text_of
 from missions.nodes.alone import LoneVehicle, NodePlan, Pause, alone
 from missions.nodes.frontseat import Fix, placed
-from remoras.fleet.solo import Sent, just_after
+from remoras.fleet.standalone import Sent, just_after
 from remoras.version import __version__
 
 FORMAT = "remoras node"

@@ -12,7 +12,7 @@ from exchange.errors import PeerFault
 from missions.nodes.alone import LoneVehicle
 from missions.nodes.frontseat import OwnBody, placed
 from missions.nodes.logs import LineKind, LogEntry, NodeLog
-from remoras.fleet.solo import just_after
+from remoras.fleet.standalone import just_after
 from remoras.fleet.vehicle import Vehicle
 
 DOUBLES = 40  # `trial` of the draws of duplicated packets; those of losses use 0, as in a run

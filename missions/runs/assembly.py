@@ -22,7 +22,7 @@ from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import Fault, Faults
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.radio import Radio, RenewedNeeds
-from remoras.fleet.solo import Solo
+from remoras.fleet.standalone import Solo
 from remoras.fleet.traffic import Medium
 from remoras.fleet.vehicle import Vehicle
 from remoras.functional.layer import FunctionalLayer

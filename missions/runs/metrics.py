@@ -21,7 +21,7 @@ from missions.scenarios.features import features
 from missions.scenarios.fleet import modem_energy
 from missions.scenarios.parts import METRICS, metric_named, mission_class
 from missions.scenarios.scenario import Scenario
-from missions.stated import stated
+from missions.statements import stated
 from remoras.mission import Mission
 from remoras.recorder import Content
 from worldmodel import doubted

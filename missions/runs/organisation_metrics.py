@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from missions.fault import absences
 from missions.metric import MeasuredRun
-from remoras.nesting import specification_faults
+from remoras.group_hierarchy import specification_faults
 from remoras.organisation import Organisation, RoleAssignment, RoleKey
 
 
@@ -118,7 +118,7 @@ def holder_conflict_fraction(run: MeasuredRun) -> float | None:
 
 
 def malformed_s(run: MeasuredRun) -> float:
-    """Time (s) in which the vehicles' own roles violated the specification, see ``remoras.nesting``."""
+    """Time (s) in which the vehicles' own roles violated the specification, see ``remoras.group_hierarchy``."""
     groups = tuple(run.setup.agreement.organisation.groups.values())
     known: dict[frozenset[RoleAssignment], bool] = {}
     spells_s = []

@@ -28,9 +28,9 @@ from remoras.recorder import TIME, Content
 from worldmodel import Knowledge, suggestion
 
 if TYPE_CHECKING:
-    from missions.runs.known import KnownAt, Memory
+    from missions.runs.knowledge_at import KnownAt, Memory
     from missions.runs.setup import Setup
-    from remoras.fleet.settling import Settled
+    from remoras.fleet.final_exchange import Settled
 
 
 class RunReader(ABC):
@@ -162,7 +162,7 @@ class RunReader(ABC):
         """Outcome of the exchange after the mission; None without one."""
         if "settling_s" not in self.summary:
             return None
-        from remoras.fleet.settling import Settled  # slow: loads the fleet
+        from remoras.fleet.final_exchange import Settled  # slow: loads the fleet
 
         return Settled(float(self.summary["settling_s"]), bool(self.summary["settled"]))
 
@@ -170,7 +170,7 @@ class RunReader(ABC):
 
     @cached_property  # all blocks of the run
     def _memory(self) -> Memory:
-        from missions.runs.known import Memory  # slow: loads the simulation
+        from missions.runs.knowledge_at import Memory  # slow: loads the simulation
 
         return Memory(self, self.setup)
 

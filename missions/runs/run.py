@@ -12,8 +12,8 @@ from missions.files import OURS, is_reference, texts
 from missions.runs.assembly import assemble
 from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
+from remoras.fleet.final_exchange import Settled, settle
 from remoras.fleet.fleet import Fleet
-from remoras.fleet.settling import Settled, settle
 from remoras.mission import Milestone, Mission
 from remoras.recorder import Recorder
 from remoras.strategy import Strategy

@@ -26,8 +26,8 @@ from remoras.authority import CONSULTING
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.fleet.run_log import DELIVERIES, UNSAID
+from remoras.group_hierarchy import Defect, specification_faults
 from remoras.mission import Mission
-from remoras.nesting import Defect, specification_faults
 from remoras.organisation import Group, Organisation
 from remoras.organisation.leadership import ROLE_ATTRIBUTES
 from remoras.organisation.needs import Path, Subjects

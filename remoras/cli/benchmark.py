@@ -170,7 +170,7 @@ def _show(table: ScoreTable) -> None:
 
 
 def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
-    from remoras.deciding import MOST_CPU_S
+    from remoras.decision_timeout import MOST_CPU_S
 
     failed = {strategy.name: sum(run.failed for run in strategy.runs) for strategy in scored}
     texts = [f"{n} runs of {name} failed and count as not completed" for name, n in failed.items() if n]

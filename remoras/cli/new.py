@@ -89,7 +89,7 @@ def new(
     chosen: dict[str, Any] = {option: value for option, value in options.items() if value is not None}
     if kind == SCENARIO:
         from exchange.channel.modems import modems
-        from missions.mapping.beginning import scenario_text
+        from missions.mapping.new_scenario import scenario_text
 
         _check_scenario_name(name)
         ranges_m = {profile.name: profile.range_m for profile in modems().values()}

@@ -10,9 +10,9 @@ from remoras.activities import Objective
 from remoras.beliefs import NOTHING_KNOWN, Key
 from remoras.database import AUVDatabase
 from remoras.errors import PlanningError
+from remoras.group_hierarchy import meets_after, supervisors_of
 from remoras.htn import NoPlan, Plan, Task, plan
 from remoras.mission_parts import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
-from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation
 from remoras.social.workload import scarce_energy_j
 from remoras.strategy import Strategy, adapt_roles, form_groups

@@ -20,7 +20,7 @@ from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import all_jobs
 from remoras.strategies.factors import Factors
-from remoras.strategies.founding import common_roles
+from remoras.strategies.initial_roles import common_roles
 from remoras.strategies.negotiator import DividedAtSea, Member
 from remoras.strategy import Declaration, Move, Situation, Statement
 from remoras.work import Job, Outlook, Point, Work

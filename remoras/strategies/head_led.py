@@ -29,7 +29,7 @@ from remoras.strategies.factors import (
     helps,
     known_from,
 )
-from remoras.strategies.founding import common_roles
+from remoras.strategies.initial_roles import common_roles
 from remoras.strategies.negotiator import HELP, MARGIN, DividedAtSea, Member
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Work, share_left

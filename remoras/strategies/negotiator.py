@@ -17,7 +17,7 @@ from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations
 from remoras.strategies.factors import NO_HELP_S, SETTINGS, AtSea, Factors, helps, known_from
-from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.initial_roles import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Negotiator, Situation, Statable, Statement
 from remoras.work import Work
 

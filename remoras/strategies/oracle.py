@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from remoras.fleet.bound import InstantSharing
+from remoras.fleet.instant_sharing import InstantSharing
 from remoras.organisation import Group, RoleAssignment
-from remoras.strategies.founding import founded
+from remoras.strategies.initial_roles import founded
 from remoras.strategies.plan_and_dispatch import PlanAndDispatch
 from remoras.strategy import Declaration, Negotiator
 from remoras.work import Work

@@ -21,7 +21,7 @@ from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import assignments, job_plan, planned
 from remoras.strategies.factors import Factors
-from remoras.strategies.founding import common_roles
+from remoras.strategies.initial_roles import common_roles
 from remoras.strategies.negotiator import DividedAtSea, Member
 from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Work

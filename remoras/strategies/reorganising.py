@@ -20,8 +20,8 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
-from remoras.strategies.founding import common_roles
 from remoras.strategies.head_led import TOLD
+from remoras.strategies.initial_roles import common_roles
 from remoras.strategies.negotiator import DividedAtSea, Member, frames
 from remoras.strategies.plan_and_dispatch import PlanAndDispatch
 from remoras.strategies.status_broadcast import Broadcaster, StatusBroadcast

@@ -13,7 +13,7 @@ from missions.mapping.sensors import SwathSettings
 from missions.scenarios import Scenario, load
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
-from remoras.deciding import InTime
+from remoras.decision_timeout import InTime
 from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.social.negotiation import negotiated_attributes
 from remoras.strategy import Heard, Move, Negotiator, Situation, Statement, Strategy

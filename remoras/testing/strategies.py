@@ -12,7 +12,7 @@ from missions.runs.run import Run, run
 from missions.scenarios import load
 from missions.scenarios.parts import strategy_named
 from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
-from remoras.deciding import InTime
+from remoras.decision_timeout import InTime
 from remoras.errors import StrategyError
 from remoras.organisation import Outcome
 from remoras.plugins import named_object

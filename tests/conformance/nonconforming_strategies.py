@@ -11,7 +11,7 @@ from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.strategies.central import Central
 from remoras.strategies.fixed_partition import FixedPartition
-from remoras.strategies.founding import common_roles
+from remoras.strategies.initial_roles import common_roles
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
 from remoras.testing.strategies import OFTEN

@@ -20,7 +20,7 @@ from missions.runs.run import run
 from missions.scenarios import load
 from remoras.organisation import Organisation
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.initial_roles import common_roles, founded
 from remoras.testing import behaviours as behaviour_conformance
 from remoras.testing import sensors as sensor_conformance
 from remoras.work import Outlook

@@ -17,7 +17,7 @@ from missions.runs.run import run
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet.fleet import Fleet
-from remoras.fleet.solo import Sent
+from remoras.fleet.standalone import Sent
 
 NAMES = ("ASV00", "AUV00")
 KEY = "00112233445566778899aabbccddeeff"

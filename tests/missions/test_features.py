@@ -20,7 +20,7 @@ left_out, names, *use = sys.argv[1:]
 sound = pkgutil.iter_modules
 pkgutil.iter_modules = lambda path: [one for one in sound(path) if one.name != left_out]
 if left_out:
-    of_bound = ["remoras.strategies.oracle", "remoras.fleet.bound"]
+    of_bound = ["remoras.strategies.oracle", "remoras.fleet.instant_sharing"]
     taken = of_bound if left_out == "oracle" else ["missions.features." + left_out]
     sys.modules.update(dict.fromkeys(taken))  # whoever imports it fails
 from missions.errors import ConfigurationError

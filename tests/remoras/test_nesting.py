@@ -1,6 +1,6 @@
 """Group hierarchy: supervision, order of rendezvous, and groups without common members."""
 
-from remoras.nesting import apart, height, meets_after, supervised_by, supervisors_of
+from remoras.group_hierarchy import apart, height, meets_after, supervised_by, supervisors_of
 from remoras.organisation import Group
 
 

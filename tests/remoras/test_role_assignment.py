@@ -8,7 +8,7 @@ from samples import auv, database
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.founding import founded
+from remoras.strategies.initial_roles import founded
 
 # One assignment over all roles ----------------------------------------------------------------------
 

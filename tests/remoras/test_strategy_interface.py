@@ -8,7 +8,7 @@ import pytest
 from samples import WORKER, auv, database
 
 from remoras.errors import PluginError
-from remoras.fleet.bound import InstantSharing
+from remoras.fleet.instant_sharing import InstantSharing
 from remoras.strategies.central import Central
 from remoras.strategy import (
     Declaration,

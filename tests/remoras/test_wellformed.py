@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from remoras.nesting import Defect, Malformed, specification_faults
+from remoras.group_hierarchy import Defect, Malformed, specification_faults
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification, Subgroups
 
 FLEET = Group(

@@ -7,8 +7,8 @@ from missions.runs.results import MemoryResults
 from missions.runs.run import run, settled_of
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
+from remoras.fleet.final_exchange import Settled
 from remoras.fleet.fleet import Fleet
-from remoras.fleet.settling import Settled
 
 CUT = "scenario.duration_s=900"
 """The mission is ended in its midst, with much that is still to be told."""

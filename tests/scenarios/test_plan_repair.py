@@ -21,7 +21,7 @@ from remoras.organisation import Group
 from remoras.recorder import PLANS
 from remoras.social.planning import MissionPlanner
 from remoras.strategies.allocation import all_jobs
-from remoras.strategies.founding import common_roles
+from remoras.strategies.initial_roles import common_roles
 from remoras.strategies.remoras import STRATEGY as REMORAS
 from remoras.strategy import Declaration
 from remoras.work import Work

@@ -10,7 +10,7 @@ from stress.reference_record import Breach, Flaw
 from stress.schedules import AWAY, DAMAGE, FOR_GOOD
 
 from remoras.fleet.vehicle import Vehicle
-from remoras.nesting import Defect, specification_faults
+from remoras.group_hierarchy import Defect, specification_faults
 from remoras.organisation import Organisation
 from remoras.recorder import ORGANISATION
 

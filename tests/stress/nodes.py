@@ -21,8 +21,8 @@ from missions.nodes.logs import Began, LineKind, LogEntry, Logged, back
 from missions.runs.assembly import channel_of
 from missions.runs.run import Root
 from missions.runs.setup import resolved
-from remoras.fleet.settling import _is_settled
-from remoras.fleet.solo import just_after
+from remoras.fleet.final_exchange import _is_settled
+from remoras.fleet.standalone import just_after
 from remoras.fleet.vehicle import Vehicle
 
 ACTS_S = 20.0

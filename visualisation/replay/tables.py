@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.stated import rows_by_item
+from missions.statements import rows_by_item
 from visualisation.run_records import packets_refused
 
 Ints = NDArray[np.int64]

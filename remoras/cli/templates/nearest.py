@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from remoras.authority import Authority
-from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.initial_roles import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Move, Statement
 from remoras.work import Outlook
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from searching import Facts, mission
 
 from missions.arrows.behaviours import HELD_S, Held
-from missions.arrows.choosing import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, goes_on
+from missions.arrows.target_selection import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, goes_on
 from remoras.picture import Peers
 
 SEA = mission()

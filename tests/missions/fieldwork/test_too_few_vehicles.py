@@ -6,7 +6,7 @@ import pytest
 from sample_vehicles import AUV
 from varied import Varied
 
-from missions.fieldwork.helping import Help
+from missions.fieldwork.assistance import Help
 from missions.fieldwork.jobs import Helping, Lift
 from missions.runs.run import Run
 from remoras.motion import Motion

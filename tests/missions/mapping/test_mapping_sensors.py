@@ -20,7 +20,7 @@ from missions.mapping.sensors import (
     mapping_speed_mps,
     swath_m,
 )
-from missions.runs.known import KnownAt
+from missions.runs.knowledge_at import KnownAt
 from missions.verification import verify
 from remoras.sensor import Observation, Pose
 

@@ -12,7 +12,7 @@ import pytest
 
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
-from missions.runs.known import Belief, Memory
+from missions.runs.knowledge_at import Belief, Memory
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run, result_of, run
 from missions.runs.setup import resolved

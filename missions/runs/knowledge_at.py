@@ -23,7 +23,7 @@ from missions.errors import OutputError
 from missions.fault import OVER, absences, kind_of_row
 from missions.figure import RunResults
 from missions.runs.setup import Setup, world_model
-from missions.stated import rows_by_item
+from missions.statements import rows_by_item
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
 from remoras.fleet.radio import SUSPECTED

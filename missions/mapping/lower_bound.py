@@ -11,10 +11,10 @@ import math
 from collections.abc import Sequence
 
 from exchange.arithmetic import distance
+from missions.lower_bound import Rounder, Rounds
 from missions.mapping.jobs import grounds_of
 from missions.mapping.scenario import MappingScenario
 from missions.mapping.sensors import mapping_speed_mps, swath_m
-from missions.rounds import Rounder, Rounds
 from missions.scenarios import Scenario
 from remoras.behaviours import CAPTURE_M
 from remoras.database import VehicleData

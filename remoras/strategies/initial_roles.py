@@ -17,7 +17,7 @@ from itertools import combinations
 from typing import Any
 
 from remoras.database import AUVDatabase, VehicleData
-from remoras.nesting import apart
+from remoras.group_hierarchy import apart
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.work import Work
 
