@@ -18,7 +18,7 @@ PATIENCE_MS = 180_000.0
 
 
 class Window:
-    """A page and what it did: ``requests`` beyond its own file, ``faults`` on the console."""
+    """A page with its ``requests`` beyond its own file and its console ``faults``."""
 
     def __init__(self, page: Any) -> None:
         self.page = page
@@ -29,7 +29,7 @@ class Window:
         page.on("pageerror", lambda error: self.faults.append(str(error)))
 
     def ask(self, expression: str, given: Any = None) -> Any:
-        """What an expression, or a function of ``given``, returns in the page."""
+        """Evaluate an expression, or a function of ``given``, in the page."""
         return self.page.evaluate(expression, given)
 
     def texts(self, selector: str) -> list[str]:

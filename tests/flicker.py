@@ -8,7 +8,7 @@ BACK_S = 30.0
 
 
 def undone(rows: Iterable[tuple[float, str, str, str, str, float]]) -> tuple[int, int]:
-    """How many changes of guidance were undone, and of how many; what a vehicle begins with is no change."""
+    """Number of reversed guidance changes, and of all changes; the first guidance is no change."""
     guidance: dict[str, dict[float, set[tuple[str, str]]]] = defaultdict(lambda: defaultdict(set))
     for time_s, vehicle, kind, name, role, _ in rows:
         guidance[vehicle][time_s] |= {(name, role)} if kind == "guidance" else set()

@@ -43,7 +43,7 @@ def named(fleet: Fleet, name: str) -> Vehicle:
 
 
 def stated(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
-    """What the vehicle makes known."""
+    """Block of facts stated by the vehicle."""
     return vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s).block
 
 
@@ -55,7 +55,7 @@ def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
 
 
 def hear(vehicle: Vehicle, *blocks: Block) -> list[Ruling]:
-    """The vehicle hears blocks; what becomes of them at the end of the round."""
+    """Let the vehicle receive blocks; return the outcomes at the end of the round."""
     rulings = []
     for block in blocks:
         rulings += vehicle.social.consider(merge(vehicle.beliefs.model, [block]).changes).rulings

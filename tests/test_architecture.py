@@ -228,7 +228,7 @@ def room_of(module: str) -> str:
 
 
 def broken_rules(found: Import) -> Iterator[str]:
-    """What an import violates, in words."""
+    """Rules that an import violates, in words."""
     module, target, _ = found
     of = target.split(".")[0]
     if (target == "random" or target.startswith("random.")) and not within(module, TRIES):
@@ -283,7 +283,7 @@ def drawn_or_timed(source: str) -> list[str]:
 
 
 def circles(arrows: dict[str, set[str]]) -> set[tuple[str, ...]]:
-    """Groups of modules in which each leads to every other one, directly or by way of others."""
+    """Strongly connected groups of modules in the import graph."""
     graph = nx.DiGraph((module, target) for module, targets in arrows.items() for target in targets)
     return {tuple(sorted(group)) for group in nx.strongly_connected_components(graph) if len(group) > 1}
 

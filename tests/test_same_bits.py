@@ -44,7 +44,7 @@ EXCEPT = {
 
 
 def inexact(source: str) -> Iterator[str]:
-    """What a source uses that may be rounded in more than one way."""
+    """Operations of a source whose rounding depends on the platform."""
     tree = ast.parse(source)
     imported = {
         one.asname or one.name for n in ast.walk(tree) if isinstance(n, ast.Import | ast.ImportFrom) for one in n.names

@@ -39,7 +39,7 @@ class Varied:
 
 
 def tracks(of: Run) -> list[tuple[object, ...]]:
-    """Where everybody was at any time."""
+    """Positions of all vehicles over time."""
     return list(of.recorder.trajectories)
 
 

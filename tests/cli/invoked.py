@@ -11,7 +11,7 @@ COMMAND = [sys.executable, "-c", MAIN]
 
 
 def remoras(*arguments: object) -> Result:
-    """What a command prints, and how it ends."""
+    """Output and exit code of a command."""
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 

@@ -41,28 +41,28 @@ for words in ast.literal_eval(sys.argv[1]):
 
 
 def called(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """What Python does in a folder, in a process of its own."""
+    """Run Python in a folder, as a separate process."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, *arguments]
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
 def command(folder: Path, *words: object, module: bool = False) -> subprocess.CompletedProcess[str]:
-    """What ``remoras`` does in a folder, in a process of its own."""
+    """Run ``remoras`` in a folder, as a separate process."""
     begin = ["-m", "remoras"] if module else ["-P", "-c", "from remoras.__main__ import main; main()"]
     return called(folder, *begin, *map(str, words))
 
 
-def sung(folder: Path) -> list[str]:
+def executed(folder: Path) -> list[str]:
     """Names of the planted modules that were executed."""
-    return sorted(path.name for path in (folder / "sung").iterdir())
+    return sorted(path.name for path in (folder / "executed").iterdir())
 
 
 def plant(folder: Path, *names: str, more: str = "") -> None:
-    """Put modules into a folder that leave a file in ``sung`` when they are executed."""
-    (folder / "sung").mkdir(exist_ok=True)
+    """Put modules into a folder that leave a file in ``executed`` when they are executed."""
+    (folder / "executed").mkdir(exist_ok=True)
     for name in names:
-        text = f"open({str(folder / 'sung' / name)!r}, 'w').close()\n{more}"
+        text = f"open({str(folder / 'executed' / name)!r}, 'w').close()\n{more}"
         (folder / f"{name}.py").write_text(text, encoding="utf-8")
 
 
@@ -87,14 +87,14 @@ def test_no_command_executes_modules_of_the_current_folder(tmp_path: Path) -> No
     ]
     done = called(tmp_path, "-P", "-c", ONE_BY_ONE, repr(commands))
     assert done.returncode == 0, done.stderr
-    assert sung(tmp_path) == []
+    assert executed(tmp_path) == []
 
 
 @pytest.mark.slow
 def test_python_m_imports_installed_libraries_only(tmp_path: Path) -> None:
     plant(tmp_path, *OPTIONAL, "numpy", "pyarrow", "pydantic")
     assert command(tmp_path, "validate", "mapping-rendezvous", module=True).returncode == 0
-    assert sung(tmp_path) == []
+    assert executed(tmp_path) == []
 
 
 @pytest.mark.slow
@@ -104,7 +104,7 @@ def test_a_named_plug_in_can_import_its_neighbours_at_any_time(tmp_path: Path, m
     plant(tmp_path, "mine", more=MINE)
     done = command(tmp_path, "run", "mapping-rendezvous", "--strategy", "mine:Mine", *SHORT, "--json", module=module)
     assert done.returncode in (0, 1), done.stderr
-    assert sung(tmp_path) == ["helper", "later", "mine"]
+    assert executed(tmp_path) == ["helper", "later", "mine"]
 
 
 @pytest.mark.slow
@@ -120,5 +120,5 @@ def test_workers_of_a_sweep_find_a_named_plug_in(tmp_path: Path) -> None:
     )
     assert done.returncode in (0, 1), done.stderr
     assert '"failed": 0' in done.stdout, done.stdout
-    assert sung(tmp_path) == []
-    assert sung(inner) == ["helper", "later", "mine"]
+    assert executed(tmp_path) == []
+    assert executed(inner) == ["helper", "later", "mine"]

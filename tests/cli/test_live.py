@@ -32,7 +32,7 @@ CRASHING = Crashing()
 
 
 class Client:
-    """What a page, or somebody else, asks of a live run at ``host``."""
+    """HTTP client of a live run at ``host``."""
 
     def __init__(self, host: str) -> None:
         self.host = host

@@ -45,7 +45,7 @@ def scenario(folder: Path, key: str, value: object) -> Path:
     return path
 
 
-def is_told(message: str, *parts: str) -> None:
+def assert_refusal(message: str, *parts: str) -> None:
     """One line that names what is wrong and what is allowed."""
     assert message.count("\n") == 1, message
     for part in (*parts, "is not shipped", "--no-plugins", "allowed: shipped code"):
@@ -55,7 +55,7 @@ def is_told(message: str, *parts: str) -> None:
 @pytest.mark.parametrize("key", KEYS)
 def test_a_file_naming_other_code_is_refused_before_its_import(tmp_path: Path, canary: Path, key: str) -> None:
     path = scenario(tmp_path, key, OTHER)
-    is_told(refused("validate", path, "--no-plugins"), f"{path}:", key, f'"{OTHER}"')
+    assert_refusal(refused("validate", path, "--no-plugins"), f"{path}:", key, f'"{OTHER}"')
     assert not canary.exists()
     refused("validate", path)  # a bird is no part of a scenario
     assert canary.exists()
@@ -75,7 +75,7 @@ def test_a_file_naming_other_code_is_refused_before_its_import(tmp_path: Path, c
 def test_options_that_name_other_code_are_refused(canary: Path, arguments: tuple[str, ...]) -> None:
     if arguments[1] == "strategies":
         arguments = (arguments[0], next(iter(shipped_studies())), *arguments[2:])
-    is_told(refused(*arguments, "--no-plugins"))
+    assert_refusal(refused(*arguments, "--no-plugins"))
     assert not canary.exists()
 
 
@@ -92,7 +92,7 @@ def test_a_sensor_and_a_study_that_name_other_code_are_refused(tmp_path: Path, c
     study = tmp_path / "study.toml"
     tables = {"name": "mine", "scenario": "mapping-rendezvous", "repeats": 1, "strategies": ["remoras", OTHER]}
     study.write_text(tomli_w.dumps({"study": tables}), encoding="utf-8")
-    is_told(refused("sweep", study, "--out", "out", "--no-plugins"), "study.toml", OTHER)
+    assert_refusal(refused("sweep", study, "--out", "out", "--no-plugins"), "study.toml", OTHER)
     assert not canary.exists()
 
 
@@ -155,9 +155,9 @@ def test_results_naming_other_code_import_none(tmp_path: Path, canary: Path) -> 
     text = manifest.read_text(encoding="utf-8")
     assert "missions.mapping:MappingMission" in text
     manifest.write_text(text.replace("missions.mapping:MappingMission", OTHER), encoding="utf-8")
-    is_told(refused("plot", "dive", "--no-plugins"), "manifest.json:", "scenario.mission", OTHER)
-    is_told(refused("query", "dive", "vehicles", "--no-plugins"), "manifest.json:", OTHER)
-    is_told(refused("replay", "dive", "--out", "dive.html", "--no-plugins"), "manifest.json:", OTHER)
+    assert_refusal(refused("plot", "dive", "--no-plugins"), "manifest.json:", "scenario.mission", OTHER)
+    assert_refusal(refused("query", "dive", "vehicles", "--no-plugins"), "manifest.json:", OTHER)
+    assert_refusal(refused("replay", "dive", "--out", "dive.html", "--no-plugins"), "manifest.json:", OTHER)
     assert remoras("export", "dive", "--format", "csv", "--out", "tables", "--no-plugins").exit_code == 0
     assert not canary.exists()
     refused("plot", "dive")

@@ -22,7 +22,7 @@ class Muddy(NamedTuple):
 
 
 class Mud(ChannelModel):
-    """A model from outside that keeps to all rules: one vehicle lies in the mud, and is not heard."""
+    """A conforming external model: packets of one vehicle are never received."""
 
     title = "one vehicle is in the mud"
 

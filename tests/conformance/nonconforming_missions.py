@@ -50,7 +50,7 @@ class Helpless(VisitingMission):
 
 
 class Remembering(VisitingMission):
-    """Counts what it is asked, in an object that all vehicles share."""
+    """Counts queries in an object shared by all vehicles."""
 
     n_asked = 0
 
@@ -60,7 +60,7 @@ class Remembering(VisitingMission):
 
 
 class Individual(VisitingMission):
-    """Every one made is another."""
+    """Each instance differs from the others."""
 
     _made: ClassVar[Any] = itertools.count()
 
@@ -81,7 +81,7 @@ class Meddling(VisitingMission):
 
 
 class Speechless(VisitingMission):
-    """Never completes and never says why."""
+    """Never completes and gives no reason."""
 
     class Truth(VisitingTruth):
         def observe(self, fleet: FleetView, now_s: float) -> bool:
@@ -119,7 +119,7 @@ class ByHash(VisitingMission):
 
 
 class Idle(VisitingMission):
-    """Knows an objective that nobody can do anything for."""
+    """Has an objective that no vehicle can pursue."""
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: Any, position_m: Any) -> Any:
         if objective.name == "RendezVous":

@@ -24,12 +24,12 @@ def angry(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
 
 
 def claim_all(reported: int, own: int, received: int, holders: int) -> int:
-    """Acknowledge what was never heard."""
+    """Acknowledge items that were never received."""
     return own
 
 
 def claim_for_all(reported: int, own: int, received: int, holders: int) -> int:
-    """Acknowledge what was heard on behalf of all."""
+    """Acknowledge received items on behalf of all nodes."""
     return received
 
 
@@ -44,7 +44,7 @@ def claim_nothing(reported: int, own: int, received: int, holders: int) -> int:
 
 
 def stateful(reported: int, own: int, received: int, holders: int) -> int:
-    """State what was heard, but not always."""
+    """Report received items only sometimes."""
     STATE["n_called"] += 1
     return own & received if STATE["n_called"] % 7 else 0
 

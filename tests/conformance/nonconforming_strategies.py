@@ -20,7 +20,7 @@ from remoras.work import Work
 
 @dataclass(frozen=True, slots=True)
 class Unexplained(Central):
-    """Tells its vehicles something that the ontology has no word for."""
+    """Sends a fact without a term in the ontology."""
 
     declaration: ClassVar[Declaration] = replace(Central().declaration, messages={"whistle": "come here"})
 
@@ -34,7 +34,7 @@ class SecretSignals(Central):
 
 @dataclass(frozen=True, slots=True)
 class Undescribed(Central):
-    """Has a parameter that nobody explains."""
+    """Has a parameter without description."""
 
     haste: Annotated[int, Field(ge=0, le=9)] = 1
 
@@ -64,7 +64,7 @@ class Outsiders(FixedPartition):
 
 @dataclass(frozen=True, slots=True)
 class Doubled(FixedPartition):
-    """Gives a job to everybody who is able to do it."""
+    """Assigns a job to every able vehicle."""
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         pairs = product(work.open, work.members)
@@ -73,7 +73,7 @@ class Doubled(FixedPartition):
 
 @dataclass(frozen=True, slots=True)
 class Hasty(FixedPartition):
-    """Gives out jobs before what they need is done."""
+    """Assigns jobs before their predecessors are done."""
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         found = []
@@ -135,13 +135,13 @@ def skipping(of: Altered, move: Move, situation: Situation) -> Move:
 
 
 def gullible(of: Altered, move: Move, situation: Situation) -> Move:
-    """Play whatever role anybody speaks of."""
+    """Play every role named in any message."""
     roles = [str(value) for heard in situation.heard for _, what, value in heard.facts if what == "playsRole"]
     return of.states(move, *((of.me, "playsRole", role) for role in roles))
 
 
 def presumptuous(of: Altered, move: Move, situation: Situation) -> Move:
-    """Take what the vehicle is able to do, without being asked."""
+    """Take every feasible job without an order."""
     work = situation.work
     able = [role for role in work.open if work.able(work.database[of.me], role)]
     return of.states(move, *((of.me, "playsRole", of.group.path(role.name)) for role in able))
@@ -171,18 +171,18 @@ def talkative(of: Altered, move: Move, situation: Situation) -> Move:
 
 
 def undeclared(of: Altered, move: Move, situation: Situation) -> Move:
-    """Tell what the strategy does not declare."""
+    """Send facts that the strategy does not declare."""
     return of.states(move, (of.group.name, "hasMission", "AreaMapping"))
 
 
 def trusting(of: Altered, move: Move, situation: Situation) -> Move:
-    """Take it for granted that all others have been heard."""
+    """Assume that a message of every peer was received."""
     others = [name for name in situation.work.members if name != of.me]
     return Move() if situation.round > 100 and min(situation.heard_s[name] for name in others) < 0.0 else move
 
 
 def waiting(of: Altered, move: Move, situation: Situation) -> Move:
-    """Give out nothing before somebody has said something."""
+    """Assign nothing before the first message of a peer."""
     return move if situation.heard_s else Move(holding=True)
 
 
@@ -195,7 +195,7 @@ Fickle = altering(FixedPartition, fickle, declaration=FICKLE)
 
 @dataclass(frozen=True, slots=True)
 class Unable(Central):
-    """Founds groups with whoever is there."""
+    """Founds groups of arbitrary vehicles."""
 
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
         founding = [(g.name, r.name) for g in groups for r in g.roles if r.founding]

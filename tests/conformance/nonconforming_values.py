@@ -53,7 +53,7 @@ class Disordered(Nameless):
 
 
 class Overtaking(Nameless):
-    """One group for all priorities: what grows faster overtakes."""
+    """One group for all priorities: faster growing values overtake."""
 
     name = "overtaking"
 

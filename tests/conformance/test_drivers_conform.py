@@ -24,7 +24,7 @@ def over_udp() -> conformance.Pair:
 
 
 class Deaf(MemoryDriver):
-    """Hears nothing."""
+    """Receives nothing."""
 
     def receive(self, until_s: float) -> list[TimedPacket]:
         return []

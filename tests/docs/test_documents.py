@@ -26,8 +26,8 @@ README, TUTORIAL = ROOT / "README.md", ROOT / "docs" / "tutorial.md"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 
 
-def commands_of_the_way() -> list[str]:
-    """What a newcomer types: the first command of the README, then those of the tutorial."""
+def first_commands() -> list[str]:
+    """First command of the README and all commands of the tutorial."""
     return [blocks(README, "sh")[0].strip(), *"".join(blocks(TUTORIAL, "sh")).splitlines()]
 
 
@@ -38,7 +38,7 @@ def is_in(line: str, text: str) -> bool:
 
 
 def answered(line: str) -> str:
-    """What a command of ``remoras`` prints in the current folder; a run may be cut short."""
+    """Output of a ``remoras`` command in the current folder; a run may end without completion."""
     done = CliRunner().invoke(app, shlex.split(line)[1:], env={"COLUMNS": "200"})
     cut_short = done.exit_code == 1 and "completed            no" in done.stdout  # as `remoras run` says
     assert done.exit_code == 0 or cut_short, f"{line}\n{done.output}"
@@ -46,7 +46,7 @@ def answered(line: str) -> str:
 
 
 def called(arguments: list[str], folder: Path) -> str:
-    """What a Python program prints that is called in a folder."""
+    """Output of a Python program called in a folder."""
     command = [sys.executable, *arguments]
     done = subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
@@ -62,7 +62,7 @@ def test_the_first_commands_lead_to_a_study_figure(tmp_path: Path, monkeypatch: 
     monkeypatch.chdir(tmp_path)
     (study,) = [text for text in blocks(TUTORIAL, "toml") if text.startswith("# study.toml\n")]
     (tmp_path / "study.toml").write_text(study, encoding="utf-8")
-    parts = [part for line in commands_of_the_way() for part in line.split(" && ")]
+    parts = [part for line in first_commands() for part in line.split(" && ")]
     said = "".join(answered(part) for part in parts if part.split()[0] in (".venv/bin/remoras", "remoras"))
     printed = blocks(TUTORIAL, "text")
     assert len(printed) == 2

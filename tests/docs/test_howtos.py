@@ -42,7 +42,7 @@ def blocks(page: Path) -> Iterator[tuple[str, str]]:
 
 
 def execute(page: Path, folder: Path) -> dict[str, str]:
-    """Do what a page says, in a folder; what each command printed, by its line."""
+    """Execute the commands of a page in a folder; return their outputs by line."""
     said: dict[str, str] = {}
     for example in re.findall(r"\.\./examples/([\w-]+\.\w+)", page.read_text(encoding="utf-8")):
         shutil.copy(ROOT / "docs" / "examples" / example, folder)
@@ -118,7 +118,7 @@ def test_the_index_names_every_page() -> None:
 
 
 @claimed("components")
-def a_sensor_from_outside_writes_its_table(folder: Path, said: dict[str, str]) -> None:
+def an_external_sensor_writes_its_table(folder: Path, said: dict[str, str]) -> None:
     """The warm patch is 4 degrees, the depth of 20 m takes 1: readings lie within 11 and 15."""
     readings = rows(folder / "warm", "thermometer")
     assert {row["vehicle"] for row in readings} == {"AUV01"}
@@ -127,7 +127,7 @@ def a_sensor_from_outside_writes_its_table(folder: Path, said: dict[str, str]) -
 
 
 @claimed("components")
-def a_metric_from_outside_is_compared_and_ranked(folder: Path, said: dict[str, str]) -> None:
+def an_external_metric_is_compared_and_ranked(folder: Path, said: dict[str, str]) -> None:
     asked = said["remoras compare one --metric closest.py:CLOSEST"]
     assert float(asked.split()[-1]) == summary(folder / "two")["closest_m"] > 0.0
     assert "closest_m" in said["remoras compare several"]
@@ -135,32 +135,32 @@ def a_metric_from_outside_is_compared_and_ranked(folder: Path, said: dict[str, s
 
 
 @claimed("components")
-def a_figure_from_outside_is_drawn(folder: Path, said: dict[str, str]) -> None:
+def an_external_figure_is_drawn(folder: Path, said: dict[str, str]) -> None:
     caption = (folder / "one" / "speed.txt").read_text(encoding="utf-8")
     assert "Speed over mission time" in caption
     assert (folder / "one" / "speed.svg").stat().st_size > 5000
 
 
 @claimed("channel")
-def links_of_a_channel_from_outside_lose_by_range(folder: Path, said: dict[str, str]) -> None:
+def links_of_an_external_channel_lose_by_range(folder: Path, said: dict[str, str]) -> None:
     assert summary(folder / "clear")["delivery_ratio"] == 1.0
     assert summary(folder / "faded")["delivery_ratio"] < 0.95
 
 
 @claimed("strategy")
-def a_strategy_from_outside_conforms(folder: Path, said: dict[str, str]) -> None:
+def an_external_strategy_conforms(folder: Path, said: dict[str, str]) -> None:
     assert summary(folder / "mine")["strategy"] == "nearest:NEAREST"
     assert "1 passed" in said["python -m pytest -q test_nearest.py"]
 
 
 @claimed("extensions")
-def a_policy_from_outside_conforms(folder: Path, said: dict[str, str]) -> None:
+def an_external_policy_conforms(folder: Path, said: dict[str, str]) -> None:
     assert summary(folder / "mine")["policy"] == "alternate_acks:SPARSE"
     assert any("ok" in text for line, text in said.items() if "remoras check" in line)
 
 
 @claimed("components")
-def a_behaviour_from_outside_decides_where_vehicles_wait(folder: Path, said: dict[str, str]) -> None:
+def an_external_behaviour_decides_where_vehicles_wait(folder: Path, said: dict[str, str]) -> None:
     """On a circle of 12 m around the rally point at (450, 450), until the group is together; then they form up."""
     (gathered,) = [one["time_s"] for one in summary(folder / "ring")["milestones"] if one["group"] == "Operational"]
     tracks = rows(folder / "ring", "trajectories")
@@ -170,7 +170,7 @@ def a_behaviour_from_outside_decides_where_vehicles_wait(folder: Path, said: dic
 
 
 @claimed("knowledge")
-def knowledge_says_who_observed_what_and_when_each_received_it(folder: Path, said: dict[str, str]) -> None:
+def knowledge_query_gives_observers_and_reception_times(folder: Path, said: dict[str, str]) -> None:
     """One query gives what the tables of the run say: cells from ``items``, receptions from ``knowledge``."""
     assert "operational rally" in next(text for line, text in said.items() if "gatheredAt" in line)
     answer = json.loads((folder / "cells.json").read_text(encoding="utf-8"))
@@ -202,7 +202,7 @@ def faults_of_a_scenario_are_rows_of_the_run(folder: Path, said: dict[str, str])
 
 
 @claimed("mission")
-def a_mission_from_outside_has_its_own_results(folder: Path, said: dict[str, str]) -> None:
+def an_external_mission_has_its_own_results(folder: Path, said: dict[str, str]) -> None:
     found = summary(folder / "first")
     assert found["completed"]
     assert found["serviced_fraction"] == 1.0
@@ -220,7 +220,7 @@ def a_mission_from_outside_has_its_own_results(folder: Path, said: dict[str, str
 
 
 @claimed("mission")
-def all_know_of_the_plume_though_packets_are_lost(folder: Path, said: dict[str, str]) -> None:
+def all_vehicles_know_of_the_plume_despite_losses(folder: Path, said: dict[str, str]) -> None:
     found = summary(folder / "plume")
     assert found["completed"]
     assert found["n_edges"] == len(rows(folder / "plume", "edges")) == 26
@@ -244,7 +244,7 @@ def nearest_m(found: list[dict[str, Any]]) -> float:
 
 
 @claimed("mission")
-def two_vehicles_keep_their_distance_by_what_a_vehicle_needs_to_live(folder: Path, said: dict[str, str]) -> None:
+def vital_behaviours_keep_two_vehicles_apart(folder: Path, said: dict[str, str]) -> None:
     assert nearest_m(rows(folder / "headon", "trajectories")) >= SEPARATION_M
     with pytest.MonkeyPatch.context() as without:
         without.setattr(guidance, "clear_velocity", lambda *_: None)
@@ -253,7 +253,7 @@ def two_vehicles_keep_their_distance_by_what_a_vehicle_needs_to_live(folder: Pat
 
 
 @claimed("mission")
-def a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(folder: Path, said: dict[str, str]) -> None:
+def a_vehicle_low_on_energy_goes_home_by_a_vital_behaviour(folder: Path, said: dict[str, str]) -> None:
     last = {row["vehicle"]: row for row in rows(folder / "weak", "trajectories")}["AUV01"]
     assert math.dist((last["x_m"], last["y_m"]), (-20.0, 0.0)) <= 1.5
     left = {row["role"] for row in rows(folder / "weak", "roles") if row["event"] == "left"}

@@ -1,7 +1,7 @@
 """Exchange stress: managers alone on a faulty channel; vehicles fail, restart, or duplicate a node id.
 
 Real managers with real world models in continuous time. Each copy of each packet is lost, late, doubled or damaged as
-its ``Fate`` says. ``check`` raises ``LawBroken`` if the reference record has a flaw; ``calm`` lets a time without
+its ``Fate`` says. ``check`` raises ``InvariantBroken`` if the reference record has a flaw; ``calm`` lets a time without
 losses pass, after which ``check_agreement`` and ``check_rest`` apply.
 """
 
@@ -13,7 +13,7 @@ from functools import cache
 from itertools import chain, count, repeat
 from typing import NamedTuple
 
-from stress.reference_record import Aired, Flaw, Life, Witness
+from stress.reference_record import Flaw, Incarnation, ReferenceRecord, SentPacket
 
 from benchmarks import manager_fleet
 from benchmarks.manager_fleet import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, bay
@@ -53,7 +53,7 @@ def late(slots: float) -> Fate:
 
 
 def replayed(slots: float) -> Fate:
-    """It is heard, and once more so many slots later."""
+    """Received now, and again so many slots later."""
     return (Copy(), Copy(slots))
 
 
@@ -63,7 +63,7 @@ def damaged(*flips: int) -> Fate:
 
 
 def chances(seed: int, *fates: tuple[float, Fate]) -> Iterator[Fate]:
-    """Fates without end, each with its chance; what is left is heard."""
+    """Endless random packet outcomes by probability; otherwise received."""
     for index in count():
         number = loss.uniform(seed, 0, index, 0, 0)
         for chance, fate in fates:
@@ -84,7 +84,7 @@ def flipped(data: bytes, flips: Iterable[int]) -> bytes:
     return bytes(damaged)
 
 
-class LawBroken(AssertionError):
+class InvariantBroken(AssertionError):
     """Something happened that must never happen, whatever the sea does."""
 
 
@@ -92,7 +92,7 @@ Make = Callable[[int, int, WorldModel | None, float], tuple[WorldModel, Exchange
 """Makes world model and manager of a node in an epoch, at a time; with the world model of its life before if kept."""
 
 
-class Storm(Witness):
+class Fleet(ReferenceRecord):
     """Managers on a sea where everything goes wrong that is asked for.
 
     Args:
@@ -117,10 +117,10 @@ class Storm(Witness):
         self.travel_s = travel_s
         self.now_s = 0.0
         self.faults: list[tuple[float, int, str]] = []
-        self.aired: list[Aired] = []
+        self.aired: list[SentPacket] = []
         self._fates: Iterator[Fate] = repeat(HEARD)
         self._order = count()
-        self._events: list[tuple[float, int, Life | int, int | tuple[Aired, tuple[int, ...]]]] = []
+        self._events: list[tuple[float, int, Incarnation | int, int | tuple[SentPacket, tuple[int, ...]]]] = []
         for node in range(self.n_nodes):
             self._begin(node, 0, None)
 
@@ -130,7 +130,7 @@ class Storm(Witness):
         before = self.lives.get(node)
         model, manager = self.make(node, epoch, store, max(0.0, self.now_s + self.offsets_s[node]))
         number = 0 if before is None else before.number + 1
-        life = Life(node, number, epoch, model, manager, self.offsets_s[node], is_twin=is_twin)
+        life = Incarnation(node, number, epoch, model, manager, self.offsets_s[node], is_twin=is_twin)
         if store is not None and before is not None:
             life.inherit(before)
         if is_twin:
@@ -169,7 +169,7 @@ class Storm(Witness):
 
     # What is recorded ----------------------------------------------------------------------------
 
-    def record(self, who: int | Life, *facts: Stated) -> tuple[ItemUid, ...]:
+    def record(self, who: int | Incarnation, *facts: Stated) -> tuple[ItemUid, ...]:
         """Let a vehicle record facts of its own and offer them; returns the items."""
         life = self.lives[who] if isinstance(who, int) else who
         change = life.model.record(facts, max(0.0, self.now_s + life.offset_s))
@@ -191,7 +191,7 @@ class Storm(Witness):
         end_s = self.now_s + slots * self.schedule.slot_s
         while self._events and self._events[0][0] < end_s:
             self.now_s, _, who, what = heapq.heappop(self._events)
-            if isinstance(who, Life) and isinstance(what, int):
+            if isinstance(who, Incarnation) and isinstance(what, int):
                 if who.is_alive:
                     self._speak(who, what)
             elif isinstance(who, int) and not isinstance(what, int):
@@ -207,25 +207,25 @@ class Storm(Witness):
         """Let so many rounds pass."""
         self.run(n * self.n_nodes, fates)
 
-    def _schedule(self, time_s: float, who: Life | int, what: int | tuple[Aired, tuple[int, ...]]) -> None:
+    def _schedule(self, time_s: float, who: Incarnation | int, what: int | tuple[SentPacket, tuple[int, ...]]) -> None:
         heapq.heappush(self._events, (time_s, next(self._order), who, what))
 
-    def _let_speak(self, life: Life) -> None:
+    def _let_speak(self, life: Incarnation) -> None:
         """Await the next slot of a vehicle by its own clock."""
         slot = self.schedule.slot_at(max(0.0, self.now_s + life.offset_s))
         while self.schedule.owner(slot) != life.node or self.schedule.start_s(slot) - life.offset_s < self.now_s:
             slot += 1
         self._schedule(self.schedule.start_s(slot) - life.offset_s, life, slot)
 
-    def _speak(self, life: Life, slot: int) -> None:
+    def _speak(self, life: Incarnation, slot: int) -> None:
         sent = life.manager.packet_to_send(self.schedule.start_s(slot))
         fragments = []
         for uid in sent.items:
             fragment = life.parts.get((uid.origin, uid.epoch, uid.sequence), {}).get(uid.part)
             if fragment is None:
-                raise LawBroken(f"{life.name} says {uid}, which it was never given")
+                raise InvariantBroken(f"{life.name} says {uid}, which it was never given")
             fragments.append(fragment)
-        aired = Aired(life, slot, sent.data, tuple(fragments))
+        aired = SentPacket(life, slot, sent.data, tuple(fragments))
         self.aired.append(aired)
         for node in range(self.n_nodes):
             if node != life.node:
@@ -233,42 +233,42 @@ class Storm(Witness):
         next_slot = slot + self.n_nodes
         self._schedule(self.schedule.start_s(next_slot) - life.offset_s, life, next_slot)
 
-    def send(self, aired: Aired, receiver: int, fate: Fate) -> None:
+    def send(self, aired: SentPacket, receiver: int, fate: Fate) -> None:
         """Let copies of a packet arrive at a receiver."""
         for copy in fate:
             arrival_s = self.now_s + self.travel_s + copy.late_slots * self.schedule.slot_s
             self._schedule(arrival_s, receiver, (aired, copy.flips))
 
-    def _arrive(self, node: int, aired: Aired, flips: tuple[int, ...]) -> None:
+    def _arrive(self, node: int, aired: SentPacket, flips: tuple[int, ...]) -> None:
         data = flipped(aired.data, flips)
         for life in self.all_alive():
             if life.node == node and life is not aired.sender:
                 self._hear(life, aired, data)
 
-    def _hear(self, life: Life, aired: Aired, data: bytes) -> Reception:
+    def _hear(self, life: Incarnation, aired: SentPacket, data: bytes) -> Reception:
         own_s = self.now_s + life.offset_s
         reception = life.manager.receive(data, own_s)
         life.has_noticed |= reception.conflict is not None
         if reception.fault is not None:
             self.faults.append((self.now_s, life.node, reception.fault))
         elif data != aired.data:
-            raise LawBroken(f"{life.name} takes a damaged packet of {aired.sender.name} for good")
+            raise InvariantBroken(f"{life.name} takes a damaged packet of {aired.sender.name} for good")
         else:
             if reception.sender != aired.sender.node:
-                raise LawBroken(f"{life.name} takes a packet of {aired.sender.node} for {reception.sender}'s")
+                raise InvariantBroken(f"{life.name} takes a packet of {aired.sender.node} for {reception.sender}'s")
             self.note_taken(life, aired)
             self.note_decoded(life, reception.items)
         merge(life.model, reception.blocks, own_s)
         return reception
 
     def check(self) -> None:
-        """Raise LawBroken if anything is believed or known that is not so, or was lost."""
+        """Raise InvariantBroken if anything is believed or known that is not so, or was lost."""
         _refuse(self.flaws(), f" at {self.now_s:g} s")
 
     # Calm ----------------------------------------------------------------------------------------
 
     def calm(self, frames: int) -> None:
-        """Let what is late arrive, and then rounds pass in which all is heard."""
+        """Deliver late packets, then let rounds pass without losses."""
         self.remove_twins()
         latest_s = max((time_s for time_s, _, who, _ in self._events if isinstance(who, int)), default=self.now_s)
         self.run((latest_s - self.now_s) / self.schedule.slot_s + 0.5)
@@ -276,7 +276,7 @@ class Storm(Witness):
         self.check()
 
     def check_agreement(self, of_all: bool = True) -> None:
-        """Raise LawBroken if those who live do not hold the same, or somebody is not at rest.
+        """Raise InvariantBroken if live vehicles hold different items or a queue is not empty.
 
         Args:
             of_all: also of items whose origin lives no more; else of those whose origin could say them.
@@ -284,15 +284,15 @@ class Storm(Witness):
         _refuse(self.apart(self.all_alive(), of_all))
 
     def check_rest(self) -> None:
-        """Raise LawBroken if a manager still has something to say, or waits for something."""
+        """Raise InvariantBroken if a manager still has something to say, or waits for something."""
         _refuse(self.restless(self.all_alive()))
 
 
 def _refuse(flaws: Iterator[Flaw], when: str = "") -> None:
-    """Raise LawBroken for the first flaw, if there is one."""
+    """Raise InvariantBroken for the first flaw, if there is one."""
     flaw = next(flaws, None)
     if flaw is not None:
-        raise LawBroken(f"{flaw.breach}{when}: {flaw.text}")
+        raise InvariantBroken(f"{flaw.breach}{when}: {flaw.text}")
 
 
 # Vehicles ----------------------------------------------------------------------------------------
@@ -310,14 +310,14 @@ def _codec_of(n_nodes: int, policy: str, crc_bits: int) -> Codec:
     return Codec(TBOX, *fleet, framing=Framing(crc_bits))
 
 
-def storm_of(
+def fleet_of(
     n_nodes: int,
     policy: str = "ack",
     payload_bytes: int = 64,
     offsets_s: Sequence[float] = (),
     crc_bits: int = 0,
-) -> Storm:
-    """Vehicles that need all that any of them tells."""
+) -> Fleet:
+    """Vehicles that need all items of all others."""
     schedule, everything = TdmaSchedule(n_nodes, SLOT_S - 0.5, 0.5), manager_fleet.needs(range(n_nodes), PRIORITIES)
 
     def make(node: int, epoch: int, store: WorldModel | None, now_s: float) -> tuple[WorldModel, ExchangeManager]:
@@ -334,16 +334,16 @@ def storm_of(
             manager.resume(now_s)
         return model, manager
 
-    return Storm(make, schedule, offsets_s)
+    return Fleet(make, schedule, offsets_s)
 
 
-def maps(storm: Storm, who: int | Life, *cells: int) -> tuple[ItemUid, ...]:
+def maps(fleet: Fleet, who: int | Incarnation, *cells: int) -> tuple[ItemUid, ...]:
     """Let a vehicle map cells of the bay, in one block."""
-    return storm.record(who, *((bay(storm.n_nodes), MAPPED_CELL, cell) for cell in cells))
+    return fleet.record(who, *((bay(fleet.n_nodes), MAPPED_CELL, cell) for cell in cells))
 
 
-def creates(storm: Storm, who: int | Life) -> tuple[ItemUid, ...]:
+def creates(fleet: Fleet, who: int | Incarnation) -> tuple[ItemUid, ...]:
     """Let a vehicle create an area, and say in another block that it is done: this waits where it comes first."""
-    life = storm.lives[who] if isinstance(who, int) else who
+    life = fleet.lives[who] if isinstance(who, int) else who
     uid = life.model.new_instance_uid()
-    return storm.record(life, (uid, TYPE_UID, AREA)) + storm.record(life, (uid, AREA_DONE, life.node))
+    return fleet.record(life, (uid, TYPE_UID, AREA)) + fleet.record(life, (uid, AREA_DONE, life.node))

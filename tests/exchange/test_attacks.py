@@ -7,7 +7,7 @@ from typing import Any
 from unittest.mock import patch
 
 import pytest
-from exchange_stress import DOUBLED, HEARD, LOST, Fate, Storm, chances, creates, damaged, late, maps, replayed, storm_of
+from exchange_stress import DOUBLED, HEARD, LOST, Fate, Fleet, chances, creates, damaged, fleet_of, late, maps, replayed
 
 from benchmarks.manager_fleet import PLAYS_ROLE, POSITION, ManagerFleet
 from exchange.packets import Account, Fragment, HolderSet, OriginStatement
@@ -19,13 +19,13 @@ from worldmodel.facts import MOST_ITEMS
 EVERY_POLICY = pytest.mark.parametrize("policy", sorted(POLICIES))
 
 
-def busy(storm: Storm, frames: int, fates: Iterator[Fate]) -> None:
+def busy(fleet: Fleet, frames: int, fates: Iterator[Fate]) -> None:
     """Every vehicle that lives maps a cell in each round."""
     for _ in range(frames):
-        for life in storm.all_alive():
-            maps(storm, life, len(life.parts) + 1000 * life.is_twin)
-        storm.run_frames(1, fates)
-        storm.check()
+        for life in fleet.all_alive():
+            maps(fleet, life, len(life.parts) + 1000 * life.is_twin)
+        fleet.run_frames(1, fates)
+        fleet.check()
 
 
 def spoils() -> Iterator[Fate]:
@@ -50,11 +50,11 @@ BEFALL: dict[str, Callable[[], Iterator[Fate]]] = {
 @pytest.mark.parametrize("name", BEFALL)
 def test_channel_faults_cause_no_false_belief(policy: str, name: str):
     """A checksum of 32 bits lets no damage pass."""
-    storm = storm_of(4, policy, payload_bytes=32, crc_bits=32 if name == "damaged" else 0)
-    busy(storm, 12, BEFALL[name]())
-    storm.calm(30)
-    storm.check_agreement()
-    storm.check_rest()
+    fleet = fleet_of(4, policy, payload_bytes=32, crc_bits=32 if name == "damaged" else 0)
+    busy(fleet, 12, BEFALL[name]())
+    fleet.calm(30)
+    fleet.check_agreement()
+    fleet.check_rest()
 
 
 # Two of one number --------------------------------------------------------------------------------
@@ -63,34 +63,34 @@ def test_channel_faults_cause_no_false_belief(policy: str, name: str):
 @EVERY_POLICY
 def test_a_duplicate_node_id_is_detected(policy: str):
     """Each of the others hears now one of them and now the other. All report it, and then believe nothing false."""
-    storm = storm_of(4, policy)
-    storm.run_frames(2)
-    storm.add_twin(1)
-    busy(storm, 20, chances(9, (0.3, LOST)))
-    assert all(life.has_noticed for life in storm.all_alive())
-    assert storm.false_beliefs() == []
+    fleet = fleet_of(4, policy)
+    fleet.run_frames(2)
+    fleet.add_twin(1)
+    busy(fleet, 20, chances(9, (0.3, LOST)))
+    assert all(life.has_noticed for life in fleet.all_alive())
+    assert fleet.false_beliefs() == []
 
 
 @pytest.mark.parametrize("policy", ["ack-repeat", "m-ack-repeat", "mps-ack-repeat"])
 def test_acknowledgements_to_a_duplicate_id_are_dropped_once_it_is_detected(policy: str):
     """Of two that speak as 2, 1 hears the one repeat its cell, and 0 the other. 0 acknowledges; then 1 hears both."""
-    storm = storm_of(3, policy, payload_bytes=24, offsets_s=(0.2, 0.0, 0.0))
+    fleet = fleet_of(3, policy, payload_bytes=24, offsets_s=(0.2, 0.0, 0.0))
     for _ in range(4):
-        creates(storm, 2)  # it says these first
-    storm.add_twin(2)
-    [cell] = maps(storm, 1, 50)
+        creates(fleet, 2)  # it says these first
+    fleet.add_twin(2)
+    [cell] = maps(fleet, 1, 50)
     heard_by_twins, by_0, late_by_1, twin_by_1 = [LOST, HEARD], HEARD, late(1.0), [LOST, HEARD]
-    storm.run(3, [*heard_by_twins, by_0, late_by_1, *twin_by_1])
-    assert not storm.lives[0].manager.holds(cell)
-    storm.run(0.45)
-    assert storm.lives[1].manager.believes(0, cell)  # as it had to, until it hears what comes late
-    storm.run(0.55)
-    assert storm.lives[1].has_noticed
-    assert storm.false_beliefs() == []
-    storm.remove_twins()
-    storm.die(2)  # else it would repeat the cell itself
-    storm.run_frames(40)
-    assert storm.lives[0].manager.holds(cell)
+    fleet.run(3, [*heard_by_twins, by_0, late_by_1, *twin_by_1])
+    assert not fleet.lives[0].manager.holds(cell)
+    fleet.run(0.45)
+    assert fleet.lives[1].manager.believes(0, cell)  # as it had to, until it hears what comes late
+    fleet.run(0.55)
+    assert fleet.lives[1].has_noticed
+    assert fleet.false_beliefs() == []
+    fleet.remove_twins()
+    fleet.die(2)  # else it would repeat the cell itself
+    fleet.run_frames(40)
+    assert fleet.lives[0].manager.holds(cell)
 
 
 # Half a block -------------------------------------------------------------------------------------
@@ -123,19 +123,19 @@ LIVES: dict[str, tuple[int, int, dict[int, list[tuple[int, bool]]]]] = {
 )
 def test_no_belief_is_false_after_restarts(policy: str, name: str) -> None:
     n_nodes, n_slots, restarts = LIVES[name]
-    storm, draws = storm_of(n_nodes, policy), random.Random(5)
+    fleet, draws = fleet_of(n_nodes, policy), random.Random(5)
     for slot in range(n_slots):
         for node, keeps in restarts.get(slot, ()):
-            storm.restart(node, keeps)
+            fleet.restart(node, keeps)
         node = draws.randrange(n_nodes)
         if draws.random() < 0.3 and slot < 0.7 * n_slots:
-            storm.record(node, (node, POSITION, (1.0, 2.0)))
-            maps(storm, node, *range(5 * slot, 5 * slot + draws.choice((1, 1, 1, 9))))
-        storm.run(1, [LOST if draws.random() < 0.4 else HEARD for _ in range(n_nodes - 1)])
-        storm.check()
-    storm.calm(60)
-    storm.check_agreement(of_all=POLICIES[policy].repeat)
-    storm.check_rest()
+            fleet.record(node, (node, POSITION, (1.0, 2.0)))
+            maps(fleet, node, *range(5 * slot, 5 * slot + draws.choice((1, 1, 1, 9))))
+        fleet.run(1, [LOST if draws.random() < 0.4 else HEARD for _ in range(n_nodes - 1)])
+        fleet.check()
+    fleet.calm(60)
+    fleet.check_agreement(of_all=POLICIES[policy].repeat)
+    fleet.check_rest()
 
 
 N_NODES = 4
@@ -154,19 +154,19 @@ KNOWN = [
 @pytest.mark.parametrize("policy", ["m-ack", "mps-ack", "mps-ack-repeat"])
 def test_holdings_of_an_earlier_incarnation_are_not_believed(policy: str) -> None:
     """What is believed is held after each slot against what each peer holds itself."""
-    storm, slot = storm_of(N_NODES, policy), 0
-    maps(storm, 3, 17)
+    fleet, slot = fleet_of(N_NODES, policy), 0
+    maps(fleet, 3, 17)
     for begins, slots, cut in KNOWN:
         if begins is not None:
-            storm.restart(begins)
+            fleet.restart(begins)
         for _ in range(slots):
             sender = slot % N_NODES
             fates = [LOST if (sender, node) in cut else HEARD for node in range(N_NODES) if node != sender]
-            storm.run(1, fates)
-            storm.check()
+            fleet.run(1, fates)
+            fleet.check()
             slot += 1
-    storm.calm(10)
-    storm.check_agreement(of_all=False)
+    fleet.calm(10)
+    fleet.check_agreement(of_all=False)
 
 
 # Numbers beyond all items -------------------------------------------------------------------------

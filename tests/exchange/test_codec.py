@@ -106,7 +106,7 @@ def on_the_wire(packet: Packet) -> list[Fragment]:
 
 
 def is_relayed(fragment: Fragment, packet: Packet) -> bool:
-    """True for what is not of the sender in its present epoch."""
+    """True for a fragment of another origin or epoch than the sender's."""
     return (fragment.origin, fragment.epoch) != (packet.sender, packet.epoch)
 
 
@@ -170,7 +170,7 @@ def fact_of(name: str, value: Value, subject: int = 0, sequence: int | None = No
 
 
 def code(codec: Codec, *fragments: Fragment) -> bytes:
-    """The packet in which node 0 says these, in slot 0."""
+    """Packet of node 0 with these facts, in slot 0."""
     return codec.encode(0, 0, fragments)
 
 

@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from exchange_stress import creates, storm_of
+from exchange_stress import creates, fleet_of
 
 from benchmarks.manager_fleet import MAPPED_CELL, ManagerFleet, bay
 from exchange.policy.policies import POLICIES
@@ -25,7 +25,7 @@ def knows(fleet: ManagerFleet, node: int, cell: int) -> bool:
 
 
 def regroup(fleet: ManagerFleet) -> None:
-    """Every node hears of the change at once, and merges what it takes up."""
+    """Change the needs at every node at once; merge items needed now."""
     for model, manager in zip(fleet.models, fleet.managers, strict=True):
         merge(model, manager.renew(fleet.now_s).blocks)
 
@@ -94,9 +94,9 @@ def test_a_status_needed_by_its_own_vehicle_only_is_never_queued() -> None:
 
 def test_an_item_needed_since_its_instance_is_known_is_sent_once() -> None:
     """With the class of an instance unknown before, it is evaluated at the change of needs and in the own slot."""
-    storm = storm_of(3, "ack-repeat")
-    uids = creates(storm, 0)
-    storm.run(1)
-    relay = storm.lives[1].manager
-    relay.renew(storm.now_s)
-    assert relay.packet_to_send(storm.now_s).items == uids
+    fleet = fleet_of(3, "ack-repeat")
+    uids = creates(fleet, 0)
+    fleet.run(1)
+    relay = fleet.lives[1].manager
+    relay.renew(fleet.now_s)
+    assert relay.packet_to_send(fleet.now_s).items == uids

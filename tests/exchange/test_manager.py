@@ -28,7 +28,7 @@ from worldmodel import Keeping, PropertyValue, WorldModel, merge
 
 
 def items_said(fleet: ManagerFleet, sender: int) -> list[ItemUid]:
-    """Every item the sender has said so far, in order, with repetitions."""
+    """Items sent so far, in order, with repetitions."""
     return [uid for sent in fleet.said if fleet.schedule.owner(sent.slot) == sender for uid in sent.items]
 
 

@@ -47,7 +47,7 @@ def fleet(n: int) -> Deployment:
 
 
 def rates(channel: NetworkChannel, n: int, seed: int = 1) -> dict[tuple[int, int], float]:
-    """What is lost on each link of a fleet."""
+    """Loss rate of each link of a fleet."""
     links = channel.link_model(fleet(n), seed)
     return {(a, b): links.p_loss(Transmission(0, a, 0.0, 512), b, 9.0) for a, b in permutations(range(n), 2)}
 

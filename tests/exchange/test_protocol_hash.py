@@ -45,7 +45,7 @@ def test_a_peer_is_accepted_again_when_a_damaged_hash_byte_agrees():
 
 
 def in_epoch(fleet: ManagerFleet, epoch: int, frame: int) -> Reception:
-    """Node 1 hears node 0 in one of its lives."""
+    """Node 1 receives a packet of node 0 in one of its epochs."""
     data = fleet.codec.encode(0, 0, [Fragment(0, 0, 0.0, cells(3, 1), epoch=epoch)], frame=frame, epoch=epoch)
     return fleet.deliver(1, data, fleet.schedule.start_s(3 * frame) + 1.0)
 

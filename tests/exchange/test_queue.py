@@ -48,7 +48,7 @@ def take(queue: Queue, column: int, priority: int = 1, terms: Terms | None = Non
 
 
 def said(queue: Queue, n_items: int, now_s: float = 0.0) -> list[int]:
-    """Columns of what goes into a packet with room for so many."""
+    """Columns of the items in a packet with capacity for so many."""
     return [one.column for one in queue.choose(FixedRoom(n_items * SIZE_BITS), now_s)]
 
 

@@ -30,7 +30,7 @@ def random_losses(seed: int, per: float, links: set[tuple[int, int]] | None = No
 
 
 def relayed(fleet: ManagerFleet) -> int:
-    """Items and statuses that others than their origins have said."""
+    """Items and statuses sent by nodes other than their origin."""
     return sum(
         uid.origin != slot % fleet.n_nodes
         for slot, sent in enumerate(fleet.said)
@@ -46,7 +46,7 @@ def that_relays(fleet: ManagerFleet, relay: bool) -> ManagerFleet:
 
 
 def waiting_for_all(fleet: ManagerFleet) -> ManagerFleet:
-    """The same fleet, whose nodes wait for those whom they do not hear, too."""
+    """The same fleet, whose nodes also wait for nodes they do not receive."""
     for manager in fleet.managers:
         manager.leave_out("parking")
     return fleet
@@ -100,7 +100,7 @@ def told() -> tuple[ManagerFleet, dict[str, bool], ItemUid]:
 
 @pytest.fixture
 def never_aged(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What rests is not woken by its age."""
+    """Suspended items are not resumed by age."""
     monkeypatch.setattr("exchange.manager.relaying.AGED", math.inf)
 
 
@@ -108,7 +108,7 @@ Told = tuple[ManagerFleet, dict[str, bool], ItemUid]
 
 
 def times_said(fleet: ManagerFleet, n_frames: int, uid: ItemUid, node: int = 0) -> int:
-    """How often a node says an item in the next frames."""
+    """Number of transmissions of an item by a node in the next frames."""
     said = fleet.pass_frames(n_frames)[node :: fleet.n_nodes]
     return sum(uid in sent.items for sent in said)
 

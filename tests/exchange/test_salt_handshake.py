@@ -19,7 +19,7 @@ SCHEDULE = TdmaSchedule(3, 1.0, 0.5)
 
 
 class Process:
-    """One vehicle in a process: it introduces itself, or says a packet without content."""
+    """One vehicle process: sends a salt handshake, else an empty packet."""
 
     def __init__(self, me: int, salt: bytes, codec: Codec = BASE, key: bytes = KEY, payload_bits: int = 512) -> None:
         self.me, self.n_packets = me, 0

@@ -8,7 +8,7 @@ LIFE = (2, 0)
 
 
 def told(queue: Summaries, packets: int) -> int:
-    """In how many of so many packets with room a summary was told."""
+    """Number of packets with a summary, of so many with capacity."""
     return sum(bool(queue.spare(100)[0]) for _ in range(packets))
 
 

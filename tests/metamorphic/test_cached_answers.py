@@ -31,7 +31,7 @@ def of(scenario: str, strategy: str, per: float, more: Sequence[str]) -> Run:
 
 
 def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None:
-    """Let nothing be kept, and count what would have been."""
+    """Disable the caches, and count their hits."""
     is_concerned, decide, best = SocialLayer._is_concerned, ExecutiveLayer.decide, Choice.best
 
     def concerned(self: SocialLayer, changes: Sequence[Change]) -> bool:

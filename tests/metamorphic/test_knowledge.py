@@ -25,7 +25,7 @@ def of(scenario: str, strategy: str, per: float, *settings: str) -> Run:
 
 
 def plans(finished: Run) -> list[Any]:
-    """Who was given, took on and left which role when."""
+    """Assignments, acceptances and releases of roles, with times."""
     return list(finished.recorder.rows("roles"))
 
 

@@ -126,14 +126,14 @@ def _exact(value: Any) -> Any:
 
 
 def digests(n_workers: int = 1, names: Iterable[str] = tuple(RUNS)) -> dict[str, str]:
-    """What runs give, made by so many processes."""
+    """Digests of runs, computed by so many processes."""
     with SupervisedPool(n_workers, "missions.runs.run") as pool:
         coming = {name: pool.submit(digest, name) for name in names}
         return {name: one.result() for name, one in coming.items()}
 
 
 def written() -> dict[str, str]:
-    """What they gave when the file was written."""
+    """Recorded digests of the file."""
     return tomllib.loads(FILE.read_text(encoding="utf-8"))
 
 

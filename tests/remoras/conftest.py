@@ -10,6 +10,6 @@ from remoras.fleet.fleet import Fleet
 
 @pytest.fixture
 def fleet() -> Iterator[Fleet]:
-    """The shipped mission before anybody has said anything."""
+    """The shipped mission before the first packet."""
     with fleet_at_rest() as resting:
         yield resting

@@ -95,7 +95,7 @@ def traveller(
 
 
 def on_circle(n_vehicles: int, draw: random.Random) -> list[tuple[Point, Point]]:
-    """Everybody to the opposite side."""
+    """Each vehicle goes to the opposite side."""
     turns = [math.tau * number / n_vehicles for number in range(n_vehicles)]
     return [
         (

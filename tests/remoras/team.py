@@ -58,7 +58,7 @@ KINDS_OF_JOBS: dict[str, Callable[[Sequence[Point]], list[Job]]] = {
 
 @dataclass
 class Member:
-    """What one vehicle knows and does."""
+    """Knowledge and actions of one vehicle."""
 
     negotiator: Negotiator | None
     organisation: Organisation
@@ -119,7 +119,7 @@ class Team:
             self.round()
 
     def round(self) -> None:
-        """One TDMA frame: all state something, all that is not lost is heard, all move on."""
+        """One TDMA frame: all send, receive what is not lost, and continue."""
         self._round += 1
         now_s = ROUND_S * self._round
         told = {name: self._stated(name, member, now_s) for name, member in self.members.items()}
@@ -171,7 +171,7 @@ class Team:
         return told
 
     def _progress(self, name: str, member: Member, now_s: float) -> list[Heard]:
-        """Go on with the job at hand; what is finished is told."""
+        """Continue the current job; report a finished one."""
         held = [
             role.job
             for role in self.group.roles

@@ -17,7 +17,7 @@ FRESH = PeerLinks(Link(0.1, 20, 0.1), Link(0.1, 20, 0.1))
 
 
 def known(heard: tuple[Heard, ...] = (), number: int = 2, loss: float = 0.1, frame_s: float = 7.0) -> Situation:
-    """What the head of three knows, of jobs that were given out before."""
+    """Knowledge of the leader of three vehicles with assigned jobs."""
     jobs = {job.name: job for job in next(iter(KINDS_OF_JOBS.values()))(PLACES_M)}
     team = Team(REORGANISING, STARTS_M, list(jobs.values()), never)
     organisation = next(iter(team.members.values())).organisation

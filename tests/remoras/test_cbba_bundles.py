@@ -48,7 +48,7 @@ def waiting(seed: int) -> Waiting:
 
 
 def score(team: Waiting, vehicle: str, path: Sequence[str]) -> float:
-    """What a path is worth to a fleet that starts at 0."""
+    """Score of a path for a fleet that starts at 0."""
     outlook, total = Outlook(0.0, team.database[vehicle].start_m), 0.0
     for job in path:
         then = team.jobs[job].after(outlook, team.database[vehicle])
@@ -74,7 +74,7 @@ def sequential_greedy(team: Waiting) -> Paths:
 
 
 def agreed(team: Waiting, start_s: float) -> Paths:
-    """Who does what, in which order, once all have bid; that they agree is looked at."""
+    """Agreed job sequence of each vehicle after all bids; asserts agreement."""
     team.begin(start_s)
     team.run(30)
     bidders: Mapping[str, Bidder] = {name: member.negotiator for name, member in team.members.items()}  # type: ignore[misc]

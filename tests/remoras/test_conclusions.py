@@ -46,7 +46,7 @@ def test_a_beacon_is_where_its_carrier_is_and_silent_with_it() -> None:
 
 
 class Talkative(TridentMission):
-    """Concludes one thing, and says it once."""
+    """Draws one conclusion and sends it once."""
 
     def conclusions(self, data: Any, organisation: Any, beliefs: Any, picture: Any, motion: Any) -> Sequence[Finding]:
         told = beliefs.get(("serviceCost", "ASV00 usbl"))
@@ -54,7 +54,7 @@ class Talkative(TridentMission):
 
 
 class Wrong(TridentMission):
-    """Concludes what is no finding."""
+    """Draws an invalid conclusion."""
 
     def conclusions(self, *of: Any) -> Sequence[Finding]:
         return ["nothing"]  # type: ignore[list-item]

@@ -23,7 +23,7 @@ LIMIT = ("--set", "watch.cpu_s=0.2")
 
 
 class Turning(Bidder):
-    """Does something else in one of its rounds."""
+    """Calls a given function in one round."""
 
     def __init__(self, me: str, group: Group, strategy: "TurnsStrategy") -> None:
         super().__init__(me, group, strategy.of)

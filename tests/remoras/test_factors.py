@@ -14,7 +14,7 @@ from remoras.strategies.factors import NO_HELP_S
 
 @cache
 def rows(strategy: str, *settings: str) -> object:
-    """All that moves, is said and is held in half of a mission with loss."""
+    """Rows of motion, packets and roles of half a mission with loss."""
     given = [f"strategy.name={strategy}", "channel.per=0.4", "scenario.duration_s=900", *settings]
     recorder = run(load("mapping-patches", [("--set", one) for one in given]), 3).recorder
     return recorder.trajectories, recorder.roles, recorder.packets

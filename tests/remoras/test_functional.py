@@ -46,7 +46,7 @@ class DepthSounder:
 
 
 class Hydrophone:
-    """Hears something every other second."""
+    """Observes something every other second."""
 
     table = None
 

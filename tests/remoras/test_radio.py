@@ -68,7 +68,7 @@ def finders(monkeypatch: pytest.MonkeyPatch) -> Iterator[Fleet]:
     assembled.close()
 
 
-def told_of_what_nobody_announced(fleet: Fleet, listener: Vehicle) -> Block:
+def sent_without_announced_instance(fleet: Fleet, listener: Vehicle) -> Block:
     """AUV01 finds an object, keeps that to itself and says where it is; a listener hears the latter."""
     finder = named(fleet, "AUV01")
     model, tbox = finder.beliefs.model, finder.beliefs.model.tbox
@@ -82,7 +82,7 @@ def told_of_what_nobody_announced(fleet: Fleet, listener: Vehicle) -> Block:
 def test_a_pending_block_and_its_discard_are_recorded_as_events(finders: Fleet) -> None:
     """It came at 1 s and waits for 30 s at most."""
     listener = named(finders, "AUV00")
-    told = told_of_what_nobody_announced(finders, listener)
+    told = sent_without_announced_instance(finders, listener)
     node, uid = named(finders, "AUV01").data.node, told.facts[0].subject
     for now_s in (7.0, 14.0, 28.0):
         listener.radio.tidy(now_s)

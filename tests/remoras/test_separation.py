@@ -28,7 +28,7 @@ def at(number: int, x_m: float, y_m: float, depth_m: float = 20.0) -> Buoy:
 
 
 def by_pairs(fleet: list[Buoy]) -> dict[int, list[Neighbour]]:
-    """What all see, found the long way."""
+    """Contacts of all vehicles, computed by pairs."""
     seen: dict[int, list[Neighbour]] = {}
     for one, other in itertools.permutations(fleet, 2):
         a, b = one.functional.motion, other.functional.motion

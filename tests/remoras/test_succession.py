@@ -27,7 +27,7 @@ QUIET, MOST_ROUNDS = 5, 40
 
 
 class Talk:
-    """The vehicles at rest, and what they have said."""
+    """Vehicles at rest, and their statements."""
 
     def __init__(self) -> None:
         self._fleet = assemble(SETUP, seed=1)
@@ -46,7 +46,7 @@ class Talk:
         self._vehicles[name].social.consider([change])
 
     def forge(self, name: str, group: str, term: int) -> None:
-        """A vehicle claims a group, whoever leads it."""
+        """A vehicle claims leadership of a group without authority."""
         beliefs = self._vehicles[name].beliefs
         self.say(name, [beliefs.fact(group, "headedBy", name), beliefs.fact(group, "headTerm", term)])
 
@@ -69,11 +69,11 @@ class Talk:
         return len(self._said) > n_said
 
     def views(self) -> set[frozenset[RoleAssignment]]:
-        """What the living take to be agreed."""
+        """Views of the live vehicles."""
         return {frozenset(self._vehicles[name].social.organisation.assignments) for name in self.alive}
 
     def heads(self, group: str) -> set[str]:
-        """Who leads a group in the views of the living."""
+        """Leader of a group in the views of live vehicles."""
         return {head for name in self.alive for head in self._vehicles[name].social.present.heads(group)}
 
 

@@ -29,7 +29,7 @@ def duplicated(strategy: str, per: float) -> float:
 
 
 def taken_by(done: Run) -> dict[str, list[str]]:
-    """Who came to play each role with an area, in time order."""
+    """Players of each role with an area, in time order."""
     taken: dict[str, list[str]] = {}
     for _, vehicle, group, role, event in done.recorder.roles:
         if event == "assigned" and (group, role) in area_roles(done.scenario):

@@ -142,7 +142,7 @@ SUCCEEDED = ("group.Operational.succession=['Performer']",)
 
 
 def heard(issuer: str, claim_s: float, order_s: float, claim_first: bool) -> Organisation:
-    """What ASV00 knows after a claim of AUV01 and an order of ``issuer``, heard in two rounds.
+    """Knowledge of ASV00 after a claim of AUV01 and an order of ``issuer``, received in two rounds.
 
     Args:
         claim_s, order_s: when they were stated.

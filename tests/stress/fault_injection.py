@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from stress.invariants import Heard, Scene
-from stress.reference_record import Aired, Life
+from stress.reference_record import Incarnation, SentPacket
 from stress.schedules import LINKS, OTHERS, PACKETS, Schedule, StressFault, befalls
 
 from exchange.channel import loss
@@ -61,7 +61,7 @@ class FaultyChannel:
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        """Arrivals as the channel of the scenario has them, after what befalls each."""
+        """Arrivals of the scenario's channel, changed by the faults."""
         arrivals = self._calm.transmit(slot, sender, data, now_s, positions_m)
         for number, fault, vehicle, peer in () if self.is_calm else self._faults:
             if not fault.holds(now_s):
@@ -91,7 +91,7 @@ class FaultyChannel:
         return sorted(arrivals, key=lambda arrival: (arrival.receiver, arrival.time_s))
 
     def _others(self, number: int, fault: StressFault, slot: int, sender: int, now_s: float) -> list[Arrival]:
-        """What all hear in a slot beside its packet: noise, or a packet of another fleet."""
+        """Receptions of all in a slot beside its packet: noise, or a packet of another fleet."""
         heard_s, dice = now_s + self._slots.packet_s, Random(f"{self._seed} {number} {slot}")
         if fault.kind == "noise":
             packets = [dice.randbytes(dice.randrange(1, 65)) for _ in range(fault.packets)]
@@ -101,7 +101,7 @@ class FaultyChannel:
         return [Arrival(node, heard_s, data) for data in packets for node in receivers if node != sender]
 
     def _befallen(self, number: int, fault: StressFault, slot: int, one: Arrival) -> list[Arrival]:
-        """What a fault makes of one arrival."""
+        """Apply a fault to one arrival."""
         moment = int(slot // fault.slots) if fault.kind == "bursts" else slot
         if fault.kind == "partition":
             return []
@@ -169,7 +169,7 @@ def stranger(tbox: TBox, slots: TdmaSchedule, crc_bits: int, is_keyed: bool) -> 
         if key is not None and (data := greetings[sender].packet(slot)) is not None:
             greetings[sender].miss((sender + 1) % n_nodes)
             return data
-        return other.encode(sender, [0] * n_nodes, frame=frame, slot_start_s=slots.start_s(slot))
+        return other.encode(sender, 0, frame=frame, slot_start_s=slots.start_s(slot))
 
     return speak
 
@@ -261,7 +261,7 @@ def _forged_objective(vehicle: Vehicle, scene: Scene) -> ForgedStatement | None:
     organisation, beliefs = vehicle.social.organisation, vehicle.beliefs
     named = {one.uid: one.name for one in beliefs.model.tbox.attributes}
     recorded = [
-        fact for _, blocks in sorted(scene.witness.recorded.items()) for block in blocks for fact in block.facts
+        fact for _, blocks in sorted(scene.reference.recorded.items()) for block in blocks for fact in block.facts
         if named[fact.attribute].startswith("objective") and named[fact.attribute] != "objective"
     ]  # fmt: skip
     for group in organisation.groups.values():
@@ -302,7 +302,7 @@ class Wrapping:
     def __init__(self, scene: Scene, listen: Callable[[Heard], None], happened: Counter[str]) -> None:
         self._scene, self._listen, self._happened = scene, listen, happened
         self._numbered = list(scene.schedule.numbered())
-        self._aired: dict[bytes, Aired] = {}
+        self._aired: dict[bytes, SentPacket] = {}
         self._seen: dict[tuple[str, str], list[Observation]] = {}
         fleet = scene.fleet
         for vehicle in fleet.vehicles:
@@ -328,14 +328,14 @@ class Wrapping:
                    and block.time_s >= since_s}  # fmt: skip
             life.had = {guid for guid in old.had - own if model.has_arrived(guid)}
 
-    def _begin(self, vehicle: Vehicle) -> Life:
+    def _begin(self, vehicle: Vehicle) -> Incarnation:
         """Let a vehicle begin a life, wrapped."""
-        witness, node, model = self._scene.witness, vehicle.data.node, vehicle.beliefs.model
-        before = witness.lives.get(node)
+        reference, node, model = self._scene.reference, vehicle.data.node, vehicle.beliefs.model
+        before = reference.lives.get(node)
         if before is not None:
-            witness.past.append(before)
-        life = Life(node, 0 if before is None else before.number + 1, model.epoch, model, vehicle.radio.manager)
-        witness.lives[node] = self._scene.lives[vehicle.name] = life
+            reference.past.append(before)
+        life = Incarnation(node, 0 if before is None else before.number + 1, model.epoch, model, vehicle.radio.manager)
+        reference.lives[node] = self._scene.lives[vehicle.name] = life
         self._wrap_exchange(vehicle, life)
         kinds = {fault.kind for _, fault in self._numbered if fault.vehicle == vehicle.name}
         if kinds & {"random", "frozen"}:
@@ -360,15 +360,15 @@ class Wrapping:
             and befalls(seed, number, int(now_s), node, fault.share)
         ]  # fmt: skip
 
-    def _wrap_exchange(self, vehicle: Vehicle, life: Life) -> None:
-        witness, manager, radio, model = self._scene.witness, life.manager, vehicle.radio, life.model
+    def _wrap_exchange(self, vehicle: Vehicle, life: Incarnation) -> None:
+        reference, manager, radio, model = self._scene.reference, life.manager, vehicle.radio, life.model
         record, offer, send = model.record, manager.offer, manager.packet_to_send
         give_up, hear = manager.give_up, radio.hear
 
         def recorded(facts: Sequence[Fact], now_s: float, private: bool = False) -> Change:
             change = record(self._misplaced(vehicle, facts), now_s, private)
             if not private:
-                witness.note_recorded(life, change.block)
+                reference.note_recorded(life, change.block)
             return change
 
         def offered(changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
@@ -379,7 +379,7 @@ class Wrapping:
         def sent(now_s: float) -> Transmission:
             packet = send(now_s)
             parts = [life.parts.get((u.origin, u.epoch, u.sequence), {}).get(u.part) for u in packet.items]
-            self._aired[packet.data] = Aired(life, packet.slot, packet.data, tuple(filter(None, parts)))
+            self._aired[packet.data] = SentPacket(life, packet.slot, packet.data, tuple(filter(None, parts)))
             return packet
 
         def gave_up(guids: Iterable[Guid]) -> None:
@@ -394,9 +394,9 @@ class Wrapping:
                 if aired is None:
                     life.took_damaged += 1
                 else:
-                    witness.note_taken(life, aired)
+                    reference.note_taken(life, aired)
                     aside = [fragment.uid for fragment in found.reception.aside]
-                    witness.note_decoded(life, [*found.reception.items, *aside])
+                    reference.note_decoded(life, [*found.reception.items, *aside])
             self._listen(Heard(vehicle, life, aired, found.reception, found.changes, now_s))
             return found
 

@@ -9,7 +9,7 @@ from itertools import combinations, permutations
 from typing import Any, ClassVar, NamedTuple
 
 import networkx as nx
-from stress.reference_record import Aired, Flaw, Life, Witness
+from stress.reference_record import Flaw, Incarnation, ReferenceRecord, SentPacket
 from stress.schedules import NEARLY_CUT, Schedule
 
 from exchange.packets import Reception
@@ -23,7 +23,7 @@ EVENT, TICK, END = "event", "tick", "end"
 
 
 class Invariant:
-    """One condition; each run has an object of its own, which may keep what it has seen and changes nothing.
+    """One condition; each run has its own object, which may record observations and changes nothing.
 
     Attributes:
         name: of the invariant; moment: when it is checked.
@@ -43,8 +43,8 @@ class Heard(NamedTuple):
     """A received packet; ``aired`` is None if it was forged or damaged."""
 
     vehicle: Vehicle
-    life: Life
-    aired: Aired | None
+    life: Incarnation
+    aired: SentPacket | None
     reception: Reception
     changes: tuple[Change, ...]
     own_s: float
@@ -66,8 +66,8 @@ class Scene:
     fleet: Fleet
     effective: frozenset[str]
     carried: Sequence[tuple[float, int, frozenset[int]]] = ()
-    witness: Witness = field(default_factory=Witness)
-    lives: dict[str, Life] = field(default_factory=dict)
+    reference: ReferenceRecord = field(default_factory=ReferenceRecord)
+    lives: dict[str, Incarnation] = field(default_factory=dict)
     forged: list[tuple[str, str, str]] = field(default_factory=list)
     heard: Heard | None = None
     finished: Run | None = None
@@ -82,9 +82,9 @@ class Scene:
         if self._judged is not self.heard or self._flaws is None:
             self._judged = self.heard
             if self.heard is None:
-                self._flaws = [flaw for life in self.witness.all_alive() for flaw in self.witness.unfounded(life)]
+                self._flaws = [flaw for life in self.reference.all_alive() for flaw in self.reference.unfounded(life)]
             else:
-                of, life = self.witness.flaw_of, self.heard.life
+                of, life = self.reference.flaw_of, self.heard.life
                 self._flaws = [flaw for change in self.heard.changes if (flaw := of(life, change.block)) is not None]
         return self._flaws
 
@@ -95,7 +95,7 @@ class Scene:
 
     @cached_property
     def is_selective(self) -> bool:
-        """True if vehicles need not keep what all others know; features say so when vehicles are made."""
+        """True if vehicles need not store all items; features declare this when vehicles are made."""
         of_its_own = any(vehicle.radio.needs is not None for vehicle in self.fleet.vehicles)
         return of_its_own or self.setup.subjects is not None
 
@@ -130,7 +130,7 @@ class Scene:
         return found
 
     def _has_no_way(self, from_s: float, until_s: float) -> bool:
-        """True if links that are nearly cut part vehicles, which may pass on what others tell."""
+        """True if nearly cut links separate vehicles even with relaying."""
         cut, communication = self._cut(from_s, until_s), self.setup.scenario.communication
         if not (self.setup.policy.repeat or bool(getattr(communication, "relaying", True))):
             return bool(cut)
@@ -139,6 +139,6 @@ class Scene:
         return bool(cut) and not (len(graph) == len(self.in_contact()) and nx.is_connected(graph))
 
     def in_contact(self) -> list[Vehicle]:
-        """Vehicles that are alive, hear and are heard."""
+        """Live vehicles with working receiver and transmitter."""
         pairs = zip(self.fleet.vehicles, self.fleet.view.vehicles, strict=True)
         return [vehicle for vehicle, seen in pairs if seen.is_in_contact]

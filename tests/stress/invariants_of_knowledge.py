@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import chain, pairwise
 
 from stress.invariants import EVENT, TICK, Invariant, Scene
-from stress.reference_record import Breach, Flaw
+from stress.reference_record import Flaw, FlawKind
 from stress.schedules import AWAY, DAMAGE, FOR_GOOD
 
 from remoras.fleet.vehicle import Vehicle
@@ -26,61 +26,61 @@ def _said(flaws: Iterable[Flaw]) -> str | None:
 
 
 class TrueBeliefs(Invariant):
-    """Nobody believes that a peer holds content which it lacks."""
+    """No vehicle believes that a peer holds content which it lacks."""
 
     name = "beliefs"
     moment = EVENT
     not_under = DAMAGE
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at what is believed anew with a packet; at the end at all that is."""
-        heard, witness = scene.heard, scene.witness
+        """Check new beliefs after each packet, and all beliefs at the end."""
+        heard, reference = scene.heard, scene.reference
         if heard is None:
-            flaws = witness.false_beliefs() if not scene.is_selective else []
-            return _said(Flaw(Breach.BELIEF, f"{one} believes that {other} holds {uid}") for one, other, uid in flaws)
+            flaws = reference.false_beliefs() if not scene.is_selective else []
+            return _said(Flaw(FlawKind.BELIEF, f"{one} believes that {other} holds {uid}") for one, other, uid in flaws)
         is_selective = not heard.reception.beliefs or scene.is_selective
         for node, uid in heard.reception.beliefs:
-            peer, guid = witness.lives[node], (uid.origin, uid.epoch, uid.sequence)
-            if witness.is_excused(heard.life, peer) or guid in peer.gave_up:
+            peer, guid = reference.lives[node], (uid.origin, uid.epoch, uid.sequence)
+            if reference.is_excused(heard.life, peer) or guid in peer.gave_up:
                 continue
             if not peer.manager.holds(uid):
                 return f"{heard.vehicle.name} believes that {peer.name} holds {uid}, which it lacks"
             fragment = heard.life.parts.get(guid, {}).get(uid.part)
             if fragment is None:
                 return f"{heard.vehicle.name} believes that {peer.name} holds {uid}, which it was never given itself"
-            if not is_selective and witness.is_false(heard.life, peer, fragment):
+            if not is_selective and reference.is_false(heard.life, peer, fragment):
                 return f"{heard.vehicle.name} believes that {peer.name} holds {fragment}, but it has other content"
         return None
 
 
 class _Founded(Invariant):
-    """Flaws of one kind in what world models have."""
+    """Flaws of one kind in the content of world models."""
 
-    breaches: frozenset[Breach]
+    breaches: frozenset[FlawKind]
     moment = EVENT
     not_under = DAMAGE
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at what has come in with a packet; at the end at all that is in."""
+        """Check blocks accepted after each packet, and all blocks at the end."""
         return _said(flaw for flaw in flaws if flaw.breach in self.breaches) if (flaws := scene.flaws) else None
 
 
 class Recorded(_Founded):
-    """No vehicle knows a value that nobody recorded."""
+    """No vehicle knows a value that no vehicle recorded."""
 
     name = "recorded"
-    breaches = frozenset({Breach.UNRECORDED, Breach.OTHER_CONTENT})
+    breaches = frozenset({FlawKind.UNRECORDED, FlawKind.OTHER_CONTENT})
 
 
 class WholeBlocks(_Founded):
     """No vehicle knows a part of a block."""
 
     name = "whole-blocks"
-    breaches = frozenset({Breach.PARTIAL})
+    breaches = frozenset({FlawKind.PARTIAL})
 
 
 class Remembered(Invariant):
-    """No vehicle loses what it held, or was given whole."""
+    """No vehicle loses a block it held or received completely."""
 
     name = "remembered"
     moment = TICK
@@ -91,45 +91,45 @@ class Remembered(Invariant):
 
     def broken(self, scene: Scene) -> str | None:
         """Look at all that was recorded and given when a vehicle has begun anew, and at the end."""
-        witness, is_over = scene.witness, scene.finished is not None
-        if (self._n_past == len(witness.past) and not is_over) or scene.is_selective:
+        reference, is_over = scene.reference, scene.finished is not None
+        if (self._n_past == len(reference.past) and not is_over) or scene.is_selective:
             return None
-        self._n_past = len(witness.past)
+        self._n_past = len(reference.past)
         if scene.setup.scenario.worldmodel.prune:
             return None
-        return _said(flaw for life in witness.all_alive() for flaw in witness.lost(life))
+        return _said(flaw for life in reference.all_alive() for flaw in reference.lost(life))
 
 
 class OneContent(Invariant):
-    """Of two contents under one name the one of smaller digest stays, whichever came first."""
+    """Of two contents with one name the smaller digest wins, in any order of reception."""
 
     name = "one-content"
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at what was given by sound packets, if other content came under its name."""
+        """Check content of valid packets if other content has the same name."""
         if scene.is_selective:
             return None
-        return _said(chain.from_iterable(map(scene.witness.kept_out, scene.lives.values())))
+        return _said(chain.from_iterable(map(scene.reference.kept_out, scene.lives.values())))
 
 
 class NewestCounts(Invariant):
-    """Of what a vehicle holds of one thing, that counts which was observed last, whatever came in last."""
+    """The latest observation of a property is valid, in any order of reception."""
 
     name = "newest"
 
     def broken(self, scene: Scene) -> str | None:
-        """Ask world models for what counts, and look at all that they hold."""
-        return _said(chain.from_iterable(map(scene.witness.outdated, scene.witness.all_alive())))
+        """Compare the valid values of world models with all values they hold."""
+        return _said(chain.from_iterable(map(scene.reference.outdated, scene.reference.all_alive())))
 
 
 class Past(Invariant):
-    """No fact counts that lies in the future of who heard it, beyond the tolerance of clocks."""
+    """No accepted fact lies in the future of its receiver, beyond the clock tolerance."""
 
     name = "past"
     moment = EVENT
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at what has come in with a packet."""
+        """Check blocks accepted with a packet."""
         if (heard := scene.heard) is None:
             return None
         model = heard.life.model
@@ -141,14 +141,14 @@ class Past(Invariant):
 
 
 class SoundPackets(Invariant):
-    """No damaged packet is taken for a sound one."""
+    """No damaged packet is accepted as valid."""
 
     name = "sound-packets"
     moment = EVENT
     not_under = DAMAGE
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at a packet that was taken and that nobody sent."""
+        """Check for an accepted packet that no vehicle sent."""
         heard = scene.heard
         if heard is None or heard.aired is not None or heard.reception.fault is not None:
             return None
@@ -156,27 +156,27 @@ class SoundPackets(Invariant):
 
 
 class KnowledgeAgreement(Invariant):
-    """After a quiet time, those who hear each other know the same."""
+    """After a quiet time, vehicles in contact have equal knowledge."""
 
     name = "agreement"
     not_under = DAMAGE
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at the world models of those in contact."""
+        """Check the world models of vehicles in contact."""
         if scene.is_selective or not scene.rested or scene.is_silent or scene.is_parted:
             return None
         lives = [scene.lives[vehicle.name] for vehicle in scene.in_contact() if vehicle.radio.communicates]
-        return _said(scene.witness.apart(lives, of_all=scene.setup.policy.repeat))
+        return _said(scene.reference.apart(lives, of_all=scene.setup.policy.repeat))
 
 
 class Rest(Invariant):
-    """After a quiet time nobody has anything left to say, and nothing waits."""
+    """After a quiet time all queues are empty and nothing is pending."""
 
     name = "rest"
     not_under = DAMAGE | {"deaf" + FOR_GOOD}  # who is heard and acknowledges nothing is told again and again
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at the queues of those in contact."""
+        """Check the queues of vehicles in contact."""
         if scene.is_selective or scene.rested is None or scene.is_silent or len(scene.in_contact()) < 2:
             return None
         if scene.has_cut_links or not all(vehicle.radio.manager.parking for vehicle in scene.fleet.vehicles):
@@ -184,7 +184,7 @@ class Rest(Invariant):
         if any(vehicle.is_alive and vehicle.condition.is_deaf for vehicle in scene.fleet.vehicles):  # still, at the end
             return None
         lives = [scene.lives[v.name] for v in scene.in_contact() if v.radio.communicates]
-        return _said(scene.witness.restless(lives))
+        return _said(scene.reference.restless(lives))
 
 
 # Organisation -------------------------------------------------------------------------------------
@@ -197,7 +197,7 @@ QUIET_LEASES = 2.0
 
 
 class OnlyAuthorised(Invariant):
-    """Nobody plays a role, or has an objective, by the will of who has no authority to give it."""
+    """No vehicle holds a role or objective assigned without authority."""
 
     name = "authority"
     moment = TICK
@@ -208,7 +208,7 @@ class OnlyAuthorised(Invariant):
         self._led: set[tuple[str, str, str, str]] = set()
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at what vehicles have come to hold true of the organisation since the last tick."""
+        """Check changes of the organisation views since the last tick."""
         rows = scene.fleet.recorder.organisation
         forged = set(scene.forged)
         for row in rows[self._n_read :] if forged else ():
@@ -229,7 +229,7 @@ class OnlyAuthorised(Invariant):
 
 
 def _leads(scene: Scene, hearer: str, head: str, group: str, role: str) -> bool:
-    """True if a vehicle takes another, that has led a group until now, for present; of who was away nobody can say."""
+    """True if a vehicle counts the leader so far of a group as present; absent vehicles are excluded."""
     of = {vehicle.name: vehicle for vehicle in scene.fleet.vehicles}
     led = scene.setup.agreement.organisation.groups.get(group)
     away = {fault.vehicle for fault in scene.schedule.fault if fault.kind in AWAY}
@@ -245,7 +245,7 @@ class Cardinality(Invariant):
     not_under = DAMAGE | {"deaf" + FOR_GOOD, "mute" + FOR_GOOD}
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at what those in contact take themselves to play, if they have had the time to agree."""
+        """Check the own roles of vehicles in contact, after enough time to agree."""
         lease_s = scene.setup.scenario.communication.lease_frames * scene.setup.schedule.frame_s
         ended_s = scene.fleet.ended_s
         quiet_s = QUIET_LEASES * lease_s
@@ -268,14 +268,14 @@ class Cardinality(Invariant):
 
 
 def _is_doubted(scene: Scene, since_s: float) -> bool:
-    """True if somebody in contact was taken for absent: losses are such that a silence of a lease comes about."""
+    """True if a vehicle in contact was declared absent: losses can cause a silence of a lease."""
     there = {vehicle.name for vehicle in scene.in_contact()}
     rows = scene.fleet.recorder.membership
     return any(row[0] >= since_s and row[3] == "absent" and {row[1], row[2]} <= there for row in rows)
 
 
 def _was_silent(scene: Scene, since_s: float, lease_s: float) -> bool:
-    """True if somebody in contact said nothing for a lease: some strategies speak only where they meet."""
+    """True if a vehicle in contact sent nothing for a lease: some strategies send only at rendezvous."""
     ended_s, packets = scene.fleet.ended_s, scene.fleet.recorder.packets
     for vehicle in scene.in_contact() if len(scene.fleet.vehicles) > 1 else ():
         spoken_s = [row[1] for row in packets if row[2] == vehicle.name and row[1] >= since_s]
@@ -285,7 +285,7 @@ def _was_silent(scene: Scene, since_s: float, lease_s: float) -> bool:
 
 
 def _kept_to_itself(vehicle: Vehicle) -> set[str]:
-    """Roles that a vehicle plays without telling anybody, as some strategies have it."""
+    """Roles that a vehicle plays without reporting them, as some strategies allow."""
     beliefs = vehicle.beliefs
     plays, me = beliefs.model.tbox.attribute_named("playsRole").uid, beliefs.uid(vehicle.name)
     facts = [fact for block in beliefs.model.private_blocks() for fact in block.facts]

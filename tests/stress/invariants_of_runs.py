@@ -27,13 +27,13 @@ LIES = frozenset({"forged", "forged-done", "bits", "cut"})
 
 
 class NoException(Invariant):
-    """No exception leaves a vehicle, but for one that names the plug-in which broke its promise."""
+    """No exception leaves a vehicle, except one that names a faulty plug-in."""
 
     name = "exceptions"
 
 
 class Finishes(Invariant):
-    """After what is transient has healed, the survivors complete the mission by the bound, if they are able to."""
+    """After transient faults, able survivors complete the mission within the bound."""
 
     name = "finishes"
     not_under = SENSES | LIES
@@ -49,13 +49,13 @@ class Finishes(Invariant):
 
 
 class Ends(Invariant):
-    """A run is over before its bound, complete or not: nobody goes on for ever."""
+    """A run ends before its time bound, complete or not."""
 
     name = "ends"
     not_under = SENSES | LIES
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at when the run ended, and at who could still have gone on."""
+        """Check the end time, and vehicles that could have continued."""
         run, about, fleet = scene.finished, scene.schedule, scene.fleet
         if run is None or not about.must_end or run.completed or fleet.ended_s + fleet.tick_s <= fleet.duration_s:
             return None
@@ -65,7 +65,7 @@ class Ends(Invariant):
 
 
 def _is_unheard_of(scene: Scene) -> bool:
-    """True where somebody does nothing any more, and nobody hears of it: the strategy lets none speak."""
+    """True if a vehicle stopped without the others knowing: the strategy sends nothing."""
     is_heard = any(vehicle.radio.is_heard for vehicle in scene.fleet.vehicles)
     return not is_heard and not all(vehicle.is_alive for vehicle in scene.fleet.vehicles)
 
@@ -87,7 +87,7 @@ class SeparationKept(Invariant):
         self._apart: set[tuple[str, str]] = set()
 
     def broken(self, scene: Scene) -> str | None:
-        """Look at each pair; those that have not been apart yet are starting."""
+        """Check each pair; pairs not yet separated are still starting."""
         separation_m = scene.setup.scenario.guidance.separation_m
         for one, other in itertools.combinations([v for v in scene.fleet.vehicles if v.is_alive], 2):
             if abs(one.functional.depth_m - other.functional.depth_m) > SAME_DEPTH_M:
@@ -142,13 +142,13 @@ class Follows(Invariant):
 
 
 class AnswersHold(Invariant):
-    """Whoever has said that an answer holds gives the same when it is asked again."""
+    """An answer declared valid is the same when asked again."""
 
     name = "answers"
     moment = TICK
 
     def broken(self, scene: Scene) -> str | None:
-        """The first answer that is another one before it was to be."""
+        """Describe the first answer that changed while it was valid."""
         for vehicle in scene.fleet.vehicles:
             if vehicle.is_alive:
                 found = _reference(vehicle) or _decision(vehicle) or _move(vehicle, scene.now_s) or _conclusion(vehicle)
@@ -158,7 +158,7 @@ class AnswersHold(Invariant):
 
 
 def _reference(vehicle: Vehicle) -> str | None:
-    """The behaviour that guides gives another reference than the one that it said would hold."""
+    """Describe a guiding behaviour whose reference differs from the valid one."""
     layer = vehicle.functional
     held, behaviour = layer.held, layer.guiding
     is_adrift = held is not None and held.speed_mps == 0.0 and layer.motion.speed_mps > 0.0
@@ -204,7 +204,7 @@ def _move(vehicle: Vehicle, now_s: float) -> str | None:
 
 
 def _conclusion(vehicle: Vehicle) -> str | None:
-    """A mission that has said that it concludes nothing before there is news concludes something."""
+    """Describe a mission that draws a conclusion before its announced time."""
     conclusions, of = vehicle.social.conclusions, (vehicle.social.present, vehicle.functional.picture)
     about = of[0], vehicle.beliefs, of[1], vehicle.functional.believed
     found = conclusions._mission.conclusions(vehicle.data, *about) if conclusions.holds(*of) else ()

@@ -72,7 +72,7 @@ class NodeFleet:
 
     @property
     def vehicles(self) -> list[Vehicle]:
-        """Those whose processes are there."""
+        """Vehicles with a live process."""
         return [own.solo.vehicle for own in self._own if own is not None]
 
     @property

@@ -27,8 +27,8 @@ from worldmodel.facts import Guid
 
 
 @dataclass(eq=False)
-class Life:
-    """A vehicle from when it is switched on until it stops, and what is true of it.
+class Incarnation:
+    """One incarnation of a vehicle, from start to stop, with its true state.
 
     Attributes:
         node: number that it uses.
@@ -58,7 +58,7 @@ class Life:
     took_damaged: int = 0
     parts: dict[Guid, dict[int, Fragment]] = field(default_factory=dict)
     told: dict[Guid, Block] = field(default_factory=dict)
-    heard: dict[int, Life] = field(default_factory=dict)
+    heard: dict[int, Incarnation] = field(default_factory=dict)
     had: set[Guid] = field(default_factory=set)
     gave_up: set[Guid] = field(default_factory=set)
 
@@ -68,12 +68,12 @@ class Life:
         return f"{self.node}" + (f" (life {self.number})" if self.number else "") + (" (twin)" if self.is_twin else "")
 
     def take(self, fragments: Iterable[Fragment]) -> None:
-        """Note what it recorded or was given; what came first under a name stays."""
+        """Record its own or received content; the first content of a name stays."""
         for fragment in fragments:
             self.parts.setdefault(fragment.guid, {}).setdefault(fragment.index, fragment)
 
-    def inherit(self, before: Life) -> None:
-        """Note what it kept of the life before: the blocks that were whole there.
+    def inherit(self, before: Incarnation) -> None:
+        """Take over the complete blocks of the previous incarnation.
 
         Of one name that two vehicles gave, it may hold the content that it was not given first, and all of that though
         of the first it was given a part.
@@ -85,7 +85,7 @@ class Life:
                 self.take([Fragment(block.origin, block.sequence, block.time_s, block.facts, 0, 1, block.epoch)])
 
     def is_whole(self, guid: Guid) -> bool:
-        """True if it was given all parts of a block; two vehicles of one number make several of one name."""
+        """True if it received all fragments of a block; duplicate node ids make several of one name."""
         parts = self.parts.get(guid, {})
         if len(parts) == 1:
             return next(iter(parts.values())).count == 1
@@ -93,7 +93,7 @@ class Life:
         return any(n_parts == count for (count, _), n_parts in counts.items())
 
     def part(self, fragment: Fragment) -> Fragment | None:
-        """What it was given under the name of a fragment."""
+        """Content received under the name of a fragment."""
         return self.parts.get(fragment.guid, {}).get(fragment.index)
 
     def holds(self, fragment: Fragment) -> bool:
@@ -112,17 +112,17 @@ class Life:
 
 
 @dataclass(frozen=True)
-class Aired:
-    """A packet on its way, with what its sender put in."""
+class SentPacket:
+    """A packet in transit, with the content its sender put in."""
 
-    sender: Life
+    sender: Incarnation
     slot: int
     data: bytes
     fragments: tuple[Fragment, ...]
 
 
-class Breach(StrEnum):
-    """Ways in which what vehicles know or believe may differ from what is true."""
+class FlawKind(StrEnum):
+    """Kinds of differences between knowledge or beliefs and the true state."""
 
     BELIEF = "a false belief"
     UNRECORDED = "a value that nobody recorded"
@@ -135,13 +135,13 @@ class Breach(StrEnum):
 
 
 class Flaw(NamedTuple):
-    """One difference from what is true: its kind, and who and what in words."""
+    """One difference from the true state: kind and description."""
 
-    breach: Breach
+    breach: FlawKind
     text: str
 
 
-class Witness:
+class ReferenceRecord:
     """The record of one fleet.
 
     Attributes:
@@ -153,18 +153,18 @@ class Witness:
     def __init__(self) -> None:
         self.recorded: dict[Guid, set[Block]] = {}
         self.statuses: set[tuple[int, float, PropertyValue]] = set()
-        self.lives: dict[int, Life] = {}
-        self.past: list[Life] = []
-        self.twins: list[Life] = []
+        self.lives: dict[int, Incarnation] = {}
+        self.past: list[Incarnation] = []
+        self.twins: list[Incarnation] = []
         self.doubled: set[int] = set()
 
-    def all_alive(self) -> list[Life]:
+    def all_alive(self) -> list[Incarnation]:
         """The vehicles that are switched on, twins behind the others."""
         return [life for life in (*self.lives.values(), *self.twins) if life.is_alive]
 
     # What happens --------------------------------------------------------------------------------
 
-    def note_recorded(self, life: Life, block: Block) -> None:
+    def note_recorded(self, life: Incarnation, block: Block) -> None:
         """A vehicle has recorded a block of its own."""
         if block.is_status:
             self.statuses |= {(block.origin, block.time_s, fact) for fact in block.facts}
@@ -173,7 +173,7 @@ class Witness:
             if block.is_item:
                 life.had.add(block.guid)
 
-    def note_taken(self, life: Life, aired: Aired) -> None:
+    def note_taken(self, life: Incarnation, aired: SentPacket) -> None:
         """A vehicle has taken a sound packet."""
         life.take(aired.fragments)
         own = [fragment for fragment in aired.fragments if fragment.origin == aired.sender.node and fragment.count == 1]
@@ -182,7 +182,7 @@ class Witness:
         if known is None or known.number <= aired.sender.number:
             life.heard[aired.sender.node] = aired.sender
 
-    def note_decoded(self, life: Life, items: Iterable[ItemUid]) -> None:
+    def note_decoded(self, life: Incarnation, items: Iterable[ItemUid]) -> None:
         """A vehicle has come to know these items; those that no packet gave it came by symbols, as they were recorded.
 
         Items that nobody recorded, or two under one name, are left: so they count as held by nobody.
@@ -196,7 +196,7 @@ class Witness:
 
     # What is true --------------------------------------------------------------------------------
 
-    def is_false(self, life: Life, peer: Life, fragment: Fragment) -> bool:
+    def is_false(self, life: Incarnation, peer: Incarnation, fragment: Fragment) -> bool:
         """True if a vehicle must not believe that a peer holds an item as it holds it itself."""
         return (
             (fragment.origin not in self.doubled or fragment.origin == life.node)
@@ -204,7 +204,7 @@ class Witness:
             and not peer.holds(fragment)
         )
 
-    def is_excused(self, life: Life, peer: Life) -> bool:
+    def is_excused(self, life: Incarnation, peer: Incarnation) -> bool:
         """True while a vehicle cannot know of a peer's present life, or that others have used a number of the two."""
         if peer.node == life.node:
             return True
@@ -213,7 +213,7 @@ class Witness:
         return not (peer.number == 0 or life.heard.get(peer.node) is peer)
 
     def false_beliefs(self) -> list[tuple[str, str, ItemUid]]:
-        """Who believes of whom what is false, and not excused."""
+        """False beliefs that are not excused: believer, peer and item."""
         found = []
         for life in self.all_alive():
             if (self.twins or life.is_twin) and not life.has_noticed:
@@ -231,14 +231,14 @@ class Witness:
     def flaws(self) -> Iterator[Flaw]:
         """All that is believed or known and not so, or was lost."""
         for one, other, uid in self.false_beliefs():
-            yield Flaw(Breach.BELIEF, f"{one} believes that {other} holds {uid}")
+            yield Flaw(FlawKind.BELIEF, f"{one} believes that {other} holds {uid}")
         for life in self.all_alive():
             if not life.took_damaged:
                 yield from self.unfounded(life)
                 yield from self.lost(life)
 
-    def unfounded(self, life: Life) -> Iterator[Flaw]:
-        """What a world model has and nobody recorded."""
+    def unfounded(self, life: Incarnation) -> Iterator[Flaw]:
+        """Content of a world model that no vehicle recorded."""
         model = life.model
         for block in chain(model.blocks(), model.arrivals.waiting.values(), model.arrivals.refused.values()):
             if (flaw := self.flaw_of(life, block)) is not None:
@@ -248,33 +248,33 @@ class Witness:
             if (flaw := self.flaw_of(life, status)) is not None:
                 yield flaw
 
-    def flaw_of(self, life: Life, block: Block) -> Flaw | None:
-        """What is wrong with a block or status that a vehicle knows; None if somebody recorded it."""
+    def flaw_of(self, life: Incarnation, block: Block) -> Flaw | None:
+        """Flaw of a known block or status; None if a vehicle recorded it."""
         if block.is_status:
             if all((block.origin, block.time_s, fact) in self.statuses for fact in block.facts):
                 return None
-            return Flaw(Breach.UNRECORDED, f"{life.name} knows {block}, which nobody recorded")
+            return Flaw(FlawKind.UNRECORDED, f"{life.name} knows {block}, which nobody recorded")
         recorded = self.recorded.get(block.guid, set[Block]())
         if block in recorded:
             return None
         is_part = any(set(block.facts) < set(one.facts) for one in recorded)
-        breach = Breach.PARTIAL if is_part else Breach.OTHER_CONTENT if recorded else Breach.UNRECORDED
+        breach = FlawKind.PARTIAL if is_part else FlawKind.OTHER_CONTENT if recorded else FlawKind.UNRECORDED
         return Flaw(breach, f"{life.name} knows {block}; recorded was {recorded or 'nothing'}")
 
-    def lost(self, life: Life) -> Iterator[Flaw]:
-        """What a vehicle held or was given whole, and has no more."""
+    def lost(self, life: Incarnation) -> Iterator[Flaw]:
+        """Blocks that a vehicle held or received completely, and lost."""
         model = life.model
         for guid in life.had:
             if guid not in life.gave_up and not model.has_arrived(guid):
-                yield Flaw(Breach.LOST, f"{life.name} lost {guid}")
+                yield Flaw(FlawKind.LOST, f"{life.name} lost {guid}")
         for guid in life.parts:
             if guid[0] in self.doubled or guid in life.gave_up:
                 continue
             if life.is_whole(guid) and not model.has_arrived(guid):
-                yield Flaw(Breach.LOST, f"{life.name} was given all of {guid} and does not have it")
+                yield Flaw(FlawKind.LOST, f"{life.name} was given all of {guid} and does not have it")
 
-    def kept_out(self, life: Life) -> Iterator[Flaw]:
-        """What the origin of a block itself told, if other content of greater digest stands in its place.
+    def kept_out(self, life: Incarnation) -> Iterator[Flaw]:
+        """Content sent by the origin of a block, if other content of greater digest replaced it.
 
         Who has noticed that two vehicles seem to use one number settles nothing.
         """
@@ -284,10 +284,10 @@ class Witness:
             if known is None or known == true or guid in life.gave_up:
                 continue
             if guid[0] not in self.doubled and model.content(known) > model.content(true):
-                yield Flaw(Breach.OTHER_CONTENT, f"{life.name} knows {known}, though its origin told {true}")
+                yield Flaw(FlawKind.OTHER_CONTENT, f"{life.name} knows {known}, though its origin told {true}")
 
-    def outdated(self, life: Life) -> Iterator[Flaw]:
-        """What counts for a vehicle although it holds something newer of the same; what is banned is left out."""
+    def outdated(self, life: Incarnation) -> Iterator[Flaw]:
+        """Valid values of a vehicle that holds newer ones; excluded origins are left out."""
         model = life.model
         newest: dict[tuple[int, int], Block] = {}
         for block in filter(model.is_seen, chain(model.blocks(), model.statuses())):
@@ -298,10 +298,10 @@ class Witness:
         for slot, block in newest.items():
             counting = model.latest(*slot)
             if counting is None or counting.block.time_s < block.time_s:
-                yield Flaw(Breach.OUTDATED, f"{life.name} goes by {counting}, though it holds {block}")
+                yield Flaw(FlawKind.OUTDATED, f"{life.name} goes by {counting}, though it holds {block}")
 
-    def apart(self, alive: Iterable[Life], of_all: bool = True) -> Iterator[Flaw]:
-        """What some of those who hear each other lack of others after a quiet time.
+    def apart(self, alive: Iterable[Incarnation], of_all: bool = True) -> Iterator[Flaw]:
+        """Items that vehicles in contact lack of each other after a quiet time.
 
         Args:
             alive: who hear each other.
@@ -320,17 +320,17 @@ class Witness:
                 ]
                 if missing:
                     text = f"{life.name} lacks {missing[:5]} of {other.name}: {len(missing)}"
-                    yield Flaw(Breach.APART, text)
+                    yield Flaw(FlawKind.APART, text)
 
-    def restless(self, alive: Iterable[Life]) -> Iterator[Flaw]:
-        """Who still has something to say, waits, or has half a block of one of them, after a quiet time."""
+    def restless(self, alive: Iterable[Incarnation]) -> Iterator[Flaw]:
+        """Vehicles with queued items, pending or incomplete blocks after a quiet time."""
         alive = list(alive)
         lives = {(life.node, life.epoch) for life in alive}
         for life in alive:
             if life.manager.n_open:
-                yield Flaw(Breach.RESTLESS, f"{life.name} has {life.manager.n_open} items open")
+                yield Flaw(FlawKind.RESTLESS, f"{life.name} has {life.manager.n_open} items open")
             half = [guid for guid in life.manager.half_blocks() if guid[:2] in lives and guid not in life.gave_up]
             if half:
-                yield Flaw(Breach.RESTLESS, f"{life.name} lacks parts of {half[:5]}")
+                yield Flaw(FlawKind.RESTLESS, f"{life.name} lacks parts of {half[:5]}")
             if waiting := life.model.arrivals.waiting:
-                yield Flaw(Breach.RESTLESS, f"{life.name}: {len(waiting)} blocks wait")
+                yield Flaw(FlawKind.RESTLESS, f"{life.name}: {len(waiting)} blocks wait")

@@ -313,7 +313,7 @@ def _size(own: Scenario) -> Drawn:
 
 
 def _information(own: Scenario) -> Drawn:
-    """Heads hold what groups know of their jobs."""
+    """Group facts about jobs are held by leaders."""
     groups = [group.name for group in own.group if any(role.job for role in group.role)]
     held = {f'group."{name}".information': "held by head" for name in groups}
     return st.just({"communication.needs_follow": "groups", **held})
@@ -324,7 +324,7 @@ TERMS = {"ttl_s": number(30.0, 600.0), "queue_limit": st.integers(1, 20), "newes
 
 
 def _need(own: Scenario) -> Drawn:
-    """What is least urgent is needed on terms."""
+    """The least urgent facts have delivery requirements."""
     given = dict(own.communication.needs)
     attribute = min(sorted(given), key=given.__getitem__)
     need = {"attribute": attribute, "priority": given.pop(attribute)}

@@ -38,7 +38,7 @@ CERTAIN_SEEDS = range(1, 9)
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a trial.
+    """Result of a trial.
 
     Attributes:
         broken: name of the first invariant that did not hold, time (s) and text; None if all that are promised did.
