@@ -455,11 +455,15 @@ class FunctionalLayer:
             self.positioning.after_motion(neighbours, dt_s)
 
     def _until(self, leg: Leg, reference: Reference | None) -> tuple[float, float]:
-        """Return until which tick and energy (J) a leg surely changes neither reference nor needs."""
+        """Return the ticks and the energy (J) up to which a leg surely changes neither reference nor needs."""
         data, body, way_m = self.data, self.picture.body, leg.way_m
         if self.positioning is not None or self._drain_w:
             return 0.0, 0.0
-        if (self._guiding is not None) if reference is None else reference.holds_m == math.inf:
+        if reference is None:
+            is_held = self._guiding is None
+        else:
+            is_held = reference.holds_m < math.inf and (way_m > 0.0 or reference.speed_mps == 0.0)
+        if not is_held:
             return 0.0, 0.0
         n_ticks, home_m = math.inf, distance_m(self.believed, data.start_m)
         if way_m > 0.0 and reference is not None:

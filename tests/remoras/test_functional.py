@@ -18,6 +18,7 @@ from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import Observation, Pose
+from remoras.work import Point
 
 BOUNDS_M = (-100.0, -100.0, 800.0, 800.0)
 N_VITAL = len(VITAL_SETS)
@@ -82,6 +83,24 @@ def test_no_behaviour_exceeds_the_speed_limit_of_a_vehicle() -> None:
     for _ in range(60):
         functional.act(1.0)
     assert functional.motion.speed_mps == 2.0
+
+
+@pytest.mark.parametrize(("target_m", "speed_mps", "n_asked"), [
+    ((700.0, 0.0), 1.5, 1), ((0.0, 0.0), 1.5, 10), ((5.0, 0.0), 0.0, 1)
+])  # fmt: skip
+def test_a_reference_is_asked_again_only_within_its_distance(target_m: Point, speed_mps: float, n_asked: int) -> None:
+    asked: list[Reference] = []
+
+    class Going(Standing):
+        def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+            asked.append(Reference(target_m, speed_mps, 2.0))
+            return asked[-1]
+
+    functional = layer(HOMING, mission=Answering(Going()), transit_speed_mps=2.0, survey_speed_mps=1.5)
+    perform(functional, 0)
+    for _ in range(10):
+        functional.act(1.0)
+    assert len(asked) == n_asked
 
 
 # Sensors ------------------------------------------------------------------------------------------
