@@ -55,7 +55,7 @@ def least_time_s(rounds: Rounds) -> float:
     """
     n_jobs = len(rounds.legs_m)
     if not rounds.vehicles or not 1 <= n_jobs <= MOST_JOBS:
-        raise ValueError(f"{len(rounds.vehicles)} vehicles, {n_jobs} jobs; allowed: 1 or more, and 1 to {MOST_JOBS}")
+        raise ValueError(f"{len(rounds.vehicles)} vehicles, {n_jobs} jobs; allowed: vehicles, 1 to {MOST_JOBS} jobs")
     legs_m = shortest_m(rounds.legs_m)
     costs = [vehicle.work_mps * _round_times_s(vehicle, legs_m) for vehicle in rounds.vehicles]  # lost work (m)
     best_s = math.inf

@@ -87,7 +87,7 @@ def test_more_vehicles_less_work_and_greater_speeds_take_no_more_time() -> None:
 
 
 def test_empty_or_too_large_search_is_refused() -> None:
-    with pytest.raises(ValueError, match=f"allowed: 1 or more, and 1 to {MOST_JOBS}"):
+    with pytest.raises(ValueError, match=f"allowed: vehicles, 1 to {MOST_JOBS} jobs"):
         least_time_s(Rounds((), 100.0, ()))
 
 
