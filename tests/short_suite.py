@@ -4,7 +4,7 @@ SHORT = """
 [suite]
 name = "short"
 grounds = ["mapping-patches"]
-bound = "missions.mapping.lower_bound:rounds"
+bound = "missions.mapping.rounds:rounds"
 limit_s = 7200.0
 repeats = 2
 

@@ -38,6 +38,7 @@ EXCEPT = {
     "missions.sweeps.study": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",
     "remoras.strategies.allocation": "costs are whole milliseconds, so all sums of the assignment are exact",
     "remoras.strategies.initial_roles": "the programme is one of whole numbers, and so is its answer",
+    "exchange.study.stating": "sums of whole numbers of items",
     "exchange.study.study": "sums and products of whole numbers of slots, exact below 2^53",
 }
 """Rooms and modules that may use anything, each with its reason."""

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from missions.lower_bound import MOST_JOBS, Rounder, Rounds, least_time_s
-from missions.mapping.lower_bound import rounds
+from missions.mapping.rounds import rounds
 from missions.runs.assembly import actual
 from missions.runs.run import run
 from missions.runs.setup import resolved

@@ -18,7 +18,7 @@ from missions.benchmark.running import CellRun, Contest, Scored, against
 from missions.benchmark.suite import Cell, Suite, judging_of, split_to_judge, suite_named
 from missions.errors import ConfigurationError, OutputError
 from missions.files import shipped
-from missions.mapping.random_areas import CELLS, MAPPERS, PIECES, drawn_ground
+from missions.mapping.drawn_ground import CELLS, MAPPERS, PIECES, drawn_ground
 from missions.runs.assembly import actual
 from missions.runs.setup import resolved
 from missions.scenarios import load
@@ -182,7 +182,7 @@ def suite_in(folder: Path, seeds: str = SEEDS) -> tuple[Suite, Path]:
     (folder / "short.toml").write_text(SUITE, encoding="utf-8")
     (folder / "test").mkdir()
     (folder / "test" / "short.toml").write_text(
-        'ground = "mapping-patches"\ngenerator = "missions.mapping.random_areas:drawn_ground"\n'
+        'ground = "mapping-patches"\ngenerator = "missions.mapping.drawn_ground:drawn_ground"\n'
         f'seeds_sha256 = "{hashlib.sha256(seeds.encode()).hexdigest()}"\n',
         encoding="utf-8",
     )
