@@ -53,3 +53,12 @@ def test_an_interrupted_drawing_keeps_the_older_study(older: Path, monkeypatch: 
     ended = remoras(*STUDY, "--seed", 2, "--format", "svg", "--out", older, "--force")
     assert ended.exit_code == 130
     assert content_of(older) == before
+
+
+def test_policy_of_a_file_is_studied_beside_shipped_ones() -> None:
+    file = Path(__file__).parents[2] / "docs/examples/alternate_acks.py"
+    made = remoras(
+        "exchange-study", "--nodes", "3", "--per", "0.3", "--trials", "5", "--policies", f"ack,{file}:SPARSE"
+    )
+    assert made.exit_code == 0
+    assert [line.split()[1] for line in made.stdout.splitlines()[1:]] == ["ack", "sparse-repeat"]
