@@ -50,9 +50,7 @@ class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
         self.n_false_beliefs = 0
         self.holders = HolderCount()
         self._nature = nature
-        fastest_mps = max(max(v.real.transit_speed_mps, v.real.survey_speed_mps) for v in self.vehicles)
-        # Twice what two vehicles that meet head on cover, for water that does not carry both alike.
-        self.separation = Separation(self.vehicles, separation_m, 4.0 * fastest_mps * tick_s)
+        self.separation = Separation(self.vehicles, separation_m)
         for observer in observers:
             self.separation = observer.separation(self.separation)
         self.medium, self.clocks = medium, medium.clocks

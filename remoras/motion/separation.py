@@ -70,39 +70,34 @@ def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
 class Separation:
     """Monitor of the distances in a fleet.
 
-    ``nearer_m`` bounds the approach of two vehicles from one ``look`` to the next. ``layers`` are indices of vehicles
-    that may interact, in the node order of ``vehicles``, which the caller replaces when one restarts.
+    ``layers`` are indices of vehicles that may interact, in the node order of ``vehicles``, which the caller replaces
+    when one restarts.
     """
 
-    def __init__(self, vehicles: Sequence[Moving], separation_m: float, nearer_m: float = math.inf) -> None:
+    def __init__(self, vehicles: Sequence[Moving], separation_m: float) -> None:
         self.vehicles = vehicles
         self.separation_m = separation_m
         self.layers = in_layers([vehicle.data.depth_m for vehicle in vehicles])
-        self._nearer_m, self._n_looks = nearer_m, 0
-        self._due: dict[int, list[tuple[int, int]]] = {}  # pairs, by the number of the look at which they may be near
         self._pairs: list[tuple[int, int]] = []
         self._conflicts: frozenset[tuple[int, int]] = frozenset()
 
     def look(self) -> dict[int, list[Neighbour]]:
         """Return the sonar contacts of each vehicle, by index; none for vehicles without contacts."""
-        self._pairs, self._n_looks, now = [], self._n_looks + 1, self._n_looks
-        vehicles, due = self.vehicles, self._due.pop(now, [])
+        self._pairs = []
+        vehicles = self.vehicles
         seen: dict[int, list[Neighbour]] = {}
-        if now == 0:
-            due = [pair for layer in self.layers for pair in combinations(layer, 2)]
-        for first, second in sorted(due):
-            a, b = vehicles[first].functional.motion, vehicles[second].functional.motion
-            dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
-            apart_m = math.sqrt(dx_m * dx_m + dy_m * dy_m)
-            next_look = now + max(1, int((apart_m - SONAR_M) / self._nearer_m))
-            self._due.setdefault(next_look, []).append((first, second))
-            if apart_m > SONAR_M:
-                continue
-            # A vehicle without power floats to the surface, out of the way.
-            if vehicles[first].is_alive and vehicles[second].is_alive and self.may_meet(first, second):
-                self._pairs.append((first, second))
-                seen.setdefault(first, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
-                seen.setdefault(second, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
+        for layer in self.layers:
+            motions = {index: vehicles[index].functional.motion for index in layer}
+            for first, second in combinations(layer, 2):
+                a, b = motions[first], motions[second]
+                dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
+                if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
+                    continue
+                # A vehicle without power floats to the surface, out of the way.
+                if vehicles[first].is_alive and vehicles[second].is_alive and self.may_meet(first, second):
+                    self._pairs.append((first, second))
+                    seen.setdefault(first, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
+                    seen.setdefault(second, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
         return seen
 
     def may_meet(self, first: int, second: int) -> bool:

@@ -55,20 +55,6 @@ def test_grid_search_equals_pairwise_search_in_node_order(seed: int) -> None:
     assert found == expected
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_scheduled_pair_checks_find_the_conflicts_of_constant_checks(seed: int) -> None:
-    draw = random.Random(seed)
-    fleet = [at(number, draw.uniform(-300.0, 300.0), draw.uniform(-300.0, 300.0)) for number in range(12)]
-    for one in fleet:
-        one.functional.motion.heading_rad = draw.uniform(-3.0, 3.0)
-    watch = Separation(fleet, 5.0, nearer_m=2.0 * 3.0)
-    for _ in range(300):
-        assert watch.look() == by_pairs(fleet)
-        for motion in (one.functional.motion for one in fleet):
-            motion.heading_rad += draw.uniform(-0.5, 0.5)
-            motion.x_m, motion.y_m = motion.x_m + 3.0 * motion.ahead[0], motion.y_m + 3.0 * motion.ahead[1]
-
-
 def test_a_conflict_is_one_row_until_the_pair_has_separated() -> None:
     near, far = at(0, 0.0, 0.0), at(1, 10.0, 0.0)
     fleet = [near, far, at(2, 0.0, 1.0, depth_m=40.0)]
