@@ -208,17 +208,17 @@ class Codec:
         return (
             FieldSize("packet", "definition hash", HASH_BITS, of_hash),
             FieldSize("packet", "sender", self._node_bits, f"one of {self._n_nodes} nodes"),
-            FieldSize("packet", "epoch", EPOCH_BITS, "of the sender: which of its lives; in fours by the hash byte"),
+            FieldSize("packet", "epoch", EPOCH_BITS, "incarnation of the sender, modulo 4; the hash byte has the rest"),
             FieldSize("packet", "frame", FRAME_BITS, f"TDMA frame modulo {FRAMES}: with the sender it names the slot"),
             FieldSize("packet", "acknowledgements", self._acks_bits, policy),
-            FieldSize("packet", "end", END_BITS[1], "behind all that follows"),
+            FieldSize("packet", "end", END_BITS[1], "after the last section"),
             *_guard_listing(self._seal, self.head_bits - self._clear_bits, self._checksum),
             *self.fragments.listing(),
             *self._facts.listing(),
-            FieldSize("signal", "signal", SIGNAL_BITS[1], "one comes"),
+            FieldSize("signal", "signal", SIGNAL_BITS[1], "prefix"),
             FieldSize("signal", "role", self._role_bits, "its instance"),
             FieldSize("signal", "value", SIGNAL_VALUE_BITS, "-128 to 127"),
-            FieldSize("summary", "summary", SUMMARY_BITS[1], "one comes"),
+            FieldSize("summary", "summary", SUMMARY_BITS[1], "prefix"),
             FieldSize("summary", "origin", self.fragments.origin_bits, "whose items"),
             FieldSize("summary", "origin's epoch", EPOCH_BITS, "more bits from 3 on"),
             FieldSize("summary", "highest", self.fragments.sequence_bits, "all up to it are held; more bits beyond"),
@@ -276,8 +276,8 @@ class Codec:
         """Encode a packet.
 
         ``acks`` as in ``Packet``; ``frame`` is the whole TDMA frame number, which selects the header layout;
-        ``slot_start_s`` the start of the sender's slot in it. ``account`` is ignored if the
-        policy does not report received sets. Raises ConfigurationError if a value, epoch or signal has no wire format.
+        ``slot_start_s`` the start of the sender's slot in it. ``account`` is ignored if the policy does not report
+        received sets. Raises ConfigurationError if a value, epoch or signal has no wire format.
         """
         packing = self.packing(sender, epoch, slot_start_s, 1 << 40)
         for fragment in fragments:

@@ -327,6 +327,7 @@ def _report_usage(error: Any) -> int:
     # The parser says which option it refuses, not always which value.
     typed = next((f"{cut(value, LONGEST_VALUE)!r}" for option, value in pairwise(sys.argv) if option in options), "")
     refused = shortened(error.format_message()).replace("Value error, ", "")  # the library's name of its own error
+    refused = refused.replace("\n\t", " ")  # choices, each on its own line
     if typed and typed not in refused:
         refused = refused.replace("': ", f"': {typed}: ", 1)
     if "\n" in refused:  # the help of a group without a command

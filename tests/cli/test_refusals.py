@@ -67,6 +67,7 @@ WRONG = [
     ("sea --set channel.spreading=3", "less than or equal to 2"),
     ("sea --set channel.name=trace", "--set = channel.name=trace: contradicts sea, which sets channel.name too"),
     ("sea --set \"channel={name='perfect'}\"", "--set: sea describes the channel acoustic, not perfect"),
+    ("export nowhere", "Missing option '--format'. Choose from: mcap, geojson"),
     ("node", "SCENARIO and VEHICLE are needed"),
     ("node mapping-rendezvous AUV0", "VEHICLE = AUV0: one of ASV00, AUV00"),
     ("node --replay nowhere.jsonl", "nowhere.jsonl"),
