@@ -38,11 +38,7 @@ def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> 
         return " or ".join(attribute.symbols)
     if attribute.most_bytes:
         return f"length of a text, then its bytes, at most {attribute.most_bytes}"
-    ranges = [
-        f"{field.minimum:g} to {field.maximum:g} {field.unit}".rstrip() + f", steps of {field.resolution:g}"
-        for field in attribute.fields
-    ]
-    return "; ".join(dict.fromkeys(ranges)) or "true or false"
+    return "; ".join(dict.fromkeys(map(str, attribute.fields))) or "true or false"
 
 
 Bits = tuple[int, int]

@@ -105,9 +105,5 @@ def _values(tbox: TBox, attribute: Attribute) -> str:
         return " or ".join(attribute.symbols)
     if attribute.most_bytes:
         return f"text of at most {attribute.most_bytes} bytes"
-    ranges = [
-        f"{field.minimum:g} to {field.maximum:g} {field.unit}".rstrip() + f", steps of {field.resolution:g}"
-        for field in attribute.fields
-    ]
     both = " east and north" if len(attribute.fields) > 1 else ""
-    return "; ".join(dict.fromkeys(ranges)) + both if ranges else "true or false"
+    return "; ".join(dict.fromkeys(map(str, attribute.fields))) + both if attribute.fields else "true or false"

@@ -94,6 +94,9 @@ class Field:
     def _range(self) -> str:
         return f"[{self.minimum}, {self.maximum}] {self.unit}".rstrip()
 
+    def __str__(self) -> str:
+        return f"{self.minimum:g} to {self.maximum:g} {self.unit}".rstrip() + f", steps of {self.resolution:g}"
+
     @property
     def is_whole(self) -> bool:
         """True if every value is a whole number."""
