@@ -215,9 +215,9 @@ def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:
         for role in group.roles:
             if role.job and role.influences:
                 working.add((group.name, role.name))
-            for other in role.influences:  # roles that address each other, at least one with a job
+            for other in role.influences:  # roles that address each other or themselves, at least one with a job
                 to = by_name.get(other, role)
-                if other == role.name or (role.name in to.influences and (role.job or to.job)):
+                if role.name in to.influences and (role.job or to.job):
                     equals.setdefault((group.name, role.name), set()).add((group.name, other))
     passes_on = not setup.scenario.guidance.keeps_calls
     decision = setup.scenario.decision.constants(setup.schedule.frame_s)

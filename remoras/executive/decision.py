@@ -35,6 +35,9 @@ class DecisionTable(Section):
     dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
     fade_per_s: NotNegative = Field(0.5, description="rate at which satisfaction in an idle role returns to 0")
     signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a received signal fades to 1/e")
+    updates_satisfy: bool = Field(
+        True, description="updates satisfy a leader; false: performed activities alone, so that a waiting leader calls"
+    )
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         if self.weight_continuing >= 1.0 + self.weight_external:

@@ -236,6 +236,9 @@ class ExecutiveLayer:
         self._has_evolved = True  # as far as known
         if dt_s > 0.0:
             advances = self._advances_of({**self._given, **progress}) if progress else self._advances
+            if not constants.updates_satisfy:
+                given = {**self._given, **progress}
+                advances = self._advances_of({index: given.get(index) for index in self.decision.chosen})
             self._has_evolved = self._evolve(dt_s, advances)
         return self.decision
 
@@ -309,7 +312,7 @@ class ExecutiveLayer:
         return Pulls(own, answered, equals, passed, role in self._equals)
 
     def _are_equals(self, role: RoleKey, other: str) -> bool:
-        return other == role[1] or (role in self._equals and (role[0], other) in self._equals[role])
+        return role in self._equals and (role[0], other) in self._equals[role]
 
     def _caller(self, index: int, now_s: float) -> Call | None:
         """Return the signal that moves a set: of a waiting vehicle, or the strongest without a job."""

@@ -253,6 +253,26 @@ def test_signals_carry_the_source_of_the_call() -> None:
     assert executive.signals()[0] == (PERFORMER, -99)
 
 
+@pytest.mark.parametrize(("updates_satisfy", "sign"), [(True, 1), (False, -1)])
+def test_a_waiting_leader_calls_only_if_updates_do_not_satisfy(updates_satisfy: bool, sign: int) -> None:
+    """It waits at the rally point, while information gathering progresses, which is perceived and not performed."""
+    gathering = replace(
+        HOMING, activities=(replace(HOMING.activities[0], name="Gathering", type=ActivityType.ORGANISATIONAL),)
+    )
+    executive = layer(HOMING, gathering, constants=CONSTANTS.model_copy(update={"updates_satisfy": updates_satisfy}))
+    for number in range(10):
+        executive.decide([STANDING, ADVANCING], 2.0 * number, 2.0)
+    assert executive.decision.chosen == (0,)
+    assert sign * dict(executive.signals())[PERFORMER] > 0
+
+
+def test_a_role_without_a_job_calls_its_other_holders() -> None:
+    executive = layer(HOMING)
+    executive.hear(PERFORMER, "AUV01", "Performer", -128, 0.0)
+    executive.decide([DUE], 0.0, 0.0)
+    assert executive.pulls(0.0) == Pulls(0.0, {"AUV01": 1.0}, {})
+
+
 def test_a_call_of_equal_rank_changes_guidance_and_no_activity() -> None:
     executive = ExecutiveLayer(CONSTANTS, "AUV01", {LIFTER}, {LIFTER: {LIFTER, INSPECTOR}})
     executive.adopt([LIFTING], [LIFTER])
@@ -277,11 +297,12 @@ def test_a_call_answered_by_the_guiding_activity_attracts() -> None:
 
 def test_only_a_remembered_call_of_equal_rank_repels() -> None:
     """-96 is three quarters of -128, at any age up to the memory of 60 s; the own call is -32, a quarter."""
-    executive = layer(HOMING, EXPLORING)
+    executive = ExecutiveLayer(CONSTANTS, "", (), {role: {role} for role in ROLES})
+    executive.adopt([HOMING, EXPLORING], ROLES)
     executive.hear(PERFORMER, "AUV01", "Performer", -96, 0.0)
     executive.hear(CARTOGRAPHER, "AUV02", "Cartographer", -128, 0.0)
     executive.decide([DUE, IDLE], 0.0, 0.0)
     executive.satisfaction[PERFORMER] = -32.0
     for now_s in (0.0, 60.0):
-        assert executive.pulls(now_s) == Pulls(0.25, {}, {"AUV01": 0.75})
+        assert executive.pulls(now_s) == Pulls(0.25, {}, {"AUV01": 0.75}, {}, True)
     assert executive.pulls(60.1).equals == {}
