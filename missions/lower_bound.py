@@ -6,7 +6,8 @@ therefore feasible only if the working vehicles together have enough time beside
 
     sum over them of work_mps (T - round_s) >= work_m
 
-``least_time_s`` is the least T over all sets of working vehicles and all divisions of the jobs. A vehicle without a job
+Some vehicle also visits the farthest job. ``least_time_s`` is the least T over all sets of working vehicles and all
+divisions of the jobs. A vehicle without a job
 of its own helps at the nearest, which covers shared and resumed jobs. The search is exact: shortest rounds by Held and
 Karp (1962), divisions by all subsets of jobs.
 """
@@ -57,7 +58,9 @@ def least_time_s(rounds: Rounds) -> float:
     if not rounds.vehicles or not 1 <= n_jobs <= MOST_JOBS:
         raise ValueError(f"{len(rounds.vehicles)} vehicles, {n_jobs} jobs; allowed: vehicles, 1 to {MOST_JOBS} jobs")
     legs_m = shortest_m(rounds.legs_m)
-    costs = [vehicle.work_mps * _round_times_s(vehicle, legs_m) for vehicle in rounds.vehicles]  # lost work (m)
+    rounds_s = [_round_times_s(vehicle, legs_m) for vehicle in rounds.vehicles]
+    farthest_s = max(float(min(of_one[1 << job] for of_one in rounds_s)) for job in range(n_jobs))
+    costs = [vehicle.work_mps * of_one for vehicle, of_one in zip(rounds.vehicles, rounds_s, strict=True)]  # lost (m)
     best_s = math.inf
     for working in _sets(len(costs)):
         work_mps = math.fsum(rounds.vehicles[number].work_mps for number in working)
@@ -66,7 +69,7 @@ def least_time_s(rounds: Rounds) -> float:
         if (rounds.work_m + least_m) / work_mps < best_s:
             lost_m = _least_sum([costs[number] for number in working])
             best_s = min(best_s, (rounds.work_m + lost_m) / work_mps)
-    return best_s
+    return max(best_s, farthest_s)
 
 
 def shortest_m(legs_m: Sequence[Sequence[float]]) -> Times:

@@ -134,11 +134,10 @@ def stepping(
     >>> [state.time_s for state in steps]
     [0.0, 1.0, 2.0, 3.0]
     """
-    from missions.runs.setup import resolved
     from remoras.stepped import Stepping
 
     loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
-    return Stepping(resolved(loaded, own), seed)
+    return Stepping(loaded, seed, own)
 
 
 def _loaded(

@@ -17,6 +17,7 @@ from missions.runs.assembly import assemble
 from missions.runs.reader import RunReader
 from missions.runs.results import MemoryResults, identity
 from missions.runs.run import Root, result_of, settled_of
+from missions.runs.setup import resolved
 from missions.runs.tables import arrow_table
 from remoras.api import Run
 from remoras.recorder import PACKETS, Row
@@ -29,9 +30,9 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from pandas import DataFrame
 
-    from missions.runs.setup import Setup
     from missions.scenarios import Scenario
     from remoras.fleet.fleet import Fleet
+    from remoras.strategy import Strategy
 
 END, ARRIVALS = (PACKETS.column_names.index(name) for name in ("end_s", "arrivals_s"))
 
@@ -140,10 +141,10 @@ class RunSoFar(RunReader):
 class Stepping:
     """Iterator over the states of a run, one per tick; callers that stop early call ``close``."""
 
-    def __init__(self, setup: Setup, seed: int) -> None:
-        self._setup = setup
+    def __init__(self, scenario: Scenario, seed: int, strategy: Strategy | None = None) -> None:
         self._seed = Root(seed)
-        self._fleet = assemble(setup, self._seed)
+        self._setup = resolved(scenario.for_seed(self._seed), strategy)
+        self._fleet = assemble(self._setup, self._seed)
         self._spent_s = 0.0
         self._n_milestones = 0
         self._final: MemoryResults | None = None

@@ -3,13 +3,18 @@
 SHORT = """
 [suite]
 name = "short"
-grounds = ["mapping-patches"]
-bound = "missions.mapping.rounds:rounds"
+scenario = "escort-lines"
+bound = "missions.fieldwork.drawn_lines:rounds"
 limit_s = 7200.0
 repeats = 2
 
 [set]
 scenario.duration_s = 40.0
+drawn_lines.number = 6
+
+[[ground]]
+name = "half"
+set."drawn_lines.escorted_share" = 0.5
 
 [[network]]
 name = "alike"

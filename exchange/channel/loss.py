@@ -22,7 +22,7 @@ DAMAGES = 12  # damaged packets
 PLACES = 13  # inverted bits in damaged packets
 SITES = 14  # link differences by place, time and receiver
 EPISODES = 16  # the next benchmark run to learn on
-GROUNDS = 17  # random grounds that strategies are evaluated on
+GROUNDS = 17  # lines of a survey
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

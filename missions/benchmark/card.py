@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from missions.benchmark.running import DIGITS, CellRun, Contest, Scored, against
+from missions.benchmark.running import DIGITS, CellRun, Contest, Scored, against, variance_share
 from missions.benchmark.suite import Cell, Suite
 from missions.errors import OutputError
 from missions.files import text_of
@@ -82,8 +82,7 @@ def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
 
 def code_of(contest: Contest, place: int) -> str:
     """Return the digest of the code behind the runs: this program and the strategy's sources."""
-    study, number, _ = contest.suite.place(0, 0, place, len(contest.strategies))
-    scenario = contest.studies[study].configurations[number].scenario
+    scenario = contest.study.configurations[contest.suite.number(0, place)].scenario
     return short(fingerprint(references([scenario.model_dump(mode="json")])))
 
 
@@ -189,10 +188,10 @@ def verify_card(path: Path, suite: Suite, seed: int, count: int | None = None) -
 def _made_again(
     contest: Contest, strategies: Sequence[Scored], drawn: Sequence[tuple[int, int, CellRun]]
 ) -> Iterator[tuple[str, str]]:
-    plans = [SweepPlan(study) for study in contest.studies]
+    plan = SweepPlan(contest.study)
     for place, index, run in drawn:
-        study, number, repeat = contest.suite.place(index, run.repeat, place, len(strategies))
-        again = contest.run_of(run_task(plans[study].task(number, repeat)).line, run.repeat, study, number)
+        number = contest.suite.number(index, place)
+        again = contest.run_of(run_task(plan.task(number, run.repeat)).line, run.repeat, number)
         other = [
             f"{column}: was {getattr(run, column)}, now {getattr(again, column)}"
             for column in COLUMNS
@@ -257,10 +256,13 @@ class ScoreTable:
         """Suite, version and definition of the score."""
         card = self.card
         n = card["repeats"]
+        ranked = [strategy for _, strategy in self._rows if strategy.reference not in bounds()]
+        explained = "" if len(ranked) < 2 else f"; the strategy explains {variance_share(ranked):.0%} of the variance"
         return (
             f"Suite {card['suite']} (digest {card['digest'][:12]}), split {card['split']}, {len(card['cells'])} cells, "
             f"{n} runs of each; remoras {card['version']}. Score: mean of T_bound / T, "
-            f"T = {card['limit_s']:g} s if never completed; 95 % intervals over {n} instances ({FEW} needed)."
+            f"T = {card['limit_s']:g} s if never completed; 95 % intervals over {n} instances "
+            f"({FEW} needed){explained}."
         )
 
     def markdown(self) -> str:

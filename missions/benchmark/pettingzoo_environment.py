@@ -99,7 +99,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
     def __init__(self, name_or_path: str) -> None:
         self.suite = suite_named(name_or_path)
         self.metadata, self.render_mode = {"name": self.suite.about.name, "render_modes": []}, None
-        self._configurations = self.suite.studies(("remoras",))[0].configurations
+        self._configurations = self.suite.study(("remoras",)).configurations
         self._bounds = Bounds(named_object(self.suite.about.bound))
         self._seed = self._episode = 0
         self.fleet: Fleet
@@ -132,15 +132,16 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         suite, labels = self.suite, [cell.label for cell in self.suite.cells]
         if seed is not None:
             self._seed, self._episode = seed, 0
-        drawn = math.floor(len(labels) * suite.repeats * uniform(self._seed, EPISODES, self._episode, 0, 1))
+        n = suite.about.repeats
+        drawn = math.floor(len(labels) * n * uniform(self._seed, EPISODES, self._episode, 0, 1))
         self._episode += 1
-        case = {"cell": labels[drawn // suite.repeats], "repeat": drawn % suite.repeats, **(options or {})}
-        for key, allowed in ("cell", labels), ("repeat", range(suite.repeats)):
+        case = {"cell": labels[drawn // n], "repeat": drawn % n, **(options or {})}
+        for key, allowed in ("cell", labels), ("repeat", range(n)):
             if case[key] not in allowed:
                 raise OutputError(f"{key} = {case[key]!r}; allowed: {allowed[0]!r} to {allowed[-1]!r}")
-        study, number, _ = suite.place(labels.index(case["cell"]), case["repeat"], 0, 1)
-        scenario, run_seed = self._configurations[number].scenario, suite.seed(case["repeat"])
-        self.bound_s, self._now_s = self._bounds.bound_s((study, number), scenario, run_seed), 0.0
+        run_seed = suite.seed(case["repeat"])
+        scenario = self._configurations[labels.index(case["cell"])].scenario.for_seed(run_seed)
+        self.bound_s, self._now_s = self._bounds.bound_s(scenario, run_seed), 0.0
         self.dividing, self._rounds = set[str](), dict[str, greenlet]()
         self.fleet = assemble(resolved(scenario, _Strategy(self)), run_seed, vehicle=partial(_Vehicle, self))
         self._run = greenlet(self.fleet.run)

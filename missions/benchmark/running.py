@@ -1,6 +1,6 @@
 """Runs of strategies in the cells of a suite, as sweeps, their bounds and scores (``docs/benchmark.md``).
 
-All n-th runs are one instance. Cells share its draws, so an instance has one value, its mean over the cells.
+An instance has one value, its mean over the cells, which share its draws.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from missions.benchmark.suite import Cell, Suite
 from missions.errors import OutputError
 from missions.lower_bound import Rounds, least_time_s
 from missions.runs.assembly import actual
-from missions.runs.setup import Setup, resolved
+from missions.runs.setup import resolved
 from missions.scenarios import Scenario
 from missions.scenarios.parts import importable, strategy_named
 from missions.statistics import Interval, NoInterval, difference_interval
@@ -124,6 +124,25 @@ def against(first: Scored, other: Scored) -> tuple[float, Interval | None]:
     return _over_instances([first.by_instance[instance] - other.by_instance[instance] for instance in sorted(both)])
 
 
+def variance_share(strategies: Sequence[Scored]) -> float:
+    """Return the share of the variance of efficiency that the strategy explains, 0 to 1, over common runs.
+
+    Sum of squares of the strategies' means over that of all runs (one-way analysis of variance).
+
+    >>> runs = {name: [CellRun(n, n, eff, 1.0, True, None, None) for n, eff in enumerate(effs)]
+    ...         for name, effs in {"a": (0.2, 0.4), "b": (0.6, 0.8)}.items()}
+    >>> round(variance_share([Scored(name, name, {Cell("", "", ""): of_one}) for name, of_one in runs.items()]), 6)
+    0.8
+    """
+    known = [{(cell, run.repeat): run.efficiency for cell, runs in s.cells.items() for run in runs} for s in strategies]
+    common = sorted(set.intersection(*(set(of_one) for of_one in known)))
+    values = [[of_one[key] for key in common] for of_one in known]
+    mean = fmean([value for of_one in values for value in of_one])
+    total = math.fsum((value - mean) ** 2 for of_one in values for value in of_one)
+    explained = math.fsum(len(common) * (fmean(of_one) - mean) ** 2 for of_one in values)
+    return explained / total if total > 0.0 else 0.0
+
+
 def _by_instance(cells: Sequence[Mapping[int, float]]) -> dict[int, float]:
     values: dict[int, list[float]] = defaultdict(list)
     for cell in cells:
@@ -146,7 +165,7 @@ class Contest:
     suite: Suite
     strategies: tuple[str, ...]
     repeats: int
-    studies: Sequence[Study] = field(repr=False)
+    study: Study = field(repr=False)
 
     @cached_property  # caches the bound of each ground, which is costly
     def _bounds(self) -> Bounds:
@@ -166,47 +185,42 @@ class Contest:
                 strategy_named(named[-1])
             except PluginError as error:
                 raise PluginError(f'--strategy "{reference}": allowed: {error}') from error
-        n = suite.repeats if repeats is None else repeats
-        if n > suite.repeats:
-            raise OutputError(f"--repeats {n}: allowed: 1 to {suite.repeats}, as {suite.about.name} has")
+        most = suite.about.repeats
+        n = most if repeats is None else repeats
+        if n > most:
+            raise OutputError(f"--repeats {n}: allowed: 1 to {most}, as {suite.about.name} has")
         chosen = tuple(dict.fromkeys(named))
-        return cls(suite, chosen, n, suite.studies(chosen, n, WATCHED))
-
-    def _folders(self, folder: Path) -> list[Path]:
-        several = len(self.studies) > 1
-        return [folder / f"ground-{number:02d}" if several else folder for number in range(1, len(self.studies) + 1)]
+        return cls(suite, chosen, n, suite.study(chosen, n, WATCHED))
 
     def make(self, folder: Path, jobs: int, progress: ReportProgress | None = None) -> None:
         """Make the missing runs in a folder; see ``missions.sweeps.sweep``."""
-        for study, own in zip(self.studies, self._folders(folder), strict=True):
-            sweep(study, own, jobs, progress=progress, timeout_s=LONGEST_RUN_S)
+        sweep(self.study, folder, jobs, progress=progress, timeout_s=LONGEST_RUN_S)
 
     def scored(self, folder: Path) -> list[Scored]:
         """Return the strategies with their runs; raises OutputError for missing runs."""
-        ledgers = [SweepResults.read(own).lines for own in self._folders(folder)]
-        schedules = [SweepPlan(study).schedule for study in self.studies]
-        summaries = [{key: line["summary"] for key, line in lines.items()} for lines in ledgers]
+        lines, schedule = SweepResults.read(folder).lines, SweepPlan(self.study).schedule
+        summaries = {key: line["summary"] for key, line in lines.items()}
         scored = []
         for place, reference in enumerate(self.strategies):
             cells: dict[Cell, list[CellRun]] = {}
             for index, cell in enumerate(self.suite.cells):
                 cells[cell] = []
+                number = self.suite.number(index, place)
                 for repeat in range(self.repeats):
-                    study, number, at_most = self.suite.place(index, repeat, place, len(self.strategies))
                     # A deterministic configuration has fewer runs, of which the last stands for all later repeats.
-                    made = schedules[study].repeats(number, summaries[study])
-                    key = schedules[study].key(number, min(at_most, made - 1))
-                    if key not in ledgers[study]:
+                    made = schedule.repeats(number, summaries)
+                    key = schedule.key(number, min(repeat, made - 1))
+                    if key not in lines:
                         raise OutputError(f"{folder}: runs of {reference} are missing; the same command resumes")
-                    cells[cell].append(self.run_of(ledgers[study][key], repeat, study, number))
+                    cells[cell].append(self.run_of(lines[key], repeat, number))
             scored.append(Scored(strategy_named(reference).name, reference, cells))
         return scored
 
-    def run_of(self, line: Mapping[str, Any], repeat: int, study: int, number: int) -> CellRun:
+    def run_of(self, line: Mapping[str, Any], repeat: int, number: int) -> CellRun:
         """Return the result of a run from its ledger line."""
         summary, failed = line["summary"], line["status"] == FAILED
         seed = self.suite.seed(repeat)
-        bound_s = self._bounds.bound_s((study, number), self.studies[study].configurations[number].scenario, seed)
+        bound_s = self._bounds.bound_s(self.study.configurations[number].scenario, seed)
         completed = not failed and bool(summary["completed"])
         return CellRun(
             repeat,
@@ -226,23 +240,21 @@ class Bounds:
 
     def __init__(self, rounds: GetRounds) -> None:
         self._rounds = rounds
-        self._setups: dict[tuple[int, int], Setup] = {}
-        self._known: dict[tuple[Any, ...], float] = {}
+        self._known: dict[tuple[Rounds, float], float] = {}
 
-    def bound_s(self, number: tuple[int, int], scenario: Scenario, seed: int) -> float:
-        """Return the lower bound of the mission time (s) with the true vehicle speeds of a seed."""
-        if number not in self._setups:
-            self._setups[number] = resolved(scenario)
-        setup = self._setups[number]
+    def bound_s(self, scenario: Scenario, seed: int) -> float:
+        """Return the lower bound of the mission time (s) with the ground and the true vehicle speeds of a seed."""
+        scenario = scenario.for_seed(seed)
+        setup = resolved(scenario)
         fleet = tuple(actual(setup, data, seed) for data in setup.database.values())
         latest_s = max(((fault.span_s or (0.0, math.inf))[1] for fault in scenario.fault), default=-1.0)
         # Networks and kinds of faults do not enter the bound, so cells share it.
-        key = scenario.scenario.name, latest_s, repr(fleet)
+        key = self._rounds(scenario, fleet, True), latest_s
         if key not in self._known:
-            self._known[key] = round(self._worked_out(scenario, fleet, latest_s), 4)
+            self._known[key] = round(self._least_s(scenario, fleet, latest_s), 4)
         return self._known[key]
 
-    def _worked_out(self, scenario: Scenario, fleet: Sequence[VehicleData], latest_s: float) -> float:
+    def _least_s(self, scenario: Scenario, fleet: Sequence[VehicleData], latest_s: float) -> float:
         # A vehicle lost at time t need not attend the rendezvous, but works until t at most. Every other vehicle can
         # attend in any time of at least t plus the way home, so a bound of that size without rendezvous proves the one
         # with it.

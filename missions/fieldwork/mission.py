@@ -9,13 +9,14 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar, cast
+from typing import Any, ClassVar, Self, TypeVar, cast
 
 from pydantic import Field
 
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.fieldwork.assistance import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings, n_helpers
+from missions.fieldwork.drawn_lines import DrawnLines
 from missions.fieldwork.energy import (
     BRINGS,
     IS_HALTED,
@@ -154,12 +155,19 @@ class EscortScenario(JobScenario):
     """Input of an escort run."""
 
     mission: EscortSettings = EscortSettings()
-    line: tuple[SurveyLine, ...] = Field(min_length=1)
+    line: tuple[SurveyLine, ...] = ()
+    drawn_lines: DrawnLines | None = Field(None, description="lines drawn by the seed, in place of [[line]]")
 
     @property
     def jobs(self) -> Sequence[Any]:
-        """Line surveys."""
+        """Line surveys; a run replaces drawn ones, until then of seed 0."""
         return self.line
+
+    def for_seed(self, seed: int) -> Self:
+        """Return the scenario with the lines of a seed."""
+        if self.drawn_lines is None:
+            return self
+        return self.model_copy(update={"line": self.drawn_lines.of_seed(self.world, seed), "drawn_lines": None})
 
 
 class ResupplyScenario(JobScenario):
@@ -315,7 +323,17 @@ class EscortMission(FieldworkMission, HelpMission):
     scenario: EscortScenario
 
     @classmethod
+    def completed(cls, scenario: EscortScenario) -> EscortScenario:
+        """Add roles; with ``[drawn_lines]``, for lines of the names that every run has."""
+        if scenario.drawn_lines is not None:
+            lines = scenario.drawn_lines.of_seed(scenario.world, 0)
+            scenario = scenario.model_copy(update={"line": lines})
+        return cast(EscortScenario, super().completed(scenario))
+
+    @classmethod
     def check(cls, scenario: EscortScenario) -> Iterable[ConfigurationFault]:
+        if not scenario.line:
+            yield ConfigurationFault("line", "", "allowed: at least one [[line]], or the table [drawn_lines]")
         yield from listed_faults(scenario, "line", "from_m", "to_m")
         for line in scenario.line:
             if distance(line.from_m, line.to_m) < SHORTEST_M:

@@ -70,7 +70,7 @@ class NodePlan:
         if until_s is not None and not 0.0 < until_s <= duration_s:
             allowed = f"a time up to scenario.duration_s = {duration_s:g} s; raise that with --set"
             raise ConfigurationError.of(name, "--until", f"{until_s:g}", allowed)
-        text = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
+        text = tomli_w.dumps(scenario.for_seed(seed).model_dump(mode="json", exclude_none=True))
         stop_s = duration_s if until_s is None else until_s
         return cls(text, vehicle, seed, 0, 0.0, stop_s, stop_s + settle_s)
 

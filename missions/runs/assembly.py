@@ -101,6 +101,8 @@ def assemble(
         # Several runs may share a setup: a fresh salt keeps nonces unique under the key.
         setup = replace(setup, codec=renewed(setup.codec))
     scenario, mission = setup.scenario, setup.mission
+    if scenario.for_seed(seed) is not scenario:
+        raise ValueError("the ground differs by seed: resolve the scenario that its for_seed returns")
     fleet = [actual(setup, data, seed) for data in setup.database.values()]
     recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
     if setup.strategy.declaration.sharing is not None:

@@ -101,15 +101,8 @@ def run(
 
     ``channel`` and ``strategy`` replace those of the scenario; draws of such a channel are not recorded.
     """
-    return run_of(resolved(scenario, strategy), seed, channel, progress)
-
-
-def run_of(
-    setup: Setup, seed: int = 1, channel: Channel | None = None, progress: Callable[[float], None] | None = None
-) -> Run:
-    """Run a resolved scenario, as ``run``; several runs may share a setup."""
-    began = time.perf_counter()
-    seed = Root(seed)
+    began, seed = time.perf_counter(), Root(seed)
+    setup = resolved(scenario.for_seed(seed), strategy)
     fleet = assemble(setup, seed, channel)
     fleet.run(progress)
     settled = settled_of(setup, fleet)

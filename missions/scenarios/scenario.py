@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Self
 
 from pydantic import ConfigDict, Field, SerializeAsAny
 
@@ -142,6 +142,10 @@ class Scenario(Sparse):
     def roles(self) -> dict[tuple[str, str], Role]:
         """All roles by (group, role)."""
         return {(group.name, role.name): role for group in self.group for role in group.role}
+
+    def for_seed(self, seed: int) -> Self:
+        """Return the scenario of a run; a mission with grounds drawn by the seed overrides it."""
+        return self
 
     def able_to_play(self, group: str, role: str) -> list[VehicleTable]:
         """Return the vehicles able to play a role of a group."""

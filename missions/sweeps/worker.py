@@ -17,8 +17,7 @@ import pyarrow.parquet as pq
 
 from missions.errors import ClusterError, OutputError
 from missions.runs.results import MemoryResults, identity
-from missions.runs.run import run_of
-from missions.runs.setup import resolved
+from missions.runs.run import run
 from missions.sweeps.code import fingerprint, references, short
 from missions.sweeps.folder import SweepResults, run_folder, tables_digest
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
@@ -55,7 +54,7 @@ def run_task(task: RunTask) -> FinishedRun:
     began_s, began_cpu_s = time.perf_counter(), time.process_time()
     fields, error, files = identity(task.scenario, task.seed), "", dict[str, bytes]()
     try:
-        results = MemoryResults(run_of(resolved(task.scenario), task.seed))
+        results = MemoryResults(run(task.scenario, task.seed))
         fields = results.figures
         if task.keep_tables:
             files = results.files

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -20,15 +19,12 @@ if TYPE_CHECKING:
     from missions.benchmark.running import Scored
     from missions.benchmark.suite import Suite
 
-CARD, TABLE, LATEX, CITATION, RUNS, GROUNDS = "card.json", "table.md", "table.tex", "cite.bib", "runs", "grounds"
+CARD, TABLE, LATEX, CITATION, RUNS = "card.json", "table.md", "table.tex", "cite.bib", "runs"
 
 
-Split = Literal["dev", "test"]
-
-
-@command("benchmark", "remoras benchmark fathom-1 --strategy mine.py:MINE --jobs 2 --out results/mine")
+@command("benchmark", "remoras benchmark fathom-2 --strategy mine.py:MINE --jobs 2 --out results/mine")
 def benchmark(
-    suite: Annotated[str, typer.Argument(metavar="SUITE", help="Shipped suite (fathom-1) or TOML file.")],
+    suite: Annotated[str, typer.Argument(metavar="SUITE", help="Shipped suite (fathom-2) or TOML file.")],
     strategies: Annotated[
         list[str] | None,
         typer.Option(
@@ -39,14 +35,11 @@ def benchmark(
         ),
     ] = None,
     split: Annotated[
-        Split,
+        Literal["dev", "test"],
         typer.Option(
-            metavar="dev|test", help="Cases for development (dev), or held-out cases for the final score (test)."
+            metavar="dev|test", help="Instances for development (dev), or those kept for the final score (test)."
         ),
     ] = "dev",
-    seeds: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Seeds of the held-out cases, once they are released.")
-    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for runs, card and tables; the same folder resumes.")
     ] = None,
@@ -75,16 +68,10 @@ def benchmark(
     """Rank a strategy among the shipped ones on a suite of cases, with score and interval."""
     from missions.benchmark.suite import suite_named
 
-    chosen = suite_named(suite)
-    if seeds is not None and split == "dev":
-        fail("--seeds applies to --split test only; leave it out, or add --split test")
+    chosen = suite_named(suite, split)
     if verified is not None:
-        with TemporaryDirectory() as folder:
-            _verify(verified, _of_split(chosen, split, seeds, Path(folder)), drawn, draw_seed, as_json)
+        _verify(verified, chosen, drawn, draw_seed, as_json)
         return
-    # Without released seeds this fails, which matters more than a missing option.
-    if split == "test" and seeds is None:
-        _of_split(chosen, split, seeds, Path())
     if out is None:
         fail("--out DIR is missing; it says where runs, card and tables go")
     if not strategies:
@@ -95,7 +82,6 @@ def benchmark(
     from missions.errors import StudyChangedError
     from missions.sweeps.driver import PartlyDoneError
 
-    chosen = _of_split(chosen, split, seeds, out / GROUNDS)
     contest = Contest.of(chosen, strategies, repeats)
     # Before the runs, which may take hours.
     _conform(contest.strategies)
@@ -124,12 +110,6 @@ def benchmark(
     _tell_failures(scored, out)
 
 
-def _of_split(suite: Suite, split: Split, seeds: Path | None, folder: Path) -> Suite:
-    from missions.benchmark.suite import split_to_judge
-
-    return suite if split == "dev" else split_to_judge(suite, seeds, folder)
-
-
 def _conform(references: Sequence[str]) -> None:
     for reference in references:
         if ":" in reference:
@@ -155,9 +135,10 @@ def _checks(kind: str, name: str) -> Sequence[str]:
 
 def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
     from missions.benchmark.card import read_card, read_strategies
+    from missions.benchmark.suite import DEV
 
     path = Path(suite.document.path).with_suffix(".json")
-    if suite.drawn is not None or not path.is_file():
+    if suite.split != DEV or not path.is_file():
         return []
     card = read_card(path, suite)
     return list(zip(card["strategies"], read_strategies(card), strict=True))

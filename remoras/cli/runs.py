@@ -161,7 +161,6 @@ def live(
 
     file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
     from missions.disk import check_output
-    from missions.runs.setup import resolved
     from missions.scenarios import load
     from remoras.cli.live import LiveRun, LiveServer
     from remoras.stepped import Stepping
@@ -175,11 +174,11 @@ def live(
         except MissionsError as error:
             return f"the results are not kept: {error}"
 
-    setup = resolved(load(scenario, overrides_of(strategy, policy, channel, network, per, settings or [])))
+    loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings or []))
     if out is not None:
         check_output(out, force)
-    table = setup.scenario.scenario
-    with Stepping(setup, seed) as stepping:
+    table = loaded.scenario
+    with Stepping(loaded, seed) as stepping:
         run = LiveRun(stepping, table.duration_s, keep)
         try:
             server = LiveServer(run, live_text(f"{table.name}, seed {seed} - live"), port)

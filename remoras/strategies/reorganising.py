@@ -7,7 +7,7 @@ A proposal is the count of changes, which also names the strategy. Members repea
 received, so vehicles with the same messages agree. On a change, a vehicle keeps its current job and leaves the others.
 A leader without the proposal may still assign jobs: members that have changed leave them.
 
-Source: ours; the strategies have their own. Measurements of ``fathom-1``: loss, group and work decide which is best.
+Source: ours; the strategies have their own.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from remoras.cli import main
 LONG, WORDS = "x" * 10_000, "'" + "many words " * 1000 + "'"
 AGO = (datetime.now(UTC) - timedelta(hours=10)).isoformat()
 MINE, NODE, PATCHES = "run mapping-rendezvous", "node mapping-rendezvous AUV00", "run mapping-patches"
-SWARM, BENCHMARK = "swarm mapping-rendezvous", "benchmark fathom-1 --strategy cbba"
+SWARM, BENCHMARK = "swarm mapping-rendezvous", "benchmark fathom-2 --strategy cbba"
 NO_JSON = ("new", "plot", "replay", "live")
 WRONG = [
     ("frobnicate", "No such command 'frobnicate'; see: remoras --help"),
@@ -48,12 +48,11 @@ WRONG = [
     ("query nowhere 'ASK {}'", "no results of a run"),
     ("export nowhere --format csv", "no results of a run"),
     ("export . --format WRONG", r"value for '--format': 'WRONG' is not one of 'mcap', 'geojson', .*; see: remoras"),
-    ("benchmark fathom-2 --strategy cbba --out nowhere", "one of fathom-1"),
-    (f"{BENCHMARK} --split test --out nowhere", "--split test"),
-    (f"{BENCHMARK} --seeds s.txt", "--seeds applies to --split test"),
+    ("benchmark fathom-3 --strategy cbba --out nowhere", "one of fathom-2"),
+    (f"{BENCHMARK} --split tset --out nowhere", "--split"),
     (BENCHMARK, "--out DIR is missing"),
-    ("benchmark fathom-1 --out nowhere", "--strategy NAME is missing"),
-    ("benchmark fathom-1 --strategy cbb --out nowhere", '--strategy "cbb"'),
+    ("benchmark fathom-2 --out nowhere", "--strategy NAME is missing"),
+    ("benchmark fathom-2 --strategy cbb --out nowhere", '--strategy "cbb"'),
     ("check strategy nope", "strategy 'nope': allowed: cbba, "),
     ("check stratgy cbba", "kind 'stratgy'"),
     ("exchange-study --policies nope", "nope"),

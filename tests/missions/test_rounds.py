@@ -1,4 +1,4 @@
-"""Lower bound of the mission time: against exhaustive search, and against strategies."""
+"""Lower bound of the mission time, against exhaustive search."""
 
 import itertools
 import math
@@ -7,11 +7,6 @@ import random
 import pytest
 
 from missions.lower_bound import MOST_JOBS, Rounder, Rounds, least_time_s
-from missions.mapping.rounds import rounds
-from missions.runs.assembly import actual
-from missions.runs.run import run
-from missions.runs.setup import resolved
-from missions.scenarios import load
 
 
 def drawn(draws: random.Random, n_jobs: int, n_vehicles: int) -> Rounds:
@@ -65,7 +60,7 @@ def by_brute_force(found: Rounds) -> float:
                     own = tuple(job for job in range(n) if owners[job] == number)
                     lost_m += costs[number][own] if own else min(costs[number][(job,)] for job in range(n))
                 best_s = min(best_s, (found.work_m + lost_m) / work_mps)
-    return best_s
+    return max(best_s, *(min(round_s(vehicle, (job,)) for vehicle in found.vehicles) for job in range(n)))
 
 
 @pytest.mark.slow
@@ -89,13 +84,3 @@ def test_more_vehicles_less_work_and_greater_speeds_take_no_more_time() -> None:
 def test_empty_or_too_large_search_is_refused() -> None:
     with pytest.raises(ValueError, match=f"allowed: vehicles, 1 to {MOST_JOBS} jobs"):
         least_time_s(Rounds((), 100.0, ()))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ground", ["mapping-patches", "mapping-corridor"])
-def test_bound_of_a_ground_is_70_to_100_percent_of_the_oracle_time(ground: str) -> None:
-    setup = resolved(load(ground, [("--set", "strategy.name=oracle"), ("--set", "uncertainty.speed_spread=0.3")]))
-    fleet = [actual(setup, data, 3) for data in setup.database.values()]
-    least_s, taken_s = least_time_s(rounds(setup.scenario, fleet)), run(setup.scenario, 3).end_s
-    assert 0.7 * taken_s < least_s <= taken_s
-    assert least_time_s(rounds(setup.scenario, fleet, meets=False)) <= least_s

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from missions.runs.results import summary
-from missions.runs.run import Run, run_of
-from missions.runs.setup import resolved
+from missions.runs.run import Run, run
 from missions.scenarios import load
 from remoras.errors import PluginError
 from remoras.organisation import Group
@@ -50,7 +49,7 @@ class TurnsStrategy:
 
 
 def flown(strategy: Any, *settings: tuple[str, str]) -> Run:
-    return run_of(resolved(load("mapping-patches", [*SETTINGS, *settings]), strategy), 3)
+    return run(load("mapping-patches", [*SETTINGS, *settings]), 3, strategy=strategy)
 
 
 def hang() -> None:

@@ -24,12 +24,11 @@ from missions.benchmark.pettingzoo_environment import (
 )
 from missions.benchmark.suite import suite_named
 from missions.errors import OutputError
-from missions.runs.run import run_of
-from missions.runs.setup import resolved
+from missions.runs.run import run
 from missions.sweeps.plan import seed_of
 
 ROOT = Path(__file__).resolve().parents[3]
-SPEEDS = "mapping-patches, alike, speeds"
+SPEEDS = "half, alike, speeds"
 
 
 def env_of(folder: Path, duration_s: float = 200.0, per: float = 0.42) -> FleetEnv:
@@ -76,15 +75,15 @@ def test_environment_passes_the_parallel_api_test_of_pettingzoo(short: FleetEnv)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("label", ["mapping-corridor, measured at sea, one lost"])
+@pytest.mark.parametrize("label", ["none escorted, links measured, one lost"])
 def test_an_example_gives_the_same_rows_through_the_environment_as_a_strategy(label: str) -> None:
     """In one frame, rows of vehicles that go on later come later."""
-    env, suite = FleetEnv("fathom-1"), suite_named("fathom-1")
+    env, suite = FleetEnv("fathom-2"), suite_named("fathom-2")
     run_through(env, label, nearest)
     assert env.fleet.completed
     number = [cell.label for cell in suite.cells].index(label)
-    scenario = suite.studies(("remoras",))[0].configurations[number].scenario
-    one, other = run_of(resolved(scenario, nearest_of_the_howto()), seed_of(1, 0)).recorder, env.fleet.recorder
+    scenario = suite.study(("remoras",)).configurations[number].scenario
+    one, other = run(scenario, seed_of(1, 0), strategy=nearest_of_the_howto()).recorder, env.fleet.recorder
     assert one.tables == other.tables
     for name in one.tables:
         assert sorted(map(repr, one.rows(name))) == sorted(map(repr, other.rows(name)))
