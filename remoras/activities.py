@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cached_property
@@ -95,14 +96,20 @@ class ActivitySet:
         return self.activities[0].name
 
 
+ROOM = "room to move"
+"""Wait of a vehicle that others have stopped."""
+
+
 class Wait(NamedTuple):
-    """Awaited vehicle or condition, as text, and end of the wait (s)."""
+    """Awaited vehicle or condition, as text, end and begin of the wait (s), and number of helpers that end it."""
 
     what: str
     until_s: float
+    since_s: float = 0.0
+    n_peers: int = 1
 
     def __str__(self) -> str:
-        return f"{self.what} until {self.until_s:.0f} s"
+        return self.what if self.until_s == math.inf else f"{self.what} until {self.until_s:.0f} s"
 
 
 class WeighedSet(NamedTuple):

@@ -37,10 +37,10 @@ MUCH_NEARER_M = 20.0  # margin at which a helper under way yields to a nearer on
 
 
 class HelpAwaited:
-    """Wait of a job holder for help (``what``): dissatisfied, and given up after ``wait_s``."""
+    """Wait for ``n_peers`` helpers (``what``): dissatisfied, and given up after ``wait_s``."""
 
-    def __init__(self, what: str, wait_s: float) -> None:
-        self._what, self._wait_s = what, wait_s
+    def __init__(self, what: str, wait_s: float, n_peers: int = 1) -> None:
+        self._what, self._wait_s, self._n_peers = what, wait_s, n_peers
         self._since_s: float | None = None
         self.is_given_up = False
 
@@ -51,9 +51,9 @@ class HelpAwaited:
     def perceived(self, now_s: float) -> Perception:
         """Return the perception during the wait."""
         self._since_s = now_s if self._since_s is None else self._since_s
-        until_s = self._since_s + self._wait_s
-        self.is_given_up = now_s > until_s
-        return BEYOND_IT if self.is_given_up else STANDING._replace(waits=Wait(self._what, until_s))
+        wait = Wait(self._what, self._since_s + self._wait_s, self._since_s, self._n_peers)
+        self.is_given_up = now_s > wait.until_s
+        return BEYOND_IT if self.is_given_up else STANDING._replace(waits=wait)
 
 
 def n_helpers(job: Job) -> int:

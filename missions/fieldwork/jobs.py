@@ -383,7 +383,7 @@ class Lifting(Behaviour):
     """Lift from one end of an object; alone there it waits, dissatisfied, for ``wait_s``."""
 
     def __init__(self, lift: Lift, data: VehicleData, wait_s: float) -> None:
-        self._lift, self._wait = lift, HelpAwaited(f"others at {lift.name}", wait_s)
+        self._lift, self._wait = lift, HelpAwaited(f"others at {lift.name}", wait_s, lift.n_helpers)
         self._stay = Stay(data)
         self._end_m: Point | None = None
         self._full_s = -math.inf  # last time all ends were seen taken

@@ -152,14 +152,17 @@ class EnergyTruth(FieldTruth):
         return {**self._jobs, **{name: self._borings[name].model_copy(update={"drill": ""}) for name in self._starved}}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        self._starved = set() if self._is_energy_left(fleet) else {
+        self._starved = set() if self.helpers(fleet) else {
             name for name in self._open if not self._is_drill_charged(fleet, self._borings[name])
         }  # fmt: skip
         return super().reachable_fraction(fleet)
 
-    def _is_energy_left(self, fleet: FleetView) -> bool:
+    def helpers(self, fleet: FleetView) -> frozenset[str]:
+        """Return the remaining vehicles with energy for others."""
         chargers = [(vehicle.name, data.sensor(ChargerSettings)) for vehicle, data in left(fleet)]
-        return any(own is not None and own.of(name, self._energies).left_j > 0.0 for name, own in chargers)
+        return frozenset(
+            name for name, own in chargers if own is not None and own.of(name, self._energies).left_j > 0.0
+        )
 
     def _is_drill_charged(self, fleet: FleetView, boring: Boring) -> bool:
         drills = [(vehicle.name, boring.drill_of(data)) for vehicle, data in left(fleet)]

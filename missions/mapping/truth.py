@@ -208,7 +208,6 @@ class MappingTruth(MeetingTruth):
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Add abandoned surveys; return the reason of failure: missing vehicles, share of work done."""
         self.milestones += self._stopped.values()
-        self.milestones.sort(key=lambda milestone: milestone.time_s)
         reason = super().close(fleet, now_s)
         if not self._seabed.cells or self.goal_fraction >= 1.0 or (self._apart and not self._consulted):
             return reason

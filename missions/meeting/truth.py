@@ -14,9 +14,12 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import ClassVar
 
+from exchange.arithmetic import distance
 from missions.figure import RunResults
 from missions.meeting.meeting import Meeting
 from missions.metric import MeasuredRun
+from remoras.activities import ROOM
+from remoras.deadlock import PeerWait, deadlocks
 from remoras.group_hierarchy import height
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.motion.separation import NEAR_M
@@ -27,6 +30,7 @@ from remoras.work import IS_IMPOSSIBLE, Job
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """Completed jobs; a job done by two vehicles has two rows."""
+DEADLOCK = "deadlock"  # milestone of a vehicle in a cycle of waits that lasted to the end of the run
 IN_ANY_CASE = {"SendingInfluenceSignals", "MissionPlanner"}  # activities that do not indicate a destination
 
 
@@ -166,8 +170,10 @@ class MeetingTruth:
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Return the reason of failure."""
-        return "; ".join(self.reasons(fleet, now_s))
+        """Add a milestone per deadlocked vehicle; return the reason of failure."""
+        reason = "; ".join(self.reasons(fleet, now_s))
+        self.milestones.sort(key=lambda milestone: milestone.time_s)
+        return reason
 
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
         """Yield reasons of failure: impossible work, missing, waiting or moving vehicles."""
@@ -178,8 +184,40 @@ class MeetingTruth:
             yield from self._who_is_missing(fleet, now_s)
         if self._apart or self.goal_fraction < 1.0:
             yield from (f"{vehicle.name} waits for {vehicle.waits}" for vehicle in fleet.vehicles if vehicle.waits)
+            waits = self._waits(fleet)
+            for since_s, names in deadlocks(waits, {vehicle.name for vehicle, _ in left(fleet)} - waits.keys()):
+                self.milestones += [Milestone(since_s, DEADLOCK, name) for name in names]
+                yield f"deadlock since {since_s:.0f} s: {', '.join(names)} wait for each other"
         if self._apart or (self.goal_fraction < 1.0 and not self.is_over):
             yield from self._under_way(fleet)
+
+    def _waits(self, fleet: FleetView) -> dict[str, PeerWait]:
+        """Return the waits for peers: help by able ones, at a rally point all late members, room by a near vehicle."""
+        waits = {}
+        survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
+        for group in self._apart:
+            members = self._members(survivors, group)
+            late = frozenset(vehicle.name for vehicle in members if not self._has_come(vehicle, group))
+            for vehicle in members if late else ():
+                since_s = self._waits_s.get((vehicle.name, group.name))
+                if since_s is not None and vehicle.name not in late and "Homing" in vehicle.performed:
+                    waits[vehicle.name] = PeerWait(since_s, late, len(late))
+        waiting = {vehicle.name: (vehicle, vehicle.waits) for vehicle in fleet.vehicles if vehicle.waits}
+        for name, (vehicle, wait) in waiting.items():
+            if wait.what == ROOM:
+                near = frozenset(v.name for v in fleet.vehicles if distance(v.position_m, vehicle.position_m) <= NEAR_M)
+                waits.setdefault(name, PeerWait(wait.since_s, near - {name}, 1))
+                continue
+            # Those that wait for the same are there: more must come, or they wait for each other.
+            there = frozenset(peer for peer, (_, its) in waiting.items() if its.what == wait.what) - {name}
+            n_more = wait.n_peers - len(there)
+            come = PeerWait(wait.since_s, self.helpers(fleet) - there - {name}, n_more)
+            waits[name] = come if n_more > 0 else PeerWait(wait.since_s, there, wait.n_peers)
+        return waits
+
+    def helpers(self, fleet: FleetView) -> frozenset[str]:
+        """Return the remaining vehicles that are able to end a wait for help."""
+        return frozenset(vehicle.name for vehicle, _ in left(fleet))
 
     @staticmethod
     def _under_way(fleet: FleetView) -> Iterator[str]:

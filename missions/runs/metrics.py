@@ -39,6 +39,11 @@ def n_doubted(run: MeasuredRun) -> int | Absent:
     return len(doubted((tbox.attribute_named(name), observations) for (_, name), observations in slots.items()))
 
 
+def deadlock_s(run: MeasuredRun) -> float | None:
+    """Time (s) since which vehicles waited for each other until the end; None without a deadlock."""
+    return next((milestone.time_s for milestone in run.milestones if milestone.name == "deadlock"), None)
+
+
 def energy_j(run: MeasuredRun) -> float:
     """Energy (J) used by all vehicles by the end of the run."""
     rows = run.recorder.rows("trajectories")
@@ -213,6 +218,10 @@ CORE_METRICS = (
     Metric(
         "recovery_time_s", "s", LOWER, "recovery time", recovery_time_s, censored=True,
         note="From the first fault until other vehicles hold the jobs; only runs with a lost vehicle count.",
+    ),
+    Metric(
+        "deadlock_s", "s", HIGHER, "time until deadlock", deadlock_s, censored=True,
+        note="Vehicles of a cycle each wait for the next until the run ends; milestones `deadlock` name them.",
     ),
     Metric(
         "closest_approach_m", "m", HIGHER, "closest approach", closest_approach_m,

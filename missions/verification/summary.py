@@ -164,6 +164,8 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
 def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     figures = organisation_figures(record, record.mission_s)
     derived: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
+    stuck = (stone["time_s"] for stone in record.summary["milestones"] if stone["name"] == "deadlock")
+    derived["deadlock_s"] = next(stuck, None), 1e-3
     n_rows = len(record["organisation"])
     derived["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
     changes = any(group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"])

@@ -69,11 +69,9 @@ class Detour:
         ahead, left = TURNS[self._n_ended % len(TURNS)]
         return goal[0] * ahead - goal[1] * left, goal[1] * ahead + goal[0] * left
 
-    def note(self, goal: Velocity, velocity: Velocity, to_go_m: float, dt_s: float) -> None:
-        """Update with the wanted and the possible velocity (m/s) and the distance to the target (m)."""
-        speed_mps = length(*velocity)
-        stands = speed_mps < STANDS_MPS and length(*goal) > WANTS_MPS and to_go_m > self._aside_m
-        self._stood_s = self._stood_s + dt_s if stands else 0.0
+    def note(self, stands: bool, speed_mps: float, to_go_m: float, dt_s: float) -> None:
+        """Update with whether others leave no room, the speed (m/s) and the distance to the target (m)."""
+        self._stood_s = self._stood_s + dt_s if stands and to_go_m > self._aside_m else 0.0
         if self.is_on:
             is_futile = self._stood_s >= FUTILE_S
             self._left_m = 0.0 if is_futile else self._left_m - speed_mps * dt_s
@@ -103,7 +101,7 @@ class Guidance:
     crossed elsewhere, or None. ``flow_mps``: velocity of the water (x east, y north). ``most_mps``: greatest speed that
     the vehicle can reach now. ``withdraws``, ``yields_to``: whether it yields to a call stronger than its own, and its
     strength, 0..1. ``queues``: the vehicle ahead, in its way, goes the same way. ``hindered_s``: remaining time (s) for
-    which it counts as obstructed by an oncoming vehicle.
+    which it counts as obstructed by an oncoming vehicle. ``stopped_s``: time (s) for which others have left it no room.
     """
 
     def __init__(
@@ -125,7 +123,7 @@ class Guidance:
         self._pulls = NO_PULLS
         self._courses = Courses()
         self.withdraws = self.queues = False
-        self.yields_to = self.hindered_s = 0.0
+        self.yields_to = self.hindered_s = self.stopped_s = 0.0
         self._yielded: str | None = None  # vehicle it yielded to in the last tick
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
         self.slow_down(1.0)
@@ -171,13 +169,17 @@ class Guidance:
             target_m = x_m - off_x_m, y_m - off_y_m
         target_m, speed_mps = self._aim(target_m, speed_mps, dt_s)
         self.hindered_s -= dt_s
+        stopped_s, self.stopped_s = self.stopped_s + dt_s, 0.0
         if neighbours:
             goal = _velocity(motion, target_m, speed_mps, dt_s)
             velocity = self._clear_of(neighbours, goal, positions_m)
+            speed_now_mps = length(*velocity)
+            if stands := speed_now_mps < STANDS_MPS and length(*goal) > WANTS_MPS:
+                self.stopped_s = stopped_s
             # Among equals that exchange signals, the more satisfied one yields instead.
             if not self._pulls.equals:
                 to_go_m = length(target_m[0] - motion.x_m, target_m[1] - motion.y_m)
-                self._detour.note(goal, velocity, to_go_m, dt_s)
+                self._detour.note(stands, speed_now_mps, to_go_m, dt_s)
             # A velocity has no target: an unchanged one is left to ``go``, which stops there.
             if velocity is not goal:
                 follow(motion, self.data, velocity, dt_s)

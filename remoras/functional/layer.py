@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from typing import Any, NamedTuple, Protocol
 
-from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
+from remoras.activities import ROOM, ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, basis, distance_m
 from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.guidance import Guidance, Headway
+from remoras.functional.guidance import STUCK_S, Guidance, Headway
 from remoras.functional.vital import VITAL, VITAL_NAMES, VITAL_SETS
 from remoras.mission_parts import FunctionalPart
 from remoras.motion import Leg, Motion
@@ -264,8 +264,10 @@ class FunctionalLayer:
 
     @property
     def waits(self) -> Wait | None:
-        """Condition the guiding behaviour waited for at the last decision, or None."""
-        guiding = self._guiding
+        """Room to move, or the condition the guiding behaviour waited for at the last decision, or None."""
+        guiding, stopped_s = self._guiding, self.guidance.stopped_s
+        if stopped_s >= STUCK_S:
+            return Wait(ROOM, math.inf, self.picture.body.now_s - stopped_s)
         return None if guiding is None or not self._perceived else self._perceived[guiding].waits
 
     # Activities ----------------------------------------------------------------------------------

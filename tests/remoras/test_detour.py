@@ -47,3 +47,23 @@ def test_no_pocket_of_stationary_vehicles_traps_a_vehicle(middle_rad, away_m, ap
     motion, nearest_m = sails(to_m, standing_m, 500)
     assert off_m(motion, to_m) < 1.0
     assert nearest_m > 0.9 * SEPARATION_M
+
+
+GAP = (8.0, 4.8), (8.0, -4.8)
+
+
+def test_vehicle_without_room_counts_the_time_until_others_leave() -> None:
+    """The gap of 9.6 m before it is too narrow, and nearer than 20 m to its target a vehicle makes no detour."""
+    guidance = Guidance(Motion(0.0, 0.0), AUV, BOUNDS_M, GuidanceTable(separation_m=SEPARATION_M))
+
+    def stopped_s(from_s: int, until_s: int, *standing_m: Point) -> float:
+        for tick in range(from_s, until_s):
+            at = guidance.motion
+            seen = [Neighbour(x_m - at.x_m, y_m - at.y_m, 0.0, 0.0) for x_m, y_m in standing_m]
+            guidance.move(Reference((15.0, 0.0), 1.5), seen, {}, float(tick), 1.0)
+        return guidance.stopped_s
+
+    before_s = stopped_s(0, 60, *GAP)
+    assert 30.0 < before_s < 60.0
+    assert stopped_s(60, 70, *GAP) == before_s + 10.0
+    assert stopped_s(70, 71, (100.0, 0.0)) == 0.0

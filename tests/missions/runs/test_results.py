@@ -27,7 +27,7 @@ bits_headers, bits_assignments, bits_claims, bits_status, bits_signals, bits_obs
 delivery_ratio, observations_per_min, mean_latency_s, p95_latency_s, consistency_time_s, consistent_fraction,
 false_beliefs,
 wrong_belief_fraction, view_divergence, holder_conflict_fraction, malformed_s,
-n_refused_acts, idle_s, closest_approach_m, conflicts,
+n_refused_acts, idle_s, deadlock_s, closest_approach_m, conflicts,
 coverage_fraction, time_to_50_s, time_to_80_s, time_to_95_s, time_to_100_s,
 duplicate_fraction, least_mapped_fraction,
 drawn, milestones""".replace("\n", " ").split(", ")
