@@ -104,3 +104,20 @@ def test_vehicle_at_the_rally_point_waits_for_late_ones() -> None:
     fleet = FleetView((seen("A", waits=HELP), seen("B", position_m=JETTY_M, performed=("Homing",))))
     truth.observe(fleet, 70.0)
     assert "deadlock since 70 s: A, B" in truth.close(fleet, 90.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", range(4))
+@pytest.mark.parametrize(
+    ("name", "more"),
+    [
+        ("recovery-field", "lifts.number=6"),
+        ("escort-lines", "line.line 1.escorted=true"),
+        ("ferry-passage", "mission.handling_s=30.0"),
+        ("resupply-field", "transfer.power_w=300.0"),
+    ],
+)
+def test_no_mission_with_calls_ends_in_a_deadlock(name: str, more: str, n: int) -> None:
+    """Under ``cbba``, without calls, most with lifts or escorts do."""
+    keys = f"channel.per={0.25 * n}", more
+    assert stuck(run(load(name, [("--set", key) for key in keys]), 40 + n)) == []
