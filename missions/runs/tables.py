@@ -15,7 +15,6 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -38,14 +37,12 @@ def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
             raise TypeError(f"{cls.__name__} in a column of kind {kind}")
     if kind in _ARROW:
         return pa.array(values, _ARROW[kind])
-    missing = np.fromiter((value is None for value in values), bool, len(values))
     if kind in _ENTRIES:
         lists = [value or () for value in values]
         entries = column_array(list(chain.from_iterable(lists)), _ENTRIES[kind], unit)
-        ends = pa.array(np.cumsum([0, *map(len, lists)]), pa.int32())
-        return pa.ListArray.from_arrays(ends, entries, mask=pa.array(missing) if missing.any() else None)
-    numbers = np.fromiter((np.nan if value is None else value for value in values), np.float64, len(values))
-    return _quantised(numbers, unit, missing)
+        missing = pa.array([value is None for value in values]) if None in values else None
+        return pa.ListArray.from_arrays(pa.array(np.cumsum([0, *map(len, lists)]), pa.int32()), entries, mask=missing)
+    return _quantised(pa.array(values, pa.float64()), unit)
 
 
 STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
@@ -57,7 +54,8 @@ UNLIKE = frozenset({"uid", "value", "item_uids", "status_uids"})
 LEVEL = 6  # zstd level: a twentieth smaller than the default, for a hundredth of a run's time
 
 
-def _quantised(numbers: npt.NDArray[np.float64], unit: str, missing: npt.NDArray[np.bool_]) -> pa.Array:
+def _quantised(array: pa.Array, unit: str) -> pa.Array:
+    numbers = array.to_numpy(zero_copy_only=False)  # NaN where missing
     if unit in WHOLE:
         return pa.array(np.rint(numbers), mask=~np.isfinite(numbers)).cast(pa.int64())
     if unit in STEPS:
@@ -65,7 +63,7 @@ def _quantised(numbers: npt.NDArray[np.float64], unit: str, missing: npt.NDArray
         numbers = np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0
     elif unit in DIGITS:
         numbers = np.round(numbers, DIGITS[unit])
-    return pa.array(numbers, mask=missing)
+    return pa.array(numbers, mask=array.is_null().to_numpy(zero_copy_only=False))
 
 
 def arrow_table(table: Table, rows: Sequence[Row]) -> pa.Table:
