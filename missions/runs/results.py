@@ -11,7 +11,7 @@ import json
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -94,11 +94,17 @@ def manifest(run: Run) -> dict[str, Any]:
         "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
         "modem": {key: getattr(run.setup.modem, key) for key in MODEM_KEYS},
         **({ASSUMED: assumed} if assumed else {}),
-        "libraries": {name: metadata.version(name) for name in LIBRARIES},
+        "libraries": library_versions(),
         "python": platform.python_version(),
         "platform": platform.platform(),
         "wall_s": round(run.wall_s, 3),
     }
+
+
+@cache  # 5 ms of a run's 40 for results: metadata of packages are parsed
+def library_versions() -> dict[str, str]:
+    """Return the versions of the libraries that determine results and their files."""
+    return {name: metadata.version(name) for name in LIBRARIES}
 
 
 def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -> None:

@@ -269,10 +269,9 @@ def doctor() -> None:
     """Check this installation: versions, ontology, a short run, a figure."""
     import platform
     import tempfile
-    from importlib import metadata
 
     from exchange.study.compiler import why_uncompiled
-    from missions.runs.results import LIBRARIES, Results, write_results
+    from missions.runs.results import Results, library_versions, write_results
     from missions.runs.run import run as run_scenario
     from missions.scenarios import load
     from remoras.cli.results import draw_run
@@ -280,8 +279,8 @@ def doctor() -> None:
 
     print(f"Python {platform.python_version()} on {platform.platform()}")
     print(f"  remoras {__version__}")
-    for name in LIBRARIES:
-        print(f"  {name} {metadata.version(name)}")
+    for name, version in library_versions().items():
+        print(f"  {name} {version}")
     if hint := why_uncompiled():
         print(f"  {hint}")
     short = run_scenario(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")]))
@@ -303,8 +302,8 @@ def _scenarios() -> dict[str, str]:
 
 def _strategies() -> dict[str, str]:
     docs = {name: sys.modules[type(strategy).__module__].__doc__ or "" for name, strategy in strategies().items()}
-    marks = {name: "(bound) " if name in bounds() else "" for name in docs}
-    return {name: marks[name] + doc.strip().splitlines()[0] for name, doc in docs.items()}
+    upper = bounds()
+    return {name: "(bound) " * (name in upper) + doc.strip().splitlines()[0] for name, doc in docs.items()}
 
 
 def _of_strategy(name: str) -> dict[str, Any]:
