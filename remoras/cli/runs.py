@@ -117,7 +117,7 @@ def run(
     if as_json:
         show_json(results.summary)
     else:
-        _print_summary(results.summary)
+        _print_summary(results.figures)
         kept = f"results in {out}; draw them with: remoras plot {as_typed(out)}" if out is not None else ""
         print(kept or "all metrics and milestones: add --json, or --out DIR")
     if not finished.completed:
