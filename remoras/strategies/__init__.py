@@ -31,13 +31,15 @@ class Parameter:
 
 def strategies() -> dict[str, Strategy]:
     """Return the shipped strategies by name."""
-    return {name: strategy for name in _names() if (strategy := shipped(name)) is not None}
+    return {name: strategy for name in _names() if (strategy := _loaded(name)) is not None}
 
 
 def shipped(name: str) -> Strategy | None:
     """Return the shipped strategy of a name, or None; load no other."""
-    if name not in _names():
-        return None
+    return _loaded(name) if name in _names() else None
+
+
+def _loaded(name: str) -> Strategy | None:
     return getattr(importlib.import_module(f"{__name__}.{name.replace('-', '_')}"), "STRATEGY", None)
 
 
