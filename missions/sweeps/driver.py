@@ -141,20 +141,21 @@ def _drive(
     schedule, summaries, code = plan.schedule, folder.summaries, short(fingerprint())
     n_lacking = {number: len(schedule.lacking(number, summaries)) for number in range(len(schedule.labels))}
     waiting, deaths = deque(plan.due(summaries)), Counter[str]()
-    busy: dict[Future[FinishedRun], RunTask] = {}
+    busy: dict[Future[list[FinishedRun]], list[RunTask]] = {}
     while waiting or busy:
         while waiting and len(busy) < AHEAD * n_processes:
-            task = waiting.popleft()
-            busy[executor.submit(run_checked, code, memory_mb, task)] = task
+            tasks = waiting.popleft()
+            busy[executor.submit(run_checked, code, memory_mb, tasks)] = tasks
         ready, _ = wait(busy, return_when=FIRST_COMPLETED)
         finished: list[FinishedRun] = []
         ended = [busy.pop(future) for future in ready]
-        for future, task in zip(ready, ended, strict=True):
+        for future, tasks in zip(ready, ended, strict=True):
             try:
-                finished.append(future.result())
+                finished += future.result()
             except Exception as error:
                 if not _is_death(error):
                     raise
+                task = tasks[0]  # the others come up again
                 # Dask retries a run before it reports its death
                 deaths[task.key] += MAX_ATTEMPTS if type(error).__name__ == "KilledWorker" else 1
                 if isinstance(error, TookTooLong):
@@ -163,13 +164,13 @@ def _drive(
                     finished.append(killed(task, "the process died every time that this run was tried"))
                 else:
                     # First in the queue, since later repeats of its configuration may wait for its outcome.
-                    waiting.appendleft(task)
+                    waiting.appendleft(tasks)
         folder.append(finished)
         # Only now, since it visits all configurations of the study.
         if not waiting:
-            waiting.extend(plan.due(summaries, {task.key for task in busy.values()}))
+            waiting.extend(plan.due(summaries, {task.key for tasks in busy.values() for task in tasks}))
         # Only configurations of ended runs can have changed, and counting all takes longer the larger the study.
-        n_lacking |= {task.number: len(schedule.lacking(task.number, summaries)) for task in ended}
+        n_lacking |= {task.number: len(schedule.lacking(task.number, summaries)) for tasks in ended for task in tasks}
         if progress is not None:
             progress(len(summaries), len(summaries) + sum(n_lacking.values()))
 

@@ -7,14 +7,16 @@ meet the same losses. The runs still needed depend only on the finished ones, no
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 import shlex
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
-from missions.files import toml_value
+from missions.files import is_reference, texts, toml_value
+from missions.scenarios.parts import strategy_of
 from remoras.version import __version__
 
 if TYPE_CHECKING:
@@ -201,15 +203,36 @@ class SweepPlan:
             keep is None or repeat < keep,
         )
 
-    def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
-        """Yield missing runs, except ``busy`` ones, that finished runs already show to be needed."""
+    @cached_property  # each configuration as JSON
+    def alike(self) -> list[int]:
+        """First configuration with equal runs, of each: a loss rate has no effect where no vehicle sends packets.
+
+        Only shipped code is known not to read the loss rate.
+        """
+        first: dict[str, int] = {}
+        keys = (_key_of_runs(part.scenario) for part in self.study.configurations)
+        return [first.setdefault(key or str(number), number) for number, key in enumerate(keys)]
+
+    def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterable[list[RunTask]]:
+        """Return missing runs known to be needed, except ``busy`` ones; equal runs in one list."""
+        due: dict[tuple[int, int], list[RunTask]] = {}
         for number, repeat in self.schedule.missing(summaries, busy):
             if self.schedule.is_known(number, repeat, summaries):
-                yield self.task(number, repeat)
+                due.setdefault((self.alike[number], repeat), []).append(self.task(number, repeat))
+        return due.values()
 
     def missing(self, summaries: Summaries) -> Iterator[RunTask]:
         """Yield runs needed and not finished, first repeats first."""
         return (self.task(number, repeat) for number, repeat in self.schedule.missing(summaries))
+
+
+def _key_of_runs(scenario: Scenario) -> str:
+    """Return the content of a shipped scenario without packets, apart from the loss rate; else an empty text."""
+    table = json.loads(run_content(scenario))
+    if any(map(is_reference, texts(table))) or strategy_of(scenario).declaration.communicates:
+        return ""
+    table["channel"].pop("per", None)
+    return json.dumps(table)
 
 
 def outcome(summary: Mapping[str, Any], but: Collection[str] = ()) -> dict[str, Any]:

@@ -7,7 +7,8 @@ import os
 import platform
 import time
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ import pyarrow.parquet as pq
 from missions.errors import ClusterError, OutputError
 from missions.runs.results import MemoryResults, identity
 from missions.runs.run import run
+from missions.runs.setup import resolved
 from missions.sweeps.code import fingerprint, references, short
 from missions.sweeps.folder import SweepResults, run_folder, tables_digest
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
@@ -35,8 +37,8 @@ except ImportError:  # Windows has no such limits
     resource = None  # type: ignore[assignment]
 
 
-def run_checked(code: str, memory_mb: int | None, task: RunTask) -> FinishedRun:
-    """Execute one task, within a memory limit if any; a raising run fails, other code raises ClusterError."""
+def run_checked(code: str, memory_mb: int | None, tasks: Sequence[RunTask]) -> list[FinishedRun]:
+    """Execute equal runs within a memory limit, if any; a raising run fails, other code raises ClusterError."""
     if short(fingerprint()) != code:
         raise ClusterError(
             f"worker {platform.node()} has other sources, Python, Mesa or NumPy than the sweep (its remoras is version "
@@ -45,23 +47,35 @@ def run_checked(code: str, memory_mb: int | None, task: RunTask) -> FinishedRun:
     if memory_mb is not None and resource is not None:
         limit = memory_mb * 2**20
         resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.getrlimit(resource.RLIMIT_DATA)[1]))
-    return run_task(task)
+    return run_tasks(tasks)
+
+
+def run_task(task: RunTask) -> FinishedRun:
+    """Execute one task."""
+    return run_tasks([task])[0]
 
 
 @rare_collections()
-def run_task(task: RunTask) -> FinishedRun:
-    """Execute one task."""
-    began_s, began_cpu_s = time.perf_counter(), time.process_time()
-    fields, error, files = identity(task.scenario, task.seed), "", dict[str, bytes]()
-    try:
-        results = MemoryResults(run(task.scenario, task.seed))
-        fields = results.figures
-        if task.keep_tables:
-            files = results.files
-    except Exception:
-        error = traceback.format_exc()
-    wall_s, cpu_s = time.perf_counter() - began_s, time.process_time() - began_cpu_s
-    return _finished(task, fields, error, files, round(wall_s, 4), round(cpu_s, 4))
+def run_tasks(tasks: Sequence[RunTask]) -> list[FinishedRun]:
+    """Execute tasks whose runs are equal (``SweepPlan.alike``): one run, with the scenario of each task."""
+    made, finished = None, []
+    for task in tasks:
+        began_s, began_cpu_s = time.perf_counter(), time.process_time()
+        fields, error, files = identity(task.scenario, task.seed), "", dict[str, bytes]()
+        try:
+            if made is None:
+                made = run(task.scenario, task.seed)
+            else:
+                made = replace(made, setup=resolved(task.scenario.for_seed(task.seed)))
+            results = MemoryResults(made)
+            fields = results.figures
+            if task.keep_tables:
+                files = results.files
+        except Exception:
+            error = traceback.format_exc()
+        wall_s, cpu_s = time.perf_counter() - began_s, time.process_time() - began_cpu_s
+        finished.append(_finished(task, fields, error, files, round(wall_s, 4), round(cpu_s, 4)))
+    return finished
 
 
 def killed(task: RunTask, error: str) -> FinishedRun:

@@ -1,5 +1,6 @@
 """Repeats of a run without random draws are one run: made once, and compared without a test."""
 
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from missions.statistics import NoInterval
 from missions.sweeps.driver import estimate, sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.study import load_study
+from missions.sweeps.worker import verify
 from remoras.cli import app
 
 
@@ -123,3 +125,25 @@ def test_dry_run_counts_runs_without_draws_once(tmp_path: Path) -> None:
     study = load_study(str(written(tmp_path, study_text(repeats=9, per="[0.0, 0.4]"))))
     guess = estimate(study, 1)
     assert guess.planned == 20
+
+
+def test_a_run_without_packets_is_made_once_for_all_losses(tmp_path: Path) -> None:
+    """Each run of the study, repeated alone, has the same summary and tables."""
+
+    class Counting(Serial):
+        n_submitted = 0
+
+        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+            self.n_submitted += 1
+            return super().submit(fn, *args, **kwargs)
+
+    text = study_text(repeats=2, per="[0.1, 0.4]", duration_s=200, extra="uncertainty.speed_spread = 0.3")
+    text = text.replace('["remoras"]', '["remoras", "fixed-partition", "oracle"]')
+    study, executor = load_study(str(written(tmp_path, text))), Counting()
+    status = sweep(study, tmp_path / "out", executor=executor)
+    assert (status.done, executor.n_submitted) == (3 * 8, 8 + 4 + 4)
+    runs = SweepResults.read(tmp_path / "out").runs()
+    assert runs.groupby(["strategy", "per"]).size().to_list() == [4] * 6
+    repeated = dict(verify(study, tmp_path / "out", status.done))
+    assert len(repeated) == status.done
+    assert not any(repeated.values())
