@@ -76,11 +76,21 @@ class DecisionInputs:
 
 
 @lru_cache(maxsize=16)  # a run, asked by each check
-def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], seed: int = 1) -> list[DecisionInputs]:
-    """Return sampled inputs of a vehicle, first without knowledge, later with peers and work."""
+def story(
+    data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], seed: int = 1, spell: int = 1
+) -> list[DecisionInputs]:
+    """Return sampled inputs of a vehicle, first without knowledge, later with peers and work.
+
+    Sets performed, groups, reserve and area last for ``spell`` moments, in which a stated deadline is not cut short.
+    """
     draw = random.Random(seed)
     picture, moments = Picture(frame_s=10.0), []
     for number in range(N_MOMENTS):
+        if number % spell == 0:
+            is_performed = (number // spell + seed) % 2 == 0
+            reserve, outside_m = draw.uniform(0.0, 0.3), draw.choice([0.0, 0.0, 0.5, 40.0])
+            if number > N_MOMENTS // 10:
+                picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
         x_m, y_m = (start + draw.uniform(-FIELD_M, FIELD_M) for start in data.start_m)
         motion = Motion(
             x_m, y_m, draw.uniform(-math.pi, math.pi), draw.uniform(0.0, data.transit_speed_mps), 10.0 * number
@@ -88,8 +98,8 @@ def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], se
         picture.body = Body(
             now_s=TICK_S * number,
             battery=1.0 - number / N_MOMENTS,
-            reserve=draw.uniform(0.0, 0.3),
-            outside_m=draw.choice([0.0, 0.0, 0.5, 40.0]),
+            reserve=reserve,
+            outside_m=outside_m,
             contacts_m=draw.choice([(), ((x_m + draw.uniform(-FIELD_M, FIELD_M), y_m),)]),
             last_yield_s=picture.body.last_yield_s,
         )
@@ -99,12 +109,11 @@ def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], se
                 picture.peers.heard_s[name] = picture.body.now_s
             if draw.random() < 0.1:
                 picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s
-            picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
             picture.groups.meets_unheard = draw.random() < 0.5
         # Copying by pickle takes an eighth of the time of a deep copy.
         kept = pickle.dumps((motion, picture))
         as_it_is: tuple[Motion, Picture] = pickle.loads(kept)
-        moments.append(DecisionInputs(*as_it_is, draw.random() < 0.7, kept))
+        moments.append(DecisionInputs(*as_it_is, is_performed, kept))
     return moments
 
 
@@ -113,21 +122,23 @@ def check(
     data: VehicleData,
     peers: Sequence[str] = ("AUV01", "AUV02"),
     groups: Sequence[str] = ("Operational",),
-) -> None:
-    """Check a behaviour against its protocol on sampled inputs.
+) -> bool:
+    """Check a behaviour against its protocol on sampled inputs; return whether it ever states a deadline.
 
     ``make_behaviour`` returns a new behaviour of the same vehicle at each call; ``peers`` and ``groups`` occur in the
     inputs. Raises AssertionError for a wrong type, stimulus outside 0..1, done state revoked, inputs modified, invalid
     reference or premature change of it, a change before the stated deadline, or nondeterminism.
     """
-    for seed in (1, 2):
-        moments = story(data, tuple(peers), tuple(groups), seed)
+    for seed, spell in ((1, 1), (2, 10), (3, 10)):  # each moment with the activity performed and not
+        moments = story(data, tuple(peers), tuple(groups), seed, spell)
         first, second = (_answers(make_behaviour(), moments) for _ in range(2))
         for number, (answer, other) in enumerate(zip(first, second, strict=True)):
             assert answer == other, f"moment {number}: two behaviours made alike answer {answer} and {other}"
         for number, (answer, other) in enumerate(zip(first, _answers(make_behaviour(), moments, True), strict=True)):
             states = "asked only when its until_s, peers and holds_m require it, its answer is"
             assert answer[0] == other[0], f"moment {number}: {states} {other[0]}; asked at every decision, {answer[0]}"
+    perceive = make_behaviour().perceive
+    return any(perceive(m.motion, m.picture, m.performed).until_s > m.picture.body.now_s for m in moments)
 
 
 def _answers(

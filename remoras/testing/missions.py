@@ -64,8 +64,10 @@ def conforms(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
     yield "its words are in the ontology"
     check_jobs(setup)
     yield "some vehicle can do each job"
-    check_activities(setup)
+    polled = check_activities(setup)
     yield "every activity has a behaviour that conforms"
+    if polled:
+        yield f"asked at every decision, since they state no deadline (until_s): {', '.join(polled)}"
     first = check_repeats(setup, scenario)
     yield "the mission does not change, and two missions of one scenario behave alike"
     check_truth_only_watches(setup, first)
@@ -150,9 +152,9 @@ class InitialFacts:
         return self._organisation.members(*key[1].split(".")) if key[0] == "members" else default
 
 
-def check_activities(setup: Setup) -> None:
-    """Check the activity sets of each objective: types distinct, behaviours conformant."""
-    mission, knowledge = setup.mission, InitialFacts(setup)
+def check_activities(setup: Setup) -> list[str]:
+    """Check the activity sets of each objective; return the names of those that state no deadline."""
+    mission, knowledge, polled = setup.mission, InitialFacts(setup), set[str]()
     for objective in objectives(setup):
         players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
         pursuits = [Pursuit(data, mission) for data in players]
@@ -167,9 +169,11 @@ def check_activities(setup: Setup) -> None:
                 others = tuple(name for name in setup.database.names if name != data.name)
                 groups = tuple(setup.agreement.organisation.groups)
                 try:
-                    check_behaviour(partial(_behaviour, mission, activities.activities[0], data), data, others, groups)
+                    made = partial(_behaviour, mission, activities.activities[0], data)
+                    polled |= set() if check_behaviour(made, data, others, groups) else {activities.name}
                 except AssertionError as error:
                     raise AssertionError(f"{objective}, activity {activities.name} of {data.name}: {error}") from error
+    return sorted(polled)
 
 
 def _behaviour(mission: Mission, activity: Activity, data: VehicleData) -> Any:

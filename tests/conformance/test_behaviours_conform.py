@@ -43,11 +43,14 @@ MADE: dict[str, Callable[[], Behaviour]] = {
     "ReturningToArea": lambda: ReturningToArea((-100.0, -100.0, 100.0, 100.0), AUV),
     "ZigzagExploring": lambda: ZigzagExploring(BANK, AUV, WorkLeft([BANK], 0.0)),
 }
+POLLED: set[str] = set()
+"""Behaviours without deadlines, which are asked at every decision."""
 
 
 @pytest.mark.parametrize("name", MADE)
 def test_every_behaviour_conforms(name: str) -> None:
-    conformance.check(MADE[name], AUV)
+    """A stated deadline is reported as such."""
+    assert conformance.check(MADE[name], AUV) is (name not in POLLED)
 
 
 N_MADE = itertools.count()
@@ -88,6 +91,10 @@ PERCEIVES: list[tuple[Answer, str]] = [
     ),
     (
         lambda self, _, picture, *asked: Perception(1.0 if picture.groups.meets_unheard else 0.5, until_s=math.inf),
+        "asked only when its until_s, peers and holds_m require it",
+    ),
+    (
+        lambda self, _, picture, *asked: Perception(0.5 + 0.5 * (picture.body.now_s < 107.0), until_s=200.0),
         "asked only when its until_s, peers and holds_m require it",
     ),
     (lambda *asked: Perception(1.0, until_s=math.nan), "until_s is nan"),
