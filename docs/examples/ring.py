@@ -16,8 +16,10 @@ class Ring(Behaviour):
     def perceive(self, motion, picture, performed):
         if self._group in picture.groups.gathered:
             return IDLE
-        to_go_m, now_s = distance_m(motion, self._place_m), picture.body.now_s
-        return Perception(1.0, self._approach.advance(to_go_m, now_s, performed))
+        return Perception(1.0, self._progress if performed else None, until_s=math.inf)
+
+    def _progress(self, motion, picture):  # called at every decision
+        return self._approach.advance(distance_m(motion, self._place_m), picture.body.now_s, True)
 
     def reference(self, motion, picture):
         arrived = distance_m(motion, self._place_m) <= 1.0
