@@ -130,10 +130,8 @@ def parse_turtle(sources: Iterable[Source]) -> Parsed:
     defining_files: dict[Node, list[str]] = {}
     faults: list[str] = []
     for source in sources:
-        graph = Graph()
         try:
-            graph.parse(data=source.text, format="turtle")
-            deque((list(graph.items(node)) for node in graph.subjects(RDF.rest)), 0)  # a cyclic list raises
+            graph = _graph_of(source.text)
         except Exception as error:  # rdflib's parsers raise many kinds of errors
             faults.append(f"{source.path}: is not Turtle: {_reason(error)}; allowed: what Turtle 1.1 allows")
             continue
@@ -150,6 +148,14 @@ def parse_turtle(sources: Iterable[Source]) -> Parsed:
     union.remove((None, OWL.imports, None))
     terms = {subject for kind in _TERMS for subject in union.subjects(RDF.type, kind) if isinstance(subject, URIRef)}
     return Parsed(union, file_of, {term: files for term, files in defining_files.items() if term in terms})
+
+
+@lru_cache(maxsize=64)  # half the time of a compilation; ontologies of a scenario share their files
+def _graph_of(text: str) -> Graph:
+    graph = Graph()
+    graph.parse(data=text, format="turtle")
+    deque((list(graph.items(node)) for node in graph.subjects(RDF.rest)), 0)  # a cyclic list raises
+    return graph
 
 
 @lru_cache(maxsize=8)  # 0.2 s to parse
