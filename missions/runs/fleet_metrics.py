@@ -20,8 +20,6 @@ from missions.scenarios.scenario import Scenario
 from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
     from matplotlib.axes import Axes
 
 
@@ -196,19 +194,18 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
     names = [row[1] for row in itertools.takewhile(lambda row: row[0] == rows[0][0], rows)]
     if not names:
         return []
-    places = map(itemgetter(0, 2, 3, 7), rows)
-    by_time: npt.NDArray[np.float64] = np.fromiter(places, np.dtype((np.float64, 4)), len(rows))
-    by_time = by_time.reshape(-1, len(names), 4)
-    times_s, present = by_time[:, 0, 0], np.ones(by_time.shape[:2], dtype=bool)
+    columns = [np.fromiter(map(itemgetter(number), rows), np.float64, len(rows)) for number in (0, 2, 3, 7)]
+    by_time = np.array(columns).reshape(4, -1, len(names))
+    times_s, present = by_time[0, :, 0], np.ones(by_time.shape[1:], dtype=bool)
     for at_s, vehicle, is_absent in absences(run.recorder.rows("faults")):
         if vehicle in names:
             present[np.searchsorted(times_s, at_s) :, names.index(vehicle)] = not is_absent
     least_m = []
     for first, other in itertools.combinations(range(len(names)), 2):
-        apart_m = by_time[:, first, 1:] - by_time[:, other, 1:]
-        meet = present[:, first] & present[:, other] & (np.abs(apart_m[:, 2]) <= SAME_DEPTH_M)
+        apart_m = by_time[1:, :, first] - by_time[1:, :, other]
+        meet = present[:, first] & present[:, other] & (np.abs(apart_m[2]) <= SAME_DEPTH_M)
         if meet.any():
-            east_m, north_m = apart_m[meet, 0], apart_m[meet, 1]
+            east_m, north_m = apart_m[0, meet], apart_m[1, meet]
             least_m.append(math.sqrt((east_m * east_m + north_m * north_m).min()))
     return least_m
 
