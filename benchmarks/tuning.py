@@ -35,7 +35,7 @@ Range = tuple[float, float]
 RANGES: Mapping[str, Range] = {
     "queue": (1, 6),
     "margin": (0.0, 0.3),
-    "help_s": (0.0, 300.0),
+    "join_s": (0.0, 300.0),
     "acknowledge_rounds": (100, 1000),
     "bidding_rounds": (2, 6),
     "accept_rounds": (20, 120),

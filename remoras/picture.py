@@ -43,10 +43,10 @@ class Peers:
 
     ``positions_m`` are the last known positions, ``n_positions`` counts those received, so that behaviours recognise a
     new one. ``before_m`` is the previous distinct position, missing without observed motion; ``headings`` are unit
-    vectors from it to the last one. ``heard_s``: last packet received, missing if never. ``told_s``: earliest possible
-    time of the last transmission that was missed, reported by others; ``reported_s``: newest relayed report.
-    ``last_news_s``: last received contribution to the mission. ``links``: estimated losses from and to each peer.
-    ``unheard``: roles assigned by this vehicle and not acknowledged, by peer.
+    vectors from it to the last one. ``heard_s`` and ``heard_slots``: time and slot of the last packet received, missing
+    if never. ``told_s``: earliest possible time of the last transmission that was missed, reported by others;
+    ``reported_s``: newest relayed report. ``last_news_s``: last received contribution to the mission. ``links``:
+    estimated losses from and to each peer. ``unheard``: roles assigned by this vehicle and not acknowledged, by peer.
     """
 
     positions_m: dict[str, Point] = field(default_factory=dict)
@@ -54,6 +54,7 @@ class Peers:
     before_m: dict[str, Point] = field(default_factory=dict)
     headings: Mapping[str, Point] = field(init=False, compare=False)
     heard_s: dict[str, float] = field(default_factory=dict)
+    heard_slots: dict[str, int] = field(default_factory=dict)
     told_s: dict[str, float] = field(default_factory=dict)
     reported_s: dict[str, float] = field(default_factory=dict)
     last_news_s: float = -math.inf
@@ -99,7 +100,7 @@ class Groups:
     ``gathered``: those believed at their rally point. ``awaited``: share of a group's wait for its rendezvous due to
     this vehicle, 0..1: 0 if another one is expected to work as long, 1 if all others are free. ``idle_since_s``: start
     of the time without work for present members, by group led. ``works``: jobs of each group as known at the end of the
-    last frame, empty without signals. ``returned_s``: last return of an absent peer. ``meets_unheard`` is True while an
+    last frame, empty without help. ``returned_s``: last return of an absent peer. ``meets_unheard`` is True while an
     isolated vehicle meets with those present, received or not.
     """
 

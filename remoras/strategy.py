@@ -18,9 +18,11 @@ answers: an exception or invalid answer becomes a ``PluginError`` with the strat
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple, Protocol
 
 from exchange.manager.peers import PeerLinks
 from remoras.authority import Authority
@@ -29,6 +31,7 @@ from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.plugins import answer, faults_of
 from remoras.recorder import DONE, OBJECTIVES
 from remoras.work import Point, Work
+from worldmodel import ontology_path
 
 Statable = tuple[str, str, str | float | bool]
 """(subject, attribute, value) of a fact, by names."""
@@ -39,6 +42,8 @@ OBJECTIVE = OBJECTIVES
 """Message key for objectives of roles, replaced by the mission's attributes."""
 INFLUENCE_SIGNAL = "influence signal"
 """Message key for one signed byte per own role and slot."""
+HelpBy = Literal["none", "calls", "auction"]
+"""Help for a vehicle that waits for another: none, by influence signals, or by an auction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +53,8 @@ class Declaration:
     Attributes:
         messages: meaning of each: attributes of the core ontology, ``JOB_DONE``, ``OBJECTIVE``, ``INFLUENCE_SIGNAL``.
         planned_before: True if missions are planned and known before the start; else leaders plan and send them.
-        communicates, influences: whether vehicles send packets and influence signals.
+        communicates: whether vehicles send packets.
+        help: how waiting vehicles get help; with ``calls`` they send influence signals.
         meets: vehicles send at rendezvous only; others do not take their silence for absence.
         blocks_per_round: maximum number of blocks per vehicle, consultation round and job.
         sharing: for upper bounds, which are never ranked: the class ``remoras.fleet.instant_sharing.InstantSharing``.
@@ -60,7 +66,7 @@ class Declaration:
     messages: Mapping[str, str]
     planned_before: bool = True
     communicates: bool = True
-    influences: bool = False
+    help: HelpBy = "none"
     meets: bool = False
     blocks_per_round: int = 0
     sharing: Any = None  # untyped: avoids an import cycle
@@ -71,6 +77,16 @@ class Declaration:
     def tells(self) -> bool:
         """True if others learn a vehicle's statements, by packets or instantly."""
         return self.communicates or self.sharing is not None
+
+    @property
+    def influences(self) -> bool:
+        """True if vehicles send influence signals."""
+        return self.help == "calls"
+
+    @property
+    def vocabulary(self) -> tuple[Path, ...]:
+        """Turtle files of the messages, besides the core ontology."""
+        return (ontology_path("help"),) if self.help == "auction" else ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +106,24 @@ class Heard:
     facts: tuple[Statable, ...]
 
 
+class Waits(NamedTuple):
+    """Waits for others, as the executive layer knows them.
+
+    Attributes:
+        calls: dissatisfaction by the last influence signal, in (0, 1]; satisfied peers are missing.
+        own: roles (group, name) whose job makes no progress until another vehicle helps.
+        ended: share of a wait that this vehicle would end by helping, less its satisfaction with its own work, 0..1; by
+            caller and role.
+    """
+
+    calls: Mapping[str, float] = MappingProxyType({})
+    own: tuple[tuple[str, str], ...] = ()
+    ended: Callable[[str, str], float] = lambda caller, role: 0.0
+
+
+NO_WAITS = Waits()
+
+
 @dataclass(frozen=True, slots=True)
 class Situation:
     """Knowledge of a vehicle at the end of a consultation round.
@@ -100,7 +134,7 @@ class Situation:
         heard: peers' statements on roles and attributes of the strategy, since the last round.
         heard_s: time of the latest information on each peer: last packet, or newest relayed report; missing if none.
         unheard: roles ``Group.Role`` assigned by this vehicle and not acknowledged, by peer.
-        calls: dissatisfaction by the last influence signal, in (0, 1]; satisfied peers are missing.
+        waits: own ones and those of peers.
         links: estimated losses of the links from and to each peer.
     """
 
@@ -111,8 +145,13 @@ class Situation:
     heard: tuple[Heard, ...]
     heard_s: Mapping[str, float]
     unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
-    calls: Mapping[str, float] = field(default_factory=dict)
+    waits: Waits = NO_WAITS
     links: Mapping[str, PeerLinks] = field(default_factory=dict)
+
+    @property
+    def calls(self) -> Mapping[str, float]:
+        """Dissatisfaction of calling peers, see ``Waits``."""
+        return self.waits.calls
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +164,7 @@ class Move:
         expected: peers with expected silence: their lease starts afterwards.
         until_news: nothing to state, and the same answer for equal roles without statements or unacknowledged roles:
             skip calls until then.
+        helping: (vehicle, role) of jobs that this vehicle is now to help with.
     """
 
     statements: tuple[Statement, ...] = ()
@@ -132,6 +172,7 @@ class Move:
     silent: bool = False
     expected: Collection[str] = ()
     until_news: bool = False
+    helping: tuple[tuple[str, str], ...] = ()
 
 
 class Negotiator(Protocol):

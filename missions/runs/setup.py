@@ -237,7 +237,9 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     policy = policy_of(scenario.communication.policy)
     own_files = sources_of(scenario.worldmodel.ontology_text)
     words = [path for feature in used for path in feature.words(scenario)]
-    tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *own_files, *words)
+    tbox = read_tbox(
+        *core_ontology_paths(), *mission.vocabulary_used, *strategy.declaration.vocabulary, *own_files, *words
+    )
     tbox = reaching(tbox, REACH_SHARE * max(map(abs, (*scenario.world.x_m, *scenario.world.y_m))))
     database, groups = database_of(scenario, mission_type), groups_of(scenario)
     modem = modem_named(scenario.communication.modem, scenario.modem)

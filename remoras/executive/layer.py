@@ -10,6 +10,7 @@ from typing import NamedTuple
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, WeighedSet
 from remoras.behaviours import Perception
 from remoras.executive.decision import (
+    LOWEST,
     Choice,
     DecisionConstants,
     answered,
@@ -90,6 +91,7 @@ class ExecutiveLayer:
         self._calling: set[Call] = set()  # signals of dissatisfied emitters
         self._waiting: set[Call] = set()  # signals of dissatisfied emitters in roles with a job
         self._ending: dict[int, Call] = {}  # by set that ends a wait: its call
+        self._helping: set[tuple[str, str, str]] = set()  # (group, vehicle, role): jobs to help with
         self._perceived: Sequence[Perception] | None = None  # at the last decision
         self._progress: Mapping[int, float | None] = NO_PROGRESS  # likewise
         self._is_weighed = False  # motivations are current, except for satisfaction that has evolved
@@ -150,6 +152,27 @@ class ExecutiveLayer:
                 return  # it affects guidance only
             calling = self._waiting if role in self._working else self._calling
             (calling.add if value < 0 else calling.discard)((addressed, emitter, emitter_role))
+
+    def waiting(self) -> tuple[RoleKey, ...]:
+        """Return the own roles whose job waits for another vehicle."""
+        perceived = self._perceived or ()
+        waiting = [self._role_of[index] for index in self.decision.chosen if perceived and perceived[index].waits]
+        return tuple(role for role in waiting if role is not None and role in self._working)
+
+    def ended(self, caller: str, role: str) -> float:
+        """Return the share of a wait that this vehicle would end, less its satisfaction with own work, 0..1."""
+        perceived = zip(self._stimuli, self._perceived or (), strict=False)
+        ended = max([p.ends(caller, role) for s, p in perceived if s > 0.0 and p.ends is not None], default=0.0)
+        return answered(1.0, ended, self._contentment(self._stimuli))
+
+    def help(self, jobs: Collection[tuple[str, str, str]], slots: Mapping[str, int], now_s: float) -> None:
+        """Respond to these (group, vehicle, role) as to calls of the greatest strength, no longer to former ones."""
+        for group, vehicle, role in sorted(self._helping.union(jobs)):
+            value = LOWEST if (group, vehicle, role) in jobs else 0
+            for addressed in self.satisfaction:
+                if addressed[0] == group:
+                    self.hear(addressed, vehicle, role, value, now_s, slots.get(vehicle))
+        self._helping = set(jobs)
 
     def stands(self, progress: Mapping[int, float | None]) -> bool:
         """Return whether ``decide`` with the last perceptions and ``progress`` would change nothing."""

@@ -211,7 +211,7 @@ class Radio:
         if reception.settled:
             self.log.acknowledged(reception.settled, now_s)
         emitter = self._names[reception.sender]
-        self._peers.heard_s[emitter] = now_s
+        self._peers.heard_s[emitter], self._peers.heard_slots[emitter] = now_s, reception.slot
         for node, spoke_s in reception.told:
             self._peers.note_word(self._names[node], spoke_s)
         for block in reception.blocks if reception.told else ():

@@ -25,6 +25,7 @@ from remoras.motion.attraction import NO_PULLS
 from remoras.motion.avoidance import Neighbour
 from remoras.recorder import CANNOT, Recorder
 from remoras.social.layer import NOTHING_CONSIDERED, Considered, SocialLayer
+from remoras.strategy import Waits
 from worldmodel import Change, WorldModelError
 from worldmodel.world_model import remember
 
@@ -233,12 +234,15 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             for reason, facts in self.social.leave():
                 self._run_log.fault(now_s, CANNOT, reason)
                 self.conclude(facts, now_s)
-        calls = self.executive.calls(now_s) if self.radio.influences else {}
-        if stated := self.social.negotiate(now_s, self.functional.believed, calls):
+        executive = self.executive
+        calls = executive.calls(now_s) if self.radio.influences else {}
+        waits = Waits(calls, executive.waiting(), executive.ended)
+        if stated := self.social.negotiate(now_s, self.functional.believed, waits):
             for facts, is_sent in stated:
                 self.conclude(facts, now_s, is_sent)
             # Own statements of this round take effect with those of peers, not one frame later.
             self._take_effect(now_s)
+        executive.help(self.social.helping, self.functional.picture.peers.heard_slots, now_s)
         if taken_up := self.radio.regroup(self.social.organisation, now_s):
             self.consider(taken_up, now_s)
 

@@ -50,7 +50,7 @@ from remoras.social.negotiation import Negotiation
 from remoras.social.planning import Deliberation, MissionPlanner, Pursuit, aims, by_receiver, missions_of
 from remoras.social.view import AVAILABLE, HAS_MISSION, DatedRequest, Now, Requests, View
 from remoras.social.workload import SENSORS_WORK, Workload, takes_sensors
-from remoras.strategy import Strategy
+from remoras.strategy import Strategy, Waits
 from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Computed, Point, Work, vehicles_taken
 from worldmodel import Block, Change
 
@@ -411,6 +411,11 @@ class SocialLayer:
         return over
 
     @property
+    def helping(self) -> Sequence[tuple[str, str, str]]:
+        """Return (group, vehicle, role) of the jobs that the strategy has this vehicle help with."""
+        return self._negotiation.helping
+
+    @property
     def is_silent(self) -> bool:
         """True while the strategy forbids transmission."""
         return self._negotiation.silent
@@ -465,7 +470,7 @@ class SocialLayer:
         self._take_over(view)
         return view
 
-    def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
+    def negotiate(self, now_s: float, motion: Motion, waits: Waits) -> list[tuple[list[Fact], bool]]:
         """Return facts to state at the end of a round, each list with whether to send it."""
         peers = self._picture.peers
         is_news, self._is_news = self._is_news or bool(peers.unheard or self.absent), False
@@ -473,15 +478,16 @@ class SocialLayer:
         if is_news:
             of_all = [*self.claims(), self._correction(), self._taken_back()]
             stated = [(facts, True) for facts in of_all if facts]
-        if not (self._negotiation.takes_part or self._declaration.influences):
+        has_help = self._declaration.help != "none"
+        if not (self._negotiation.takes_part or has_help):
             return stated
         told_s = self.beliefs.model.quantise_time(now_s)
         work = self._work({**peers.positions_m, self.me: motion.position_m}, told_s)
-        if self._declaration.influences:
+        if has_help:
             self._picture.groups.works = work
             self._picture.groups.awaited = Computed(work, lambda group: work[group].awaited(self.me, now_s))
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.absent}
-        for statement in self._negotiation.negotiate(told_s, work, peers, unheard, calls, self.missions, is_news):
+        for statement in self._negotiation.negotiate(told_s, work, peers, unheard, waits, self.missions, is_news):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in statement.facts)
             facts = self._in_place_of_the_absent(own := [self.beliefs.fact(*fact) for fact in statement.facts])
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])

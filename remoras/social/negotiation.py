@@ -18,6 +18,7 @@ from remoras.strategy import (
     Situation,
     Statement,
     Strategy,
+    Waits,
     ask,
     division_of,
     negotiator_of,
@@ -81,6 +82,8 @@ class Negotiation:
             self._add(group)
         self.silent = False
         """True while a negotiator forbids transmission."""
+        self.helping: list[tuple[str, str, str]] = []
+        """(group, vehicle, role) of jobs to help with."""
         self._longest_away_s = 0.0
         self._expected: frozenset[str] = frozenset()  # peers whose silence is expected now
         self._expected_s: dict[str, float] = {}
@@ -174,20 +177,20 @@ class Negotiation:
         work: Mapping[str, Work],
         peers: Peers,
         unheard: Mapping[str, Collection[str]],
-        calls: Mapping[str, float],
+        waits: Waits,
         missions: Collection[str],
         is_news: bool = True,
     ) -> list[Statement]:
         """Return this vehicle's statements at the end of a round; PluginError for a wrong answer.
 
-        ``now_s`` is as quantised in messages; ``unheard`` and ``calls`` are as in ``remoras.strategy.Situation``.
+        ``now_s`` is as quantised in messages; ``unheard`` and ``waits`` are as in ``remoras.strategy.Situation``.
         Groups without known ``missions`` have nothing to divide yet. ``is_news``: roles or missions have changed.
         """
         self._round += 1
         received, known_s = self._take_heard(), peers.known_s
         statements: list[Statement] = []
         holding = list[str]()
-        self.silent, expected = False, set[str]()
+        self.silent, expected, self.helping = False, set[str](), []
         if is_news or received or unheard:
             self.until_news.clear()
         for group, negotiator in self._negotiators.items():
@@ -199,7 +202,7 @@ class Negotiation:
             if group not in missions:
                 holding.append(group)
                 continue
-            known = received, known_s, unheard, calls, peers.links
+            known = received, known_s, unheard, waits, peers.links
             situation = Situation(now_s, self._round, work[group], self._rally_m[group], *known)
             move = ask(self._strategy, negotiator, situation)
             statements += move.statements
@@ -211,6 +214,7 @@ class Negotiation:
 
     def _heed(self, group: str, move: Move, holding: list[str], expected: set[str]) -> None:
         self.silent = self.silent or move.silent
+        self.helping += [(group, *helped) for helped in move.helping]
         expected.update(move.expected)
         if move.holding:
             holding.append(group)

@@ -184,7 +184,7 @@ def revised(
 # Help --------------------------------------------------------------------------------------------
 
 
-def helped(
+def joining(
     work: Work,
     idle: Collection[VehicleData],
     ends_s: Mapping[str, float],
@@ -240,8 +240,8 @@ def job_plan(work: Work) -> AllocationPlan:
     return planned(work, work.vacant, work.workers, outlooks)
 
 
-def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]:
-    """Return the assignments of ``job_plan``, plus help by idle vehicles that saves ``help_s``."""
+def all_jobs(work: Work, join_s: float = math.inf) -> tuple[RoleAssignment, ...]:
+    """Return the assignments of ``job_plan``, plus idle vehicles that join where that saves ``join_s``."""
     plan = job_plan(work)
     # The latest expected end first, since roles sent at run time take effect in that order.
     jobs = tuple(sorted(assignments(work, plan), key=lambda assignment: -plan.ends_s[assignment.vehicle]))
@@ -251,7 +251,7 @@ def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]
             after = work.after(Outlook(0.0, work.position_m(name)), work.database[name], roles[0])
             ends_s[roles[0].name] = plan.ends_s[name] if after is None else after.free_s
     idle = [data for data in work.workers if not plan.roles[data.name] and not work.held_by(data.name)]
-    return jobs + tuple(helped(work, idle, ends_s, 0.0, help_s))
+    return jobs + tuple(joining(work, idle, ends_s, 0.0, join_s))
 
 
 def assignments(work: Work, plan: AllocationPlan, most_each: int | None = None) -> tuple[RoleAssignment, ...]:

@@ -27,7 +27,6 @@ from pydantic import Field
 from exchange.arithmetic import exp
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import planned
-from remoras.strategies.factors import AtSea
 from remoras.strategies.negotiator import Claims, KnownFromStart, Member, RoleClaim, frames, taking
 from remoras.strategy import Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
@@ -293,7 +292,6 @@ class Cbba(KnownFromStart):
         float, Field(gt=0.0, le=1e6, description="delay of completion that reduces the worth of a job to 1/e")
     ] = 2500.0
     plans_for_all: PlansForAll = True
-    common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "cbba"
     member = Bidder

@@ -22,7 +22,6 @@ from pydantic import Field
 from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, planned
-from remoras.strategies.factors import AtSea
 from remoras.strategies.negotiator import MARGIN, QUEUE, Claims, KnownFromStart, Member, RoleClaim, frames, in_blocks
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook
@@ -313,8 +312,6 @@ class ContractNet(KnownFromStart):
     initiative_rounds: Annotated[int, frames("per node that others wait before they announce", most=10_000)] = 10
     margin: Annotated[float, MARGIN] = 0.05
     looks_ahead: Annotated[bool, Field(description="award by a plan of all jobs, else the lowest bids")] = True
-
-    common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "contract-net"
     member = Contractor

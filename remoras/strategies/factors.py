@@ -8,12 +8,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from remoras.strategy import OBJECTIVE, Declaration, Strategy
+from remoras.strategy import INFLUENCE_SIGNAL, OBJECTIVE, Declaration, HelpBy, Strategy
 
 ALL = 64
 """Queue of a leader that sends its whole plan."""
-NO_HELP_S = 1e6
-"""Saving (s) that no help reaches: disables help."""
+NO_JOIN_S = 1e6
+"""Saving (s) that no vehicle reaches by joining a job: disables joining."""
 
 AtSea = Annotated[
     Literal["none", "missions"],
@@ -30,6 +30,10 @@ Repairs = Annotated[
     Field(description="when the leader repairs the plan: on changes, on a call by an idle vehicle, or never"),
 ]
 
+Help = Annotated[
+    HelpBy,
+    Field(description="how a vehicle that waits for another gets help: none, by influence signals, or by an auction"),
+]
 Announces = Annotated[
     Literal["plan", "next-jobs"],
     Field(description="messages of a leader to each vehicle: its whole part of the plan, or only its next jobs"),
@@ -41,6 +45,15 @@ MISSIONS_AT_SEA = {
     OBJECTIVE: "a head gives a role an objective",
 }
 """Messages needed if missions are unknown at 0 s."""
+HELP_MESSAGES: Mapping[str, Mapping[str, str]] = {
+    "none": {},
+    "calls": {INFLUENCE_SIGNAL: "one signed byte for every role that the sender plays, in every slot"},
+    "auction": {
+        "seeksHelp": "the sender's job waits for another vehicle; not acknowledged",
+        "helpBid": "how much of the wait the sender would end; not acknowledged",
+        "isToHelp": "award by the waiting vehicle; not acknowledged",
+    },
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,16 +63,17 @@ class Factors:
     ``common_plan`` at 0 s: ``none``; ``missions`` with objectives and roles without jobs; ``jobs``: assignments too. On
     assignments at run time ``decides`` the ``head``, ``each`` vehicle by bids, ``all`` by an identical plan, or
     ``nobody``. The ``plan`` behind it is for ``all`` jobs, or maximises the ``own`` gain. ``announces`` is the content
-    of the messages. ``helps``: idle vehicles join others' jobs. ``repairs``: on ``changes``, on ``calls`` for work, or
-    ``never``.
+    of the messages. ``joins``: idle vehicles take part in others' jobs. ``repairs``: on ``changes``, on ``calls`` for
+    work, or ``never``. ``help`` for a vehicle that waits for another: ``none``, by ``calls``, or by ``auction``.
     """
 
     common_plan: str
     decides: str
     plan: str
     announces: str
-    helps: str
+    joins: str
     repairs: str
+    help: str = "none"
 
 
 SETTINGS: Mapping[str, tuple[str, ...]] = {
@@ -67,8 +81,9 @@ SETTINGS: Mapping[str, tuple[str, ...]] = {
     "decides": (),
     "plan": ("plans_for_all", "looks_ahead"),
     "announces": ("announces",),
-    "helps": ("help_s",),
+    "joins": ("join_s",),
     "repairs": ("repairs",),
+    "help": ("help",),
 }
 """Parameters that set each factor, for strategies with that parameter."""
 assert tuple(SETTINGS) == tuple(field.name for field in fields(Factors))
@@ -80,9 +95,16 @@ def factors_of(strategy: Strategy) -> Factors | None:
     return levels
 
 
-def helps(help_s: float) -> str:
-    """Return the level of ``helps`` for a parameter ``help_s`` (s)."""
-    return "no" if help_s >= NO_HELP_S else "yes"
+def joins(join_s: float) -> str:
+    """Return the level of ``joins`` for a parameter ``join_s`` (s)."""
+    return "no" if join_s >= NO_JOIN_S else "yes"
+
+
+def helped_by(help: HelpBy, declaration: Declaration) -> Declaration:
+    """Adapt a declaration to the factor ``help``."""
+    messages = {**declaration.messages, **HELP_MESSAGES[help]}
+    n_blocks = declaration.blocks_per_round + (help == "auction")
+    return replace(declaration, help=help, messages=messages, blocks_per_round=n_blocks)
 
 
 def known_from(common_plan: str, declaration: Declaration) -> Declaration:

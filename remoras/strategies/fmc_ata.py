@@ -25,7 +25,7 @@ from pydantic import Field
 
 from exchange.arithmetic import distance, exp, log
 from remoras.organisation import Group, RoleSpecification
-from remoras.strategies.negotiator import DividedAtSea, Member, frames, taking
+from remoras.strategies.negotiator import Helped, Member, frames, taking
 from remoras.strategy import Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
@@ -210,7 +210,7 @@ class Buyer(Member["FmcAta"]):
 
 
 @dataclass(frozen=True, slots=True)
-class FmcAta(DividedAtSea):
+class FmcAta(Helped):
     """Fisher market for jobs; see the module docstring."""
 
     discount_s: Annotated[
@@ -228,7 +228,7 @@ class FmcAta(DividedAtSea):
 
     name: ClassVar[str] = "fmc-ata"
     member = Buyer
-    declaration: ClassVar[Declaration] = taking(
+    planned: ClassVar[Declaration] = taking(
         "Rachmut, Nelke, Zivan 2023 (FMC_ATA)",
         {
             "claimsOf": "of which round the bids that follow are; not acknowledged",

@@ -24,7 +24,7 @@ from pydantic import Field
 
 from exchange.arithmetic import distance
 from remoras.organisation import Group, RoleSpecification
-from remoras.strategies.negotiator import DividedAtSea, Member, frames, taking
+from remoras.strategies.negotiator import Helped, Member, frames, taking
 from remoras.strategy import Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
@@ -136,7 +136,7 @@ class Player(Member["Grape"]):
 
 
 @dataclass(frozen=True, slots=True)
-class Grape(DividedAtSea):
+class Grape(Helped):
     """Anonymous hedonic game; see the module docstring."""
 
     reward_s: Annotated[
@@ -147,7 +147,7 @@ class Grape(DividedAtSea):
 
     name: ClassVar[str] = "grape"
     member = Player
-    declaration: ClassVar[Declaration] = taking(
+    planned: ClassVar[Declaration] = taking(
         "Jang, Shin, Tsourdos 2018 (GRAPE)",
         {
             "claimsOf": "how often the partition that follows has evolved; not acknowledged",

@@ -1,7 +1,8 @@
-"""Strategies with a planning leader: one implementation with four factors.
+"""Strategies with a planning leader: one implementation with five factors.
 
 The leader plans for all members of its group by the shared allocator. Each factor can be varied alone: prior knowledge
-(``common_plan``), messages (``announces``), helpers (``help_s``) and plan repair (``repairs``):
+(``common_plan``), messages (``announces``), joining (``join_s``), plan repair
+(``repairs``) and help for waiting vehicles (``help``):
 
 * ``changes`` repairs the plan after any change; the group is not gathered before all work is done;
 * ``calls`` repairs it only if a member without work calls or a job is vacant; the group may gather earlier;
@@ -18,20 +19,21 @@ from pydantic import Field
 
 from remoras.errors import StrategyError
 from remoras.organisation import Group, RoleAssignment
-from remoras.strategies.allocation import AllocationPlan, Engagement, affordable, all_jobs, helped, planned, revised
+from remoras.strategies.allocation import AllocationPlan, Engagement, affordable, all_jobs, joining, planned, revised
 from remoras.strategies.factors import (
     ALL,
-    NO_HELP_S,
+    NO_JOIN_S,
     Announces,
     CommonPlan,
     Factors,
     Repairs,
-    helps,
+    helped_by,
+    joins,
     known_from,
 )
 from remoras.strategies.initial_roles import common_roles
-from remoras.strategies.negotiator import HELP, MARGIN, DividedAtSea, Member
-from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, Declaration, Move, Situation, Statable, Statement
+from remoras.strategies.negotiator import JOIN, MARGIN, Helped, Member
+from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Work, share_left
 
 NEXT_JOBS = 2
@@ -43,7 +45,6 @@ TOLD = {
     "leftRole": "a vehicle leaves a role, or its head takes it back",
     JOB_DONE: "a vehicle has done a job",
 }
-CALLS = {INFLUENCE_SIGNAL: "one signed byte for every role that the sender plays, in every slot"}
 
 
 class Dispatcher(Member["HeadLed"]):
@@ -193,7 +194,7 @@ class Dispatcher(Member["HeadLed"]):
         work = situation.work
         idle = [d for d in work.workers if d.name not in deaf and not engaged[d.name].begun and not plan.roles[d.name]]
         ends_s = {role.name: engagement.outlook.free_s for engagement in engaged.values() for role in engagement.begun}
-        helpers = helped(work, idle, ends_s, situation.now_s, self._with.help_s)
+        helpers = joining(work, idle, ends_s, situation.now_s, self._with.join_s)
         return [self._given(assignment.vehicle, assignment.role) for assignment in helpers]
 
     def _unacknowledged(self, situation: Situation) -> set[tuple[str, str]]:
@@ -212,11 +213,11 @@ class Dispatcher(Member["HeadLed"]):
 
 
 @dataclass(frozen=True, slots=True)
-class HeadLed(DividedAtSea):
+class HeadLed(Helped):
     """Leader that plans and assigns; raises StrategyError if two factors exclude each other."""
 
     margin: Annotated[float, MARGIN] = 0.05
-    help_s: Annotated[float, HELP] = 60.0
+    join_s: Annotated[float, JOIN] = 60.0
     acknowledge_rounds: Annotated[
         int, Field(ge=1, le=10_000, description="TDMA frames for a member to acknowledge a job")
     ] = 400
@@ -234,29 +235,31 @@ class HeadLed(DividedAtSea):
             raise StrategyError(
                 "common_plan", f'{excluded}; allowed: announces = "plan", or common_plan "none", "missions"'
             )
-        if self.repairs == "never" and self.help_s < NO_HELP_S:
-            excluded = f'repairs = "never", by which no vehicle is reassigned, excludes help_s = {self.help_s:g}'
+        if self.repairs == "never" and self.join_s < NO_JOIN_S:
+            excluded = f'repairs = "never", by which no vehicle is reassigned, excludes join_s = {self.join_s:g}'
             raise StrategyError(
-                "repairs", f'{excluded}; allowed: help_s = {NO_HELP_S:.0f}, or repairs "changes", "calls"'
+                "repairs", f'{excluded}; allowed: join_s = {NO_JOIN_S:.0f}, or repairs "changes", "calls"'
             )
+
+        if self.repairs == "calls" and self.help != "calls":
+            excluded = f'repairs = "calls", by which idle members call for work, excludes help = "{self.help}"'
+            raise StrategyError("repairs", f'{excluded}; allowed: help = "calls", or repairs "changes", "never"')
 
     @property
     def declaration(self) -> Declaration:
         """Declaration for the current factor levels."""
-        calls = self.repairs == "calls"
-        planned = Declaration(self.source, {**TOLD, **(CALLS if calls else {})}, influences=calls)
-        return known_from(self.common_plan, planned)
+        return known_from(self.common_plan, helped_by(self.help, Declaration(self.source, TOLD)))
 
     @property
     def factors(self) -> Factors:
         """Factor levels of this strategy."""
-        return Factors(self.common_plan, "head", "all", self.announces, helps(self.help_s), self.repairs)
+        return Factors(self.common_plan, "head", "all", self.announces, joins(self.join_s), self.repairs, self.help)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Return common roles, and all open jobs unless the leader assigns next jobs only."""
         if self.common_plan == "missions" or (self.repairs == "never" and work.is_begun):
             return common_roles(work)
-        jobs = all_jobs(work, self.help_s) if self.announces == "plan" else ()
+        jobs = all_jobs(work, self.join_s) if self.announces == "plan" else ()
         if self.common_plan == "jobs" or not work.roles:
             return common_roles(work) + jobs
         # Missions are sent at run time: only vehicles with a job get common roles, since each takes time to send.

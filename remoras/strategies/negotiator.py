@@ -16,7 +16,8 @@ from remoras.authority import Authority
 from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations
-from remoras.strategies.factors import NO_HELP_S, SETTINGS, AtSea, Factors, helps, known_from
+from remoras.strategies.factors import NO_JOIN_S, SETTINGS, AtSea, Factors, Help, helped_by, joins, known_from
+from remoras.strategies.help_auction import HelpAuction
 from remoras.strategies.initial_roles import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Negotiator, Situation, Statable, Statement
 from remoras.work import Work
@@ -25,7 +26,7 @@ S = TypeVar("S")
 
 QUEUE = Field(ge=1, le=64, description="maximum jobs per vehicle, including the current one")
 MARGIN = Field(ge=0.0, le=1.0, description="minimum gain, as a share of the remaining time, for moving jobs")
-HELP = Field(ge=0.0, le=1e6, description="minimum time saved by helping with another's job (s)")
+JOIN = Field(ge=0.0, le=1e6, description="minimum time that an idle vehicle saves by joining another's job (s)")
 
 
 def frames(what: str, least: int = 1, most: int = 1000) -> Any:
@@ -33,11 +34,17 @@ def frames(what: str, least: int = 1, most: int = 1000) -> Any:
     return Field(ge=least, le=most, description=f"TDMA frames {what}")
 
 
+SHOWN = {
+    "playsRole": "the sender holds a job for which its role may call others",
+    "leftRole": "the sender has left such a job",
+}
+
+
 def taking(source: str, messages: Mapping[str, str], blocks_per_round: int = 1) -> Declaration:
     """Return the declaration of a strategy in which each vehicle takes jobs on its own."""
     return Declaration(
         source=source,
-        messages={**messages, JOB_DONE: "the sender has done a job"},
+        messages={**messages, **SHOWN, JOB_DONE: "the sender has done a job"},
         blocks_per_round=blocks_per_round,
         authorities=frozenset({Authority.TAKE}),
         private_jobs=True,
@@ -65,27 +72,46 @@ class DividedAtSea:
         return self.member(me, group, self)
 
 
-class KnownFromStart(DividedAtSea):
+@dataclass(frozen=True, slots=True)
+class Helped(DividedAtSea):
+    """Strategy with the factor ``help``; ``planned`` is its declaration without."""
+
+    help: Help = "none"
+
+    planned: ClassVar[Declaration]
+
+    @property
+    def declaration(self) -> Declaration:
+        """Declaration for the current ``help``."""
+        return helped_by(self.help, self.planned)
+
+    def negotiator(self, me: str, group: Group) -> Negotiator:
+        """Return the part of one member, with that in auctions of help if these are chosen."""
+        part = self.member(me, group, self)
+        return HelpAuction(me, group, part) if self.help == "auction" else part
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFromStart(Helped):
     """Strategy with ``common_plan``; ``planned`` is its declaration with missions known at 0 s."""
 
-    __slots__ = ()
-    common_plan: AtSea
-    planned: ClassVar[Declaration]
+    common_plan: AtSea = "missions"
+
     deciders: ClassVar[str] = "each"  # level of the factor ``decides``
     content: ClassVar[str]  # level of ``announces``
 
     @property
     def declaration(self) -> Declaration:
-        """Declaration for the current ``common_plan``."""
-        return known_from(self.common_plan, self.planned)
+        """Declaration for the current ``help`` and ``common_plan``."""
+        return known_from(self.common_plan, helped_by(self.help, self.planned))
 
     @property
     def factors(self) -> Factors:
         """Factor levels of this strategy."""
         plans = all(getattr(self, switch, True) for switch in SETTINGS["plan"])
-        help_s = getattr(self, "help_s", NO_HELP_S)
+        join_s = getattr(self, "join_s", NO_JOIN_S)
         plan = "all" if plans else "own"
-        return Factors(self.common_plan, self.deciders, plan, self.content, helps(help_s), "changes")
+        return Factors(self.common_plan, self.deciders, plan, self.content, joins(join_s), "changes", self.help)
 
 
 class Member(Negotiator, Generic[S]):
@@ -94,6 +120,8 @@ class Member(Negotiator, Generic[S]):
     def __init__(self, me: str, group: Group, strategy: S) -> None:
         self._me, self._group, self._with = me, group, strategy
         self._expectations = Expectations()
+        # Others help only a known holder.
+        self._shown = {role.name for role in group.roles if role.job and role.influences}
 
     def _given(self, vehicle: str, role: str) -> Statable:
         return vehicle, "playsRole", self._group.path(role)
@@ -102,10 +130,10 @@ class Member(Negotiator, Generic[S]):
         return vehicle, "leftRole", self._group.path(role)
 
     def _takes(self, role: str) -> Statement:
-        return Statement((self._given(self._me, role),), told=False)
+        return Statement((self._given(self._me, role),), told=role in self._shown)
 
     def _leaves(self, role: str) -> Statement:
-        return Statement((self._left(self._me, role),), told=False)
+        return Statement((self._left(self._me, role),), told=role in self._shown)
 
     def _engagement(
         self, vehicle: str, held: Sequence[RoleSpecification], situation: Situation, unheard: Collection[str] = ()

@@ -15,7 +15,7 @@ from remoras.strategies.plan_and_dispatch import PlanAndDispatch
 from remoras.strategy import Declaration, Negotiator
 from remoras.work import Work
 
-LEADER = PlanAndDispatch(margin=0.0, help_s=10.0, acknowledge_rounds=1_000_000)
+LEADER = PlanAndDispatch(margin=0.0, join_s=10.0, acknowledge_rounds=1_000_000)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from remoras.strategies.factors import CommonPlan, Repairs
+from remoras.strategies.factors import CommonPlan, Help, Repairs
 from remoras.strategies.head_led import HeadLed
 
 
@@ -23,6 +23,7 @@ class Remoras(HeadLed):
 
     common_plan: CommonPlan = "none"
     repairs: Repairs = "calls"
+    help: Help = "calls"
 
     name: ClassVar[str] = "remoras"
     source: ClassVar[str] = "Carlesi, Michel, Jouvencel, Ferber 2011"

@@ -22,7 +22,7 @@ from pydantic import Field
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.head_led import TOLD
 from remoras.strategies.initial_roles import common_roles
-from remoras.strategies.negotiator import DividedAtSea, Member, frames
+from remoras.strategies.negotiator import Helped, Member, frames
 from remoras.strategies.plan_and_dispatch import PlanAndDispatch
 from remoras.strategies.status_broadcast import Broadcaster, StatusBroadcast
 from remoras.strategy import Declaration, Move, Situation, Statement
@@ -127,7 +127,7 @@ def _without(roles: Sequence[RoleSpecification], situation: Situation, vehicle: 
 
 
 @dataclass(frozen=True, slots=True)
-class Reorganising(DividedAtSea):
+class Reorganising(Helped):
     """Strategy that changes at run time; see the module docstring."""
 
     news_s: Annotated[
@@ -140,12 +140,12 @@ class Reorganising(DividedAtSea):
 
     name: ClassVar[str] = "reorganising"
     member = Reorganiser
-    declaration: ClassVar[Declaration] = Declaration(
+    planned: ClassVar[Declaration] = Declaration(
         source="ours; what it changes between: " + f"{PLAN.source}; {STATES.declaration.source}",
         messages={
             "claimsOf": "how often the organisation of the sender's group was changed; not acknowledged",
-            **TOLD,
             **STATES.declaration.messages,
+            **TOLD,
         },
         blocks_per_round=1,
         authorities=STATES.declaration.authorities,

@@ -3,7 +3,7 @@
 Every ``period_rounds`` a vehicle broadcasts its current job and the known finished jobs; repetition replaces
 acknowledgement. From received states it predicts the end of each peer's job, plans for all members by the shared
 allocator and takes the first job of its part. A vehicle without a part helps at a job with a vacancy if that saves
-``help_s``, or repeats one that is late by ``doubt_rounds``.
+``join_s``, or repeats one that is late by ``doubt_rounds``.
 
 Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners, re-tasking).
 """
@@ -18,9 +18,8 @@ from typing import Annotated, ClassVar
 
 from remoras.database import VehicleData
 from remoras.organisation import Group
-from remoras.strategies.allocation import AllocationPlan, expected_end, helped, planned
-from remoras.strategies.factors import AtSea
-from remoras.strategies.negotiator import HELP, KnownFromStart, Member, frames, in_blocks, taking
+from remoras.strategies.allocation import AllocationPlan, expected_end, joining, planned
+from remoras.strategies.negotiator import JOIN, KnownFromStart, Member, frames, in_blocks, taking
 from remoras.strategy import Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Point, Work, share_left
 
@@ -196,7 +195,7 @@ class Broadcaster(Member["StatusBroadcast"]):
         for name, role in at.items():
             ends_s[role] = min(ends_s.get(role, math.inf), outlooks[name].free_s)
             n_holders[role] = n_holders.get(role, 0) + 1
-        helpers = helped(work, idle, ends_s, situation.now_s, self._with.help_s, n_holders)
+        helpers = joining(work, idle, ends_s, situation.now_s, self._with.join_s, n_holders)
         return next((assignment.role for assignment in helpers if assignment.vehicle == self._me), None)
 
     # Saying
@@ -221,8 +220,7 @@ class StatusBroadcast(KnownFromStart):
 
     period_rounds: Annotated[int, frames("between two broadcasts of the state")] = 3
     doubt_rounds: Annotated[int, frames("that a job may be late before another vehicle does it too", 0, 10_000)] = 30
-    help_s: Annotated[float, HELP] = 60.0
-    common_plan: AtSea = "missions"
+    join_s: Annotated[float, JOIN] = 60.0
 
     name: ClassVar[str] = "status-broadcast"
     member = Broadcaster

@@ -18,7 +18,7 @@ from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.social.negotiation import negotiated_attributes
 from remoras.strategy import Heard, Move, Negotiator, Situation, Statement, Strategy
 from remoras.work import Job, Outlook, Point, Work
-from worldmodel import Attribute, ValueKind, core_ontology_paths, read_tbox
+from worldmodel import Attribute, ValueKind, core_ontology_paths, ontology_path, read_tbox
 
 ROLES = ("playsRole", "leftRole")
 
@@ -47,7 +47,7 @@ class Visit:
         return outlook.stayed(self.place_m, self.stay_s, data) if self.is_able(data) else None
 
 
-TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
+TBOX = read_tbox(*core_ontology_paths(), ontology_path("help"), *MappingMission.vocabulary)
 
 # Random fleets ------------------------------------------------------------------------------------
 

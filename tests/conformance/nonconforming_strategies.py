@@ -29,7 +29,7 @@ class Unexplained(Central):
 class SecretSignals(Central):
     """Sends influence signals without a word about it."""
 
-    declaration: ClassVar[Declaration] = replace(Central().declaration, influences=True)
+    declaration: ClassVar[Declaration] = replace(Central().declaration, help="calls")
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,16 +7,22 @@ import nonconforming_strategies as broken
 import pytest
 
 from remoras.errors import PluginError
-from remoras.strategies import Strategy, strategies
+from remoras.strategies import Strategy, configured, strategies
 from remoras.strategies.fmc_ata import FMC_ATA
 from remoras.strategies.grape import GRAPE
 from remoras.strategies.reorganising import REORGANISING
 from remoras.testing import strategies as conformance
 
-SHIPPED = {**strategies(), "grape": GRAPE, "fmc-ata": FMC_ATA, "reorganising": REORGANISING}
+HELPED = {
+    f"{name}, {help}": configured(strategies()[name], {"help": help})
+    for name, help in [
+        *product(("contract-net", "cbba", "status-broadcast"), ("calls", "auction")), ("plan-and-dispatch", "auction"),
+    ]
+}  # fmt: skip
+SHIPPED = {**strategies(), "grape": GRAPE, "fmc-ata": FMC_ATA, "reorganising": REORGANISING, **HELPED}
 IN_THE_SAME_CODE = ("remoras-planned", "plan-and-dispatch", "central", "cbba-plain")
 """Strategies whose vehicles negotiate as those of ``remoras`` and ``cbba``, by other parameters."""
-VISITING = set(strategies()) - {"remoras"}
+VISITING = {*strategies(), *HELPED} - {"remoras"}
 """Strategies whose jobs of another mission ``test_visits`` sees done in their order."""
 OF_THE_VALUE = (conformance.check_parts, conformance.check_declaration, conformance.check_parameters)
 CASES = [

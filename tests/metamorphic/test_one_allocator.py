@@ -12,7 +12,7 @@ from missions.mapping.metrics import time_to_s
 SEEDS = range(1, 4)
 WITH_HELP = ("remoras", "remoras-planned", "central", "plan-and-dispatch", "status-broadcast")
 WITHOUT_HELP = ("contract-net", "cbba", "rendezvous-sync", "fixed-partition")
-NO_HELP = ("strategy.parameters.help_s=100000.0",)
+NO_HELP = ("strategy.parameters.join_s=100000.0",)
 """No help at another's job saves as much time."""
 
 

@@ -28,7 +28,7 @@ OWN_GAIN = (*LOSSES, "strategy.parameters.plans_for_all=false")
 """A discount weighs paths; in bids for a part of a plan it only settles conflicts."""
 CASE_OF = {
     "discount_s": OWN_GAIN,
-    "help_s": ROOM,
+    "join_s": ROOM,
     "margin": SLOW,
     "contract-net.margin": LOSSES,
     "doubt_rounds": WORST_AND_SLOW,

@@ -11,7 +11,7 @@ from remoras.strategies import parameters, strategies
 from remoras.strategies.remoras import Remoras
 
 RENDEZVOUS, PATCHES, OBJECTS, TEAMS = "mapping-rendezvous", "mapping-patches", "mapping-objects", "mapping-inspection"
-OF_CENTRAL = "central has margin, help_s, acknowledge_rounds, common_plan, announces, repairs, queue"
+OF_CENTRAL = "central has help, margin, join_s, acknowledge_rounds, common_plan, announces, repairs, queue"
 SEARCH, ESCORT, FERRY = "arrows-archaeology", "escort-lines", "ferry-passage"
 HUNT, RECOVERY, RESUPPLY = "minehunting-contacts", "recovery-field", "resupply-field"
 EVEN = [[0.002] * 30] * 20

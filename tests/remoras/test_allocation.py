@@ -9,7 +9,7 @@ from samples import auv, database
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.allocation import helped, planned
+from remoras.strategies.allocation import joining, planned
 from remoras.testing.sample_worlds import Visit
 from remoras.work import Outlook, Work
 
@@ -80,5 +80,5 @@ def test_idle_vehicles_assist_where_capacity_and_saving_suffice(maximum: int, le
     """The job takes another 480 s, the way of 100 m at 2 m/s takes 50 s: help saves (480 - 50) / 2 = 215 s."""
     vehicles = fleet()
     of = work(vehicles, group(maximum), ("AUV00", "Role0"))
-    found = list(helped(of, [vehicles["AUV01"]], {"Role0": 480.0}, 0.0, least_s))
+    found = list(joining(of, [vehicles["AUV01"]], {"Role0": 480.0}, 0.0, least_s))
     assert found == ([RoleAssignment("Team", "Role0", "AUV01")] if helps else [])

@@ -9,7 +9,7 @@ from missions.runs.run import run
 from missions.scenarios import load
 from remoras.errors import StrategyError
 from remoras.strategies import configured, factors_of, strategies
-from remoras.strategies.factors import NO_HELP_S
+from remoras.strategies.factors import NO_JOIN_S
 
 
 @cache
@@ -24,7 +24,7 @@ PARAMETERS = "strategy.parameters."
 SAME = [
     ("remoras", "remoras-planned", ("common_plan=jobs",)),
     ("plan-and-dispatch", "central", ("common_plan=missions", "announces=next-jobs")),
-    ("remoras", "plan-and-dispatch", ("common_plan=jobs", "repairs=changes")),
+    ("remoras", "plan-and-dispatch", ("common_plan=jobs", "repairs=changes", "help=none")),
     ("cbba", "cbba-plain", ("plans_for_all=false",)),
 ]
 
@@ -44,13 +44,19 @@ def test_factors_turn_one_strategy_into_another(one: str, other: str, factors: t
     [
         ("central", {"common_plan": "jobs"}, '"next-jobs"; allowed: announces = "plan", or common_plan'),
         ("remoras-planned", {"announces": "next-jobs"}, '"next-jobs"; allowed: announces = "plan", or common_plan'),
-        ("remoras", {"repairs": "never"}, "excludes help_s = 60; allowed: help_s = 1000000, or repairs"),
+        ("remoras", {"repairs": "never"}, "excludes join_s = 60; allowed: join_s = 1000000, or repairs"),
         ("cbba", {"common_plan": "jobs"}, "'none' or 'missions'"),
         ("cbba", {"decides": "head"}, 'cbba has "each" alone; "head" has central, plan-and-dispatch, '),
-        ("cbba", {"helps": "yes"}, 'cbba has "no" alone; "yes" has central'),
-        ("central", {"helps": "no"}, "central sets helps by help_s"),
+        ("cbba", {"joins": "yes"}, 'cbba has "no" alone; "yes" has central'),
+        ("central", {"joins": "no"}, "central sets joins by join_s"),
         ("central", {"announces": "claims"}, "'plan' or 'next-jobs'"),
         ("fixed-partition", {"repairs": "calls"}, 'fixed-partition has "never" alone; "changes" has'),
+        ("fixed-partition", {"help": "calls"}, 'fixed-partition has "none" alone; "calls" has remoras'),
+        ("rendezvous-sync", {"help": "auction"}, 'rendezvous-sync has "none" alone; "calls" has remoras'),
+        ("oracle", {"help": "calls"}, "oracle has no parameters"),
+        ("cbba", {"help": "often"}, "'none', 'calls' or 'auction'"),
+        ("remoras", {"help": "auction"}, 'excludes help = "auction"; allowed: help = "calls", or repairs'),
+        ("central", {"repairs": "calls"}, 'excludes help = "none"; allowed: help = "calls", or repairs'),
     ],
 )
 def test_incompatible_factors_are_reported_in_one_line_with_the_allowed_values(strategy, settings, says) -> None:
@@ -67,5 +73,5 @@ def test_incompatible_factors_are_reported_in_one_line_with_the_allowed_values(s
 
 def test_compatible_factors_combine() -> None:
     """Each alone is excluded; one after the other they could not be set."""
-    strategy = configured(strategies()["central"], {"common_plan": "jobs", "announces": "plan", "help_s": NO_HELP_S})
+    strategy = configured(strategies()["central"], {"common_plan": "jobs", "announces": "plan", "join_s": NO_JOIN_S})
     assert factors_of(configured(strategy, {"repairs": "never"})) is not None
