@@ -118,6 +118,5 @@ def test_vehicle_at_the_rally_point_waits_for_late_ones() -> None:
     ],
 )
 def test_no_mission_with_calls_ends_in_a_deadlock(name: str, more: str, n: int) -> None:
-    """Under ``cbba``, without calls, most with lifts or escorts do."""
     keys = f"channel.per={0.25 * n}", more
     assert stuck(run(load(name, [("--set", key) for key in keys]), 40 + n)) == []
