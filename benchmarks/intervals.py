@@ -9,15 +9,17 @@ share of the runs is censored at the horizon of 4. Results are deterministic.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 from statistics import median
 from typing import NamedTuple
 
 import numpy as np
 
+from missions.comparison.race import Race
 from missions.comparison.ranking import Contender, family_of
 from missions.comparison.treatments import SIGNIFICANT, Treatment
+from missions.runs.metrics import CORE_METRICS
 from missions.statistics import (
     Array,
     Estimated,
@@ -111,6 +113,32 @@ def _timed(draws: np.random.Generator, times: Array, share: float) -> Timed:
     return Timed(list(times), list(times < HORIZON), HORIZON)
 
 
+def _drawn(
+    draws: np.random.Generator, shape: str, size: tuple[int, int], behind: Sequence[float], success: float
+) -> tuple[Array, Array]:
+    """Times and completion by repeat and strategy, the last strategies behind; repeats share half of their luck."""
+    n, k = size
+    if shape == "unequal spreads":
+        spreads = np.array([0.01, 0.01, 0.03, 0.03, 0.1, 0.1, 0.1, *([0.03] * len(behind))])[:k]
+        times = 1.0 + spreads * draws.normal(size=(n, k)) + draws.normal(0.0, 0.03, (n, 1))
+    else:
+        times = SHAPES[shape](draws, n)[:, None] * 0.5 + 0.5 * SHAPES[shape](draws, n * k).reshape(n, k)
+    times[:, k - len(behind) :] += behind
+    completed = draws.random((n, k)) < success
+    return np.where(completed, np.minimum(times, HORIZON), HORIZON), completed.astype(float)
+
+
+def _names(k: int) -> list[Treatment]:
+    return [Treatment("s", f"strategy {number}", "ack", "bernoulli", 0.1, ()) for number in range(k)]
+
+
+def _column(times: Array, completed: Array, repeats: Sequence[int]) -> dict[Treatment, Contender]:
+    return {
+        name: Contender(dict(enumerate(times[:n, at])), dict(enumerate(completed[:n, at])))
+        for at, (name, n) in enumerate(zip(_names(len(repeats)), repeats, strict=True))
+    }
+
+
 def error_rate(shape: str, case: str, n: int, success: float, n_studies: int, seed: int = 1) -> ErrorRate:
     """Simulate studies of seven equal strategies, and count those in which two are told apart, in success or in time.
 
@@ -122,28 +150,50 @@ def error_rate(shape: str, case: str, n: int, success: float, n_studies: int, se
         n_studies: how many are made up.
         seed: of all draws.
     """
-    behind = CASES[case]
-    k = EQUAL + len(behind)
+    k = EQUAL + len(CASES[case])
     draws = np.random.Generator(np.random.Philox([seed, k, n, round(1000 * success), len(shape)]))
-    spreads = np.array([0.01, 0.01, 0.03, 0.03, 0.1, 0.1, 0.1, *([0.03] * len(behind))])
-    names = [Treatment("s", f"strategy {number}", "ack", "bernoulli", 0.1, ()) for number in range(k)]
     told = 0
     for _ in range(n_studies):
-        if shape == "unequal spreads":
-            times = 1.0 + spreads * draws.normal(size=(n, k)) + draws.normal(0.0, 0.03, (n, 1))
-        else:
-            times = SHAPES[shape](draws, n)[:, None] * 0.5 + 0.5 * SHAPES[shape](draws, n * k).reshape(n, k)
-        times[:, EQUAL:] += behind
-        completed = draws.random((n, k)) < success
-        times = np.where(completed, np.minimum(times, HORIZON), HORIZON)
-        column = {
-            name: Contender(dict(enumerate(times[:, at])), dict(enumerate(completed[:, at].astype(float))))
-            for at, name in enumerate(names)
-        }
-        family = family_of([column])
-        pairs = [frozenset(pair) for pair in combinations(names[:EQUAL], 2)]
+        times, completed = _drawn(draws, shape, (n, k), CASES[case], success)
+        family = family_of([_column(times, completed, [n] * k)])
+        pairs = [frozenset(pair) for pair in combinations(_names(k)[:EQUAL], 2)]
         told += min(of[pair] for of in (family.of_metric, family.of_success) for pair in pairs) < SIGNIFICANT
     return ErrorRate(shape, case, n, success, told / n_studies)
+
+
+def race_error(shape: str, equal: int, behind: Sequence[float], budget: int, n_studies: int, seed: int = 1) -> float:
+    """Share of simulated races with a wrong statement.
+
+    A statement is wrong if an equal best strategy is beaten, if a certain winner is more than 3 % behind, or if the
+    interval of the lead misses it.
+
+    Args:
+        shape: of the times, as for ``error_rate``.
+        equal: number of the best strategies.
+        behind: how far the others are behind.
+        budget: most runs of a race.
+        n_studies: how many races are made up.
+        seed: of all draws.
+    """
+    k, wrong = equal + len(behind), 0
+    draws = np.random.Generator(np.random.Philox([seed, k, budget, len(shape)]))
+    names, truth = [name.strategy for name in _names(k)], [1.0] * equal + [1.0 + far for far in behind]
+    for _ in range(n_studies):
+        times, completed = _drawn(draws, shape, (budget // 2, k), behind, 1.0)
+        race, made = Race([(0.1, name) for name in names], CORE_METRICS[0], 0.03), 0
+        while race.advance(budget - made):
+            made = sum(race.repeats.values())
+            race.look([_column(times, completed, list(race.repeats.values()))], {0.1: []})
+        line = race.lines[0.1]
+        left = {rank.strategy for rank in line.ranks if rank.among_best}
+        winner = truth[names.index(str(line.winner))]
+        lead = min(1.0 - winner / time for name, time in zip(names, truth, strict=True) if name != line.winner)
+        wrong += (
+            not left >= set(names[:equal])
+            or (line.certain and winner > 1.03)
+            or not line.lead_low - 0.001 <= lead <= line.lead_high + 0.001
+        )
+    return wrong / n_studies
 
 
 def coverages(n_studies: int) -> Iterator[Coverage]:

@@ -20,7 +20,7 @@ from missions.lower_bound import Rounds, least_time_s
 from missions.runs.assembly import actual
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario
-from missions.scenarios.parts import importable, strategy_named
+from missions.scenarios.parts import entrants, strategy_named
 from missions.statistics import Interval, NoInterval, difference_interval
 from missions.sweeps.driver import ReportProgress, sweep
 from missions.sweeps.folder import SweepResults
@@ -29,7 +29,6 @@ from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study
 from remoras.database import VehicleData
 from remoras.decision_timeout import MOST_CPU_S
-from remoras.errors import PluginError
 from remoras.plugins import named_object
 
 LONGEST_RUN_S = 600.0  # wall-clock limit of a run (s); runs take a few seconds, so a longer one hangs
@@ -178,18 +177,11 @@ class Contest:
         Raises PluginError for an unavailable strategy, OutputError for more repeats than the suite has,
         ConfigurationError if a scenario does not allow a case.
         """
-        named = []
-        for reference in strategies:
-            try:
-                named.append(importable(reference))
-                strategy_named(named[-1])
-            except PluginError as error:
-                raise PluginError(f'--strategy "{reference}": allowed: {error}') from error
+        chosen = entrants(strategies)
         most = suite.about.repeats
         n = most if repeats is None else repeats
         if n > most:
             raise OutputError(f"--repeats {n}: allowed: 1 to {most}, as {suite.about.name} has")
-        chosen = tuple(dict.fromkeys(named))
         return cls(suite, chosen, n, suite.study(chosen, n, WATCHED))
 
     def make(self, folder: Path, jobs: int, progress: ReportProgress | None = None) -> None:

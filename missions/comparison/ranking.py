@@ -106,20 +106,24 @@ def family_of(columns: Sequence[Column]) -> Family:
     ]
     if not pairs:
         return Family({}, {})
-    of_metric = {treatment: _across(it.values, it.constant, repeats) for treatment, it in own.items()}
-    of_success = {treatment: _across(it.success, it.constant, repeats) for treatment, it in own.items()}
-    differences = [_differences(rows[first], rows[other]) for rows in (of_metric, of_success) for first, other in pairs]
+    of_metric = {treatment: across(it.values, it.constant, repeats) for treatment, it in own.items()}
+    of_success = {treatment: across(it.success, it.constant, repeats) for treatment, it in own.items()}
+    differences = [
+        differences_of(rows[first], rows[other]) for rows in (of_metric, of_success) for first, other in pairs
+    ]
     p = step_down_p(np.array(differences).T)
     # The first half of the p values is for the metric, the second for success, in the order of pairs.
     names = [frozenset(pair) for pair in pairs]
     return Family(dict(zip(names, p[: len(names)], strict=True)), dict(zip(names, p[len(names) :], strict=True)))
 
 
-def _across(values: Mapping[int, float], constant: bool, repeats: Sequence[int]) -> Array:
+def across(values: Mapping[int, float], constant: bool, repeats: Sequence[int]) -> Array:
+    """Values in these repeats, NaN for a missing one; a constant value stands for all."""
     return np.array([*values.values()] * len(repeats) if constant else [values.get(r, np.nan) for r in repeats])
 
 
-def _differences(ours: Array, theirs: Array) -> Array:
+def differences_of(ours: Array, theirs: Array) -> Array:
+    """Differences by repeat, 0 for missing ones and for rounding."""
     differences: Array = np.nan_to_num(ours - theirs)
     # Equal runs may differ by rounding, and a sign test ignores how little.
     noise = ROUNDING * float(np.nanmax(np.abs([ours, theirs]), initial=0.0))
@@ -128,20 +132,25 @@ def _differences(ours: Array, theirs: Array) -> Array:
 
 def ranks(results: SweepResults, metric: str) -> list[Rank]:
     """Rank strategies and policies under each condition; raises OutputError without results or direction."""
-    check_name("--metric", metric, results.metrics)
-    declared = results.metrics[metric]
-    better = declared.better
-    if better is Better.NEITHER:
-        why = "neither higher nor lower is better"
-        raise OutputError(f"--metric {metric!r}: cannot be ranked, {why}; allowed are {', '.join(results.ranked)}")
+    declared = rankable(metric, results.metrics)
     columns = columns_of(treatments_of(results), declared, results.metrics[SUCCESS])
     family = family_of(columns)
     return [
         rank
         for column in columns
         if (contenders := without(column, results.bounds))
-        for rank in column_ranks(contenders, family, metric, better)
+        for rank in column_ranks(contenders, family, declared)
     ]
+
+
+def rankable(name: str, metrics: Mapping[str, Metric]) -> Metric:
+    """Return a metric with a preferred direction; raise OutputError for another one, with the allowed names."""
+    check_name("--metric", name, metrics)
+    if (metric := metrics[name]).better is Better.NEITHER:
+        why = "neither higher nor lower is better"
+        allowed = ", ".join(name for name, known in metrics.items() if known.better is not Better.NEITHER)
+        raise OutputError(f"--metric {name!r}: cannot be ranked, {why}; allowed are {allowed}")
+    return metric
 
 
 def columns_of(
@@ -161,11 +170,11 @@ def without(column: Column, bounds: Collection[str]) -> Column:
     return {treatment: own for treatment, own in column.items() if treatment.strategy not in bounds}
 
 
-def column_ranks(column: Column, family: Family, metric: str, better: Better) -> list[Rank]:
-    """Ranks of one column; ``better`` is HIGHER or LOWER."""
-    sign = -1.0 if better is Better.HIGHER else 1.0
+def column_ranks(column: Column, family: Family, metric: Metric, level: float = SIGNIFICANT) -> list[Rank]:
+    """Ranks of one column by tests at ``level``; higher or lower values of the metric are better."""
+    sign = -1.0 if metric.better is Better.HIGHER else 1.0
     means = {treatment: plain.fmean(own.values.values()) for treatment, own in column.items()}
-    behind = of_less_success(column, family)
+    behind = of_less_success(column, family, level)
     scores = {
         treatment: (1.0 - own.success_rate if treatment in behind else -1.0, sign * means[treatment])
         for treatment, own in column.items()
@@ -178,14 +187,14 @@ def column_ranks(column: Column, family: Family, metric: str, better: Better) ->
         ranks.append(
             Rank(
                 **treatment.columns(),
-                metric=metric,
+                metric=metric.name,
                 n=len(column[treatment].values),
                 success_rate=column[treatment].success_rate,
                 mean=means[treatment],
                 rank=sum(other < score for other in scores.values())
                 + (1 + sum(other == score for other in scores.values())) / 2,
                 p_to_best=p,
-                among_best=treatment not in behind and (score == scores[best] if p is None else p >= SIGNIFICANT),
+                among_best=treatment not in behind and (score == scores[best] if p is None else p >= level),
                 unequal_success=treatment in behind,
                 deterministic=column[treatment].constant,
             )
@@ -193,7 +202,7 @@ def column_ranks(column: Column, family: Family, metric: str, better: Better) ->
     return ranks
 
 
-def of_less_success(column: Column, family: Family) -> frozenset[Treatment]:
+def of_less_success(column: Column, family: Family, level: float = SIGNIFICANT) -> frozenset[Treatment]:
     """Treatments significantly below the highest success rate of a column."""
     highest = max(own.success_rate for own in column.values())
     best = [treatment for treatment, own in column.items() if own.success_rate == highest]
@@ -202,7 +211,7 @@ def of_less_success(column: Column, family: Family) -> frozenset[Treatment]:
         for treatment, own in column.items()
         if own.success_rate < highest
         # Deterministic pairs are not tested: their difference is certain, hence p = 0.
-        and min(family.of_success.get(frozenset((treatment, other)), 0.0) for other in best) < SIGNIFICANT
+        and min(family.of_success.get(frozenset((treatment, other)), 0.0) for other in best) < level
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -209,3 +209,15 @@ def strategy_named(name: str) -> Strategy:
     refuse("a strategy", faults_of_strategy(loaded))
     strategy: Strategy = loaded
     return strategy
+
+
+def entrants(references: Iterable[str]) -> tuple[str, ...]:
+    """Return strategies named by ``--strategy`` as scenarios store them, each once; PluginError if unavailable."""
+    named = []
+    for reference in references:
+        try:
+            named.append(importable(reference))
+            strategy_named(named[-1])
+        except PluginError as error:
+            raise PluginError(f'--strategy "{reference}": allowed: {error}') from error
+    return tuple(dict.fromkeys(named))

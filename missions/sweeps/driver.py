@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -63,17 +63,18 @@ def sweep(
     executor: Executor | None = None,
     progress: ReportProgress | None = None,
     timeout_s: float | None = None,
-    memory_mb: int | None = None,
     accept_code: bool = False,
     retry_failed: bool = False,
+    repeats_of: Sequence[int] | None = None,
 ) -> SweepStatus:
     """Make the runs of a study that its folder lacks; return the status. After an interruption the same call resumes.
 
     Args:
         cluster: address of a Dask scheduler that replaces local processes.
         executor: other executor with ``jobs`` processes.
-        timeout_s, memory_mb: limits of every run, which fails beyond them; a timeout needs local processes.
+        timeout_s: limit (s) of every run, which fails beyond it; needs local processes.
         accept_code: resume a folder of other code.
+        repeats_of: repeats of each configuration, at most those of the study; None for all.
 
     Raises:
         PartlyDoneError: the engine was lost or the disk is full; the same call resumes.
@@ -83,7 +84,7 @@ def sweep(
         raise OutputError(
             f"--timeout-s {timeout_s:g}: only processes of this machine can be ended; leave --cluster out"
         )
-    plan = SweepPlan(study)
+    plan = SweepPlan(study, repeats_of)
     try:
         opened = SweepFolder(folder, plan, accept_code, retry_failed)
     except DiskFullError as error:
@@ -91,7 +92,7 @@ def sweep(
     try:
         if next(plan.missing(opened.summaries), None) is not None:
             with _engine(jobs, cluster, executor, timeout_s) as (engine, n_processes):
-                _drive(engine, n_processes, plan, opened, progress, memory_mb)
+                _drive(engine, n_processes, plan, opened, progress)
         opened.compact()
     except WorkersCannotStart as error:
         raise OutputError(f"no worker can start: {error}") from None
@@ -136,7 +137,6 @@ def _drive(
     plan: SweepPlan,
     folder: SweepFolder,
     progress: ReportProgress | None,
-    memory_mb: int | None,
 ) -> None:
     schedule, summaries, code = plan.schedule, folder.summaries, short(fingerprint())
     n_lacking = {number: len(schedule.lacking(number, summaries)) for number in range(len(schedule.labels))}
@@ -145,7 +145,7 @@ def _drive(
     while waiting or busy:
         while waiting and len(busy) < AHEAD * n_processes:
             tasks = waiting.popleft()
-            busy[executor.submit(run_checked, code, memory_mb, tasks)] = tasks
+            busy[executor.submit(run_checked, code, tasks)] = tasks
         ready, _ = wait(busy, return_when=FIRST_COMPLETED)
         finished: list[FinishedRun] = []
         ended = [busy.pop(future) for future in ready]

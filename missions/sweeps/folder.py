@@ -23,7 +23,7 @@ from pydantic import BaseModel
 from missions.disk import drafted, lock, synced, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError, writing
 from missions.files import is_named, leaves, shown, toml_value
-from missions.metric import NOT_APPLICABLE, TAKEN, Better, Metric
+from missions.metric import NOT_APPLICABLE, TAKEN, Metric
 from missions.sweeps.code import fingerprint, references, short
 from missions.sweeps.ledger import (
     DONE,
@@ -181,11 +181,6 @@ class SweepResults:
             and all(settings.get(key, value) == value for key, value in label.settings if isinstance(value, str))
         ]
         return list(dict.fromkeys(texts))
-
-    @property
-    def ranked(self) -> tuple[str, ...]:
-        """Metrics with a preferred direction."""
-        return tuple(name for name, metric in self.metrics.items() if metric.better in (Better.HIGHER, Better.LOWER))
 
     @cached_property  # the whole ledger
     def lines(self) -> dict[str, Line]:

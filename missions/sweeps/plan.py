@@ -109,12 +109,14 @@ class RunSchedule:
     """Keys of the runs of a study, sufficient for its progress without scenarios.
 
     A run without a value of the stopping rule's metric counts with its duration if the metric is censored.
+    ``repeats_of`` has the repeats of each configuration; None for those of the study.
     """
 
     version: str
     file: StudyFile
     labels: tuple[ConfigurationLabel, ...]
     metrics: Mapping[str, Metric] = field(default_factory=dict)
+    repeats_of: Sequence[int] | None = None
 
     def key(self, number: int, repeat: int) -> str:
         """Return the key of a repeat of a configuration."""
@@ -145,8 +147,8 @@ class RunSchedule:
 
     def _demanded(self, number: int, summaries: Summaries) -> int:
         rule = self.file.stopping
-        if rule is None:
-            return self.file.study.repeats
+        if rule is None or self.repeats_of is not None:
+            return self.file.study.repeats if self.repeats_of is None else self.repeats_of[number]
         values: list[float | None] = []
         for repeat in range(rule.maximum):
             # Repeats count up to the first gap, so that the order in which runs finish does not matter.
@@ -177,15 +179,16 @@ class RunSchedule:
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """Runs of a study."""
+    """Runs of a study; ``repeats_of`` as in ``RunSchedule``."""
 
     study: Study
+    repeats_of: Sequence[int] | None = None
 
     @cached_property  # each configuration as JSON
     def schedule(self) -> RunSchedule:
         """Keys of the runs."""
         labels = map(ConfigurationLabel.of, self.study.configurations)
-        return RunSchedule(__version__, self.study.file, tuple(labels), self.study.metrics)
+        return RunSchedule(__version__, self.study.file, tuple(labels), self.study.metrics, self.repeats_of)
 
     def task(self, number: int, repeat: int) -> RunTask:
         """Return a repeat of a configuration, ready to run."""

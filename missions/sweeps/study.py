@@ -33,7 +33,7 @@ from missions.scenarios import Scenario, load
 from missions.scenarios.channel import is_left_aside
 from missions.scenarios.explanations import explanations_of
 from missions.scenarios.loading import scenario_from
-from missions.scenarios.parts import METRICS, importable, metric_named, strategy_named, with_files_found
+from missions.scenarios.parts import METRICS, entrants, importable, metric_named, with_files_found
 from missions.sweeps.factorial import HIGH
 from missions.sweeps.study_file import (
     LISTS,
@@ -49,9 +49,6 @@ from missions.sweeps.study_file import (
 )
 from remoras.errors import PluginError
 from worldmodel import suggestion
-
-OPTION = "--strategy"
-
 
 Settings = tuple[StudySetting, ...]
 FAULT = "fault"  # scenario key of the faults of a run
@@ -197,7 +194,7 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
 
     ``name_or_path`` is a shipped study, see ``shipped_studies``, or a TOML file. ``strategies`` are added: shipped
     names, ``package.module:object`` or ``file.py:object``. Raises ConfigurationError with all malformed values; else
-    all faults between tables; else all faults of configurations.
+    all faults between tables; else all faults of configurations. Raises PluginError for an unavailable strategy.
     """
     return study_of(Document.read(name_or_path, shipped_studies(), STUDY), strategies)
 
@@ -206,8 +203,8 @@ def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
     """Resolve the study of a document; see ``load_study``."""
     folder = Path(document.path).parent
     file = document.values(StudyFile, with_files_found(document.raw, folder))
-    file, unknown = _with_strategies(file, strategies, folder)
-    between = [*faults_between(file), *unknown]
+    file = _with_strategies(file, strategies, folder)
+    between = list(faults_between(file))
     file, own, no_metrics = _with_own_metrics(file, folder)
     if faults := [*between, *no_metrics]:
         raise document.error(faults)
@@ -217,28 +214,19 @@ def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
         of_metrics += _metric_faults(file, metrics)
     if faults or of_metrics:
         raise document.error([*faults, *of_metrics])
-    text = "".join(f"# {OPTION} {name}\n" for name in strategies) + document.text
+    text = "".join(f"# --strategy {name}\n" for name in strategies) + document.text
     named = {metric.name: None for part in configurations for metric in own_metrics(part.scenario).values()}
     return Study(text, file, tuple(configurations), metrics, tuple(named))
 
 
-def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tuple[StudyFile, list[ConfigurationFault]]:
+def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> StudyFile:
     if not added:
-        return file, []
+        return file
     listed: Iterable[str] = file.study.strategies or ()
     if file.study.strategies is None:
         sources = (_source(name, folder, shipped()) for name in file.study.scenario)
         listed = dict.fromkeys(load(source).strategy.name for source in sources if source is not None)
-    strategies, faults = list(listed), []
-    for strategy in added:
-        try:
-            name = importable(strategy)
-            strategy_named(name)
-        except PluginError as error:
-            faults.append(ConfigurationFault(OPTION, f'"{strategy}"', str(error)))
-        else:
-            strategies += [] if name in strategies else [name]
-    return _designed(file, strategies=tuple(strategies)), faults
+    return _designed(file, strategies=(*listed, *(name for name in entrants(added) if name not in listed)))
 
 
 def _designed(file: StudyFile, **changes: Any) -> StudyFile:

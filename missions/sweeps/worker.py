@@ -31,22 +31,13 @@ if TYPE_CHECKING:
     from missions.sweeps.study import Study
 
 
-try:
-    import resource
-except ImportError:  # Windows has no such limits
-    resource = None  # type: ignore[assignment]
-
-
-def run_checked(code: str, memory_mb: int | None, tasks: Sequence[RunTask]) -> list[FinishedRun]:
-    """Execute equal runs within a memory limit, if any; a raising run fails, other code raises ClusterError."""
+def run_checked(code: str, tasks: Sequence[RunTask]) -> list[FinishedRun]:
+    """Execute equal runs; a raising run fails, other code raises ClusterError."""
     if short(fingerprint()) != code:
         raise ClusterError(
             f"worker {platform.node()} has other sources, Python, Mesa or NumPy than the sweep (its remoras is version "
             f"{__version__}): install the same"
         )
-    if memory_mb is not None and resource is not None:
-        limit = memory_mb * 2**20
-        resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.getrlimit(resource.RLIMIT_DATA)[1]))
     return run_tasks(tasks)
 
 

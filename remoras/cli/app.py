@@ -30,7 +30,7 @@ GROUPS = {
         "verify": "results",
     },
     "Compare": {
-        "sweep": "sweeps", "compare": "sweeps", "benchmark": "benchmark", "exchange-study": "exchange",
+        "sweep": "sweeps", "compare": "sweeps", "race": "race", "benchmark": "benchmark", "exchange-study": "exchange",
     },
     "Extend": {"new": "new", "check": "benchmark"},
     "Vehicles at sea": {"sea": "exchange", "node": "nodes", "swarm": "nodes"},

@@ -70,10 +70,6 @@ def sweep(
         float | None,
         typer.Option(min=0.001, metavar="SECONDS", help="Time limit of a run; a longer one fails; default: none."),
     ] = None,
-    memory_mb: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="MB", help="Memory limit of a run; a larger one counts as failed; default: none."),
-    ] = None,
     verified: Annotated[
         int | None, typer.Option("--verify", min=1, metavar="K", help="Repeat K finished runs and compare the results.")
     ] = None,
@@ -111,7 +107,6 @@ def sweep(
                 cluster,
                 progress=progress.of,
                 timeout_s=timeout_s,
-                memory_mb=memory_mb,
                 accept_code=accept_code,
                 retry_failed=retry_failed,
             )

@@ -15,6 +15,7 @@ LONG, WORDS = "x" * 10_000, "'" + "many words " * 1000 + "'"
 AGO = (datetime.now(UTC) - timedelta(hours=10)).isoformat()
 MINE, NODE, PATCHES = "run mapping-rendezvous", "node mapping-rendezvous AUV00", "run mapping-patches"
 SWARM, BENCHMARK = "swarm mapping-rendezvous", "benchmark fathom-2 --strategy cbba"
+RACE = "race mapping-rendezvous"
 NO_JSON = ("new", "plot", "replay", "live")
 WRONG = [
     ("frobnicate", "No such command 'frobnicate'; see: remoras --help"),
@@ -44,6 +45,14 @@ WRONG = [
     ("sweep --out nowhere --status", "no results of a sweep"),
     ("compare nowhere", "no results of a sweep"),
     ("compare . goal_fraction", r"\(goal_fraction\); see: remoras compare --help"),
+    ("race nowhere", "a TOML file or one of arrows-archaeology, "),
+    (f"{RACE} --only --strategy cbba", "--strategy cbba: a race takes at least two strategies"),
+    (f"{RACE} --strategy cbb", '--strategy "cbb": allowed: cbba, '),
+    (f"{RACE} --strategy oracle", "--strategy oracle: an upper bound"),
+    (f"{RACE} --per 0.2,1.5", r"--per .channel.per. = 1.5: input should be less than 1"),
+    (f"{RACE} --budget 79", "--budget 79: allowed: 80 runs or more, 8 of each strategy at each loss"),
+    (f"{RACE} --time soon", "--time soon: allowed: a duration as 90s, 2m or 1h"),
+    (f"{RACE} --metric mission_time", "--metric 'mission_time': allowed are .*did you mean 'mission_time_s'"),
     ("plot nowhere", r"no results of a run .* nor of a sweep \(study.json is missing\)"),
     ("query nowhere 'ASK {}'", "no results of a run"),
     ("export nowhere --format csv", "no results of a run"),

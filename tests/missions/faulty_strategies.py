@@ -37,12 +37,4 @@ class Endless(Remoras):
                 continue
 
 
-@dataclass(frozen=True)
-class Greedy(Remoras):
-    name: str = "greedy"
-
-    def form(self, fleet_data, groups):
-        return bytearray(4 * 2**30)
-
-
-RAISING, KILLING, ENDLESS, GREEDY = Raising(), Killing(), Endless(), Greedy()
+RAISING, KILLING, ENDLESS = Raising(), Killing(), Endless()

@@ -10,8 +10,9 @@ import pytest
 from sweeping import environment, study_text, written
 
 import remoras
-from missions.errors import ConfigurationError, StudyChangedError
+from missions.errors import StudyChangedError
 from missions.sweeps import SweepResults, load_study, sweep
+from remoras.errors import PluginError
 
 OWN = """
 from dataclasses import dataclass
@@ -102,9 +103,9 @@ def test_invalid_strategy_file_is_refused_by_name(tmp_path: Path, given: str, ex
     for name in ("statistics.py", "two-words.py"):
         (tmp_path / name).write_text(OWN, encoding="utf-8")
     own = given.replace("FILE", str(own_file(tmp_path))).replace("FOLDER", str(tmp_path))
-    with pytest.raises(ConfigurationError) as caught:
+    with pytest.raises(PluginError) as caught:
         load_study(str(written(tmp_path, SMALL)), [own])
-    assert f'--strategy = "{own}": ' in str(caught.value)
+    assert f'--strategy "{own}": allowed: ' in str(caught.value)
     assert expected in str(caught.value)
 
 

@@ -18,7 +18,7 @@ from missions.comparison.baseline import compare
 from missions.comparison.ranking import Contender, column_ranks, family_of, mean_ranks, ranks
 from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
-from missions.metric import Better
+from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.folder import SweepFolder, SweepResults
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan
@@ -53,7 +53,7 @@ def ranked(values: dict[str, list[float]], done: dict[str, list[float]] | None =
         )
         for name, own in values.items()
     }
-    return {rank.strategy: rank for rank in column_ranks(column, family_of([column]), "m", Better.LOWER)}
+    return {rank.strategy: rank for rank in column_ranks(column, family_of([column]), CORE_METRICS[0])}
 
 
 def row_of(rows: list[Comparison], policy: str, metric: str = "mission_time_s") -> Comparison:

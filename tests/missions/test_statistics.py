@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from benchmarks.intervals import SHAPES, coverage, error_rate
+from benchmarks.intervals import SHAPES, coverage, error_rate, race_error
 from missions.comparison.ranking import Contender, column_ranks, family_of
 from missions.comparison.treatments import Treatment
 from missions.meeting.sequential_tests import sequential_verdict
-from missions.metric import Better
+from missions.runs.metrics import CORE_METRICS
 from missions.statistics import (
     FEW,
     MANY,
@@ -103,6 +103,16 @@ def test_equal_strategies_are_rarely_distinguished(shape: str, case: str, succes
     assert error_rate(shape, case, 8, success, 400).told <= 0.06 + 2 * 0.011
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("shape", "equal", "behind"),
+    [("normal", 5, (0.4, 1.2)), ("one in ten slow", 4, (0.4, 1.2)), ("unequal spreads", 1, (0.035, 0.035, 0.4))],
+)
+def test_races_rarely_state_what_is_wrong(shape: str, equal: int, behind: tuple[float, ...]) -> None:
+    """At most 6 %, and two spreads of 100 races (2.4 %), over all looks of a race."""
+    assert race_error(shape, equal, behind, 100, 100) <= 0.06 + 2 * 0.024
+
+
 def test_common_shift_of_a_repeat_and_unit_change_no_p_value() -> None:
     """A common shift of a repeat and the unit of the metric change no p."""
     values = draws(3).normal(size=(8, 3))
@@ -113,7 +123,7 @@ def test_common_shift_of_a_repeat_and_unit_change_no_p_value() -> None:
             name: Contender(dict(enumerate(of[:, at])), dict.fromkeys(range(8), 1.0)) for at, name in enumerate(names)
         }
         family = family_of([column])
-        for rank in column_ranks(column, family, "m", Better.LOWER):
+        for rank in column_ranks(column, family, CORE_METRICS[0]):
             assert rank.p_to_best is None or rank.p_to_best in family.of_metric.values()
         return dict(family.of_metric)
 

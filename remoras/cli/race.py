@@ -1,0 +1,137 @@
+"""Command that finds the best strategy for a scenario: race."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
+from dataclasses import asdict
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from remoras.cli import completion
+from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, command, fail, show
+from remoras.cli.runs import ScenarioName, Seed
+from remoras.cli.sweeps import PARTLY_DONE
+from remoras.process import Progress
+
+if TYPE_CHECKING:
+    from missions.comparison.race import RaceLine
+
+RUNS_PER_LOSS, MOST_PER_LOSS = 150, 2000  # default budget, without and with --time
+TIME = re.compile(r"(\d+(?:\.\d+)?)([smh]?)")
+
+
+@command("race", "remoras race mapping-rendezvous --strategy mine.py:MINE --per 0,0.4,0.8 --jobs 2")
+def race(
+    scenario: ScenarioName,
+    strategies: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--strategy",
+            metavar="NAME",
+            autocompletion=completion.strategy,
+            help="Strategy that races against the shipped ones: mine.py:MINE or package.module:object.",
+        ),
+    ] = None,
+    only: Annotated[bool, typer.Option("--only", help="Race the strategies of --strategy alone.")] = False,
+    per: Annotated[
+        str | None,
+        typer.Option(metavar="RATE,RATE", help="Packet error rates, each 0 to below 1; default: that of the scenario."),
+    ] = None,
+    within: Annotated[
+        float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Stop at a winner surely as near to the best.")
+    ] = 0.03,
+    budget: Annotated[
+        int | None, typer.Option(min=1, metavar="RUNS", help=f"Maximum runs; default: {RUNS_PER_LOSS} for each loss.")
+    ] = None,
+    time: Annotated[
+        str | None,
+        typer.Option(metavar="TIME", help="Maximum duration after the first look, as 90s, 2m or 1h; default: none."),
+    ] = None,
+    metric: Annotated[str, typer.Option(metavar="METRIC", help="Field of the summary to rank by.")] = "mission_time_s",
+    seed: Seed = 1,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for the runs; the same folder resumes a race.")
+    ] = None,
+    jobs: Jobs = N_JOBS,
+    as_json: Json = False,
+) -> None:
+    """Find the best strategy for a scenario: drop beaten ones until one is surely within 3 % of the best."""
+    from missions.files import SCENARIO, file_of, shipped
+
+    file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
+    from missions.comparison.race import race as raced
+    from missions.comparison.race import race_study
+    from missions.scenarios import load
+    from missions.scenarios.parts import entrants
+    from missions.sweeps.driver import PartlyDoneError
+    from remoras.strategies import bounds
+    from remoras.strategies import strategies as known
+
+    rates = list(dict.fromkeys(per.split(","))) if per is not None else []
+    for rate in rates:
+        load(scenario, [("--per", f"channel.per={rate}")])
+    own = entrants(strategies or ())
+    if ranked := sorted(bounds() & set(own)):
+        fail(f"--strategy {ranked[0]}: an upper bound, which no strategy can reach; leave it out")
+    others = () if only else [name for name in known() if name not in {*bounds(), *own}]
+    limit_s = _seconds(time)
+    runs = budget or (RUNS_PER_LOSS if limit_s is None else MOST_PER_LOSS) * max(1, len(rates))
+    study = race_study(scenario, [*others, *own], [float(rate) for rate in rates], seed, runs)
+    with TemporaryDirectory() if out is None else nullcontext(str(out)) as folder:
+        with Progress(f"race {scenario}", 1, "runs") as progress:
+            try:
+                lines = raced(study, Path(folder), runs, within, metric, jobs, limit_s, progress.of)
+            except PartlyDoneError as error:
+                kept = "" if out is None else f"; finished runs are kept in {out}, the same command resumes"
+                fail(f"{error}{kept}", PARTLY_DONE)
+        failed = list(_failures(Path(folder)))
+    show([asdict(line) for line in lines], as_json, _race_lines(lines, metric, within))
+    if failed:
+        print(*[f"remoras: {line}" for line in failed], sep="\n", file=sys.stderr)
+        raise typer.Exit(FAILED)
+
+
+def _seconds(text: str | None) -> float | None:
+    if text is None:
+        return None
+    if not (found := TIME.fullmatch(text)):
+        fail(f"--time {text}: allowed: a duration as 90s, 2m or 1h")
+    return float(found[1]) * {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}[found[2]]
+
+
+def _failures(folder: Path) -> Iterator[str]:
+    from missions.sweeps.folder import SweepResults
+
+    failed: dict[str, list[str]] = {}
+    for line in SweepResults.read(folder).lines.values():
+        if line["error"]:
+            failed.setdefault(line["summary"]["strategy"], []).append(line["error"].strip().splitlines()[-1])
+    for name, errors in failed.items():
+        yield f"{len(errors)} runs of {name} failed and count as not completed: {errors[0]}"
+
+
+def _race_lines(lines: Sequence[RaceLine], metric: str, within: float) -> Iterator[str]:
+    yield f"Best by {metric}; all statements of a line hold with 95 % confidence."
+    rows = [("per", "winner", "lead over the next [95 %]", "certainty", "not decided", "runs", "CPU s")]
+    for line in lines:
+        lead = None if line.lead is None else f"{line.lead:+.1%} [{line.lead_low:+.1%}, {line.lead_high:+.1%}]"
+        certain = (
+            f"within {within:.3g} of the best" if line.certain else f"at most {max(0.0, -line.lead_low):.1%} behind"
+        )
+        named = f"{line.per:g}", line.winner or "none: no run completes", f"{lead} {line.runner_up}" if lead else "-"
+        rows.append((*named, certain, ", ".join(line.undecided) or "-", f"{line.runs}", f"{line.cpu_s:.0f}"))
+    yield from aligned(rows, (5, 6))
+    for line in lines:
+        yield f"\nper {line.per:g}"
+        ranks = [("strategy", "n", "completed", "mean", "p", "")]
+        for own in line.ranks:
+            p = "-" if own.p_to_best is None else f"{own.p_to_best:.2g}"
+            counts = f"{own.n}", f"{own.success_rate:.0%}", f"{own.mean:.4g}", p
+            ranks.append((own.strategy, *counts, "" if own.among_best else "beaten"))
+        yield from aligned(ranks, (1, 2, 3))
