@@ -232,6 +232,11 @@ def main() -> None:
     print("\n| others | times | n | success | two of seven equal told apart |\n|---|---|---|---|---|")
     for error in errors:
         print(f"| {error.case} | {error.shape} | {error.n} | {100 * error.success:g} % | {100 * error.told:.1f} % |")
+    print("\n| others | times | races | with a wrong statement |\n|---|---|---|---|")
+    for shape in ("normal", "one in ten slow"):
+        n_races = max(1, given.studies // 4)
+        wrong = 100.0 * race_error(shape, EQUAL, CASES["two far behind"], 200, n_races)
+        print(f"| two far behind | {shape} | {n_races} | {wrong:.1f} % |")
 
 
 if __name__ == "__main__":

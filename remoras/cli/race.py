@@ -38,20 +38,25 @@ def race(
             help="Strategy that races against the shipped ones: mine.py:MINE or package.module:object.",
         ),
     ] = None,
-    only: Annotated[bool, typer.Option("--only", help="Race the strategies of --strategy alone.")] = False,
+    only: Annotated[bool, typer.Option("--only", help="Race only the strategies named by --strategy.")] = False,
     per: Annotated[
         str | None,
         typer.Option(metavar="RATE,RATE", help="Packet error rates, each 0 to below 1; default: that of the scenario."),
     ] = None,
     within: Annotated[
-        float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Stop at a winner surely as near to the best.")
+        float,
+        typer.Option(
+            min=0.0, max=1.0, metavar="SHARE", help="Stop at a winner that is surely within this share of the best."
+        ),
     ] = 0.03,
     budget: Annotated[
         int | None, typer.Option(min=1, metavar="RUNS", help=f"Maximum runs; default: {RUNS_PER_LOSS} for each loss.")
     ] = None,
     time: Annotated[
         str | None,
-        typer.Option(metavar="TIME", help="Maximum duration after the first look, as 90s, 2m or 1h; default: none."),
+        typer.Option(
+            metavar="TIME", help="Maximum duration, as 90s, 2m or 1h, once each strategy has 8 runs; default: none."
+        ),
     ] = None,
     metric: Annotated[str, typer.Option(metavar="METRIC", help="Field of the summary to rank by.")] = "mission_time_s",
     seed: Seed = 1,
@@ -118,20 +123,28 @@ def _failures(folder: Path) -> Iterator[str]:
 
 def _race_lines(lines: Sequence[RaceLine], metric: str, within: float) -> Iterator[str]:
     yield f"Best by {metric}; all statements of a line hold with 95 % confidence."
-    rows = [("per", "winner", "lead over the next [95 %]", "certainty", "not decided", "runs", "CPU s")]
+    rows = [("per", "winner", "lead over the next, % [95 %]", "certainty", "not decided", "runs", "CPU s")]
     for line in lines:
-        lead = None if line.lead is None else f"{line.lead:+.1%} [{line.lead_low:+.1%}, {line.lead_high:+.1%}]"
         certain = (
-            f"within {within:.3g} of the best" if line.certain else f"at most {max(0.0, -line.lead_low):.1%} behind"
+            f"within {100.0 * within:g}" if line.certain else f"only within {100.0 * max(0.0, -line.lead_low):.1f}"
         )
-        named = f"{line.per:g}", line.winner or "none: no run completes", f"{lead} {line.runner_up}" if lead else "-"
-        rows.append((*named, certain, ", ".join(line.undecided) or "-", f"{line.runs}", f"{line.cpu_s:.0f}"))
+        named = f"{line.per:g}", line.winner or "none: no run completes", _lead(line)
+        rows.append(
+            (*named, f"{certain} % of the best", ", ".join(line.undecided) or "-", f"{line.runs}", f"{line.cpu_s:.0f}")
+        )
     yield from aligned(rows, (5, 6))
     for line in lines:
         yield f"\nper {line.per:g}"
         ranks = [("strategy", "n", "completed", "mean", "p", "")]
         for own in line.ranks:
             p = "-" if own.p_to_best is None else f"{own.p_to_best:.2g}"
-            counts = f"{own.n}", f"{own.success_rate:.0%}", f"{own.mean:.4g}", p
+            counts = f"{own.n}", f"{100.0 * own.success_rate:.0f} %", f"{own.mean:.4g}", p
             ranks.append((own.strategy, *counts, "" if own.among_best else "beaten"))
         yield from aligned(ranks, (1, 2, 3))
+
+
+def _lead(line: RaceLine) -> str:
+    if line.lead is None or line.winner is None:
+        return "-"
+    lead, low, high = (f"{100.0 * value:+.1f}" for value in (line.lead, line.lead_low, line.lead_high))
+    return f"{lead} [{low}, {high}] {line.runner_up}"
