@@ -485,7 +485,7 @@ class Sweep:
         """Return a row per configuration and metric: mean, interval, difference to the baseline.
 
         ``metrics`` are fields of the summary, or your own, as ``"mine.py:MINE"`` or the object, from stored tables;
-        without any, all of the study. ``baseline`` is a strategy or policy; None for that of the study, or its first.
+        without any, all of the study. ``baseline`` is a strategy, policy or ``"KEY=VALUE"``; None: of the study.
         Raises OutputError for an unknown name, or without finished run or stored tables; PluginError if your own fails.
         """
         from dataclasses import asdict

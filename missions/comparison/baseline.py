@@ -1,6 +1,6 @@
 """Comparison of strategies and policies with a baseline, over the runs of a sweep (``docs/statistics.md``).
 
-Each treatment is compared, per repeat, with the one that differs only in the baseline's strategy (or policy).
+Each treatment is compared, per repeat, with the one that differs only in the baseline's strategy, policy or setting.
 """
 
 from __future__ import annotations
@@ -109,7 +109,8 @@ def compare(
     Args:
         metrics: summary fields, or custom metrics (``package.module:object``, ``file.py:object`` or objects) of runs
             with stored tables; empty for those of the study.
-        baseline: strategy or policy; None for that of the study, else its first strategy or policy.
+        baseline: strategy, policy, or ``KEY=VALUE`` of a varied key; None for that of the study, else its first
+            strategy or policy.
 
     Raises:
         OutputError: nothing has finished, a name is unknown, or tables are missing.
@@ -126,12 +127,11 @@ def compare(
     # The default baseline is of the kind that the study varies.
     first = strategies[0] if len(strategies) > 1 or len(policies) == 1 else policies[0]
     baseline = baseline or design.baseline or first
-    check_name("--baseline", baseline, [*strategies, *policies])
-    by_strategy = baseline in strategies
+    settings = dict.fromkeys(f"{key}={value}" for treated in treatments for key, value in treated.settings)
+    check_name("--baseline", baseline, [*strategies, *policies, *settings])
+    kind = "strategy" if baseline in strategies else "policy" if baseline in policies else "setting"
     declared = results.metrics
-    return [
-        row for metric in names for row in _rows(treatments, declared, metric, baseline, by_strategy, results.bounds)
-    ]
+    return [row for metric in names for row in _rows(treatments, declared, metric, baseline, kind, results.bounds)]
 
 
 def _rows(
@@ -139,22 +139,23 @@ def _rows(
     declared: Mapping[str, Metric],
     name: str,
     baseline: str,
-    by_strategy: bool,
+    kind: str,
     bounds: Collection[str],
 ) -> list[Comparison]:
     metric = declared[name]
     values = {treated: sample for treated, runs in treatments.items() if (sample := measured(runs, metric)).values}
     columns = columns_of(treatments, metric, declared[SUCCESS])
     family = family_of(columns)
+    tested = family_of(columns_of(treatments, metric, declared[SUCCESS], baseline)) if kind == "setting" else family
     # No strategy reaches an upper bound, so none is measured by its success.
     contenders = [own for column in columns if (own := without(column, bounds))]
     behind = {treatment for own in contenders for treatment in of_less_success(own, family)}
     compared: dict[Treatment, Paired] = {}
     p: dict[Treatment, float | None] = {}
     for treatment, sample in values.items():
-        other = replace(treatment, strategy=baseline) if by_strategy else replace(treatment, policy=baseline)
+        other = treatment.at(baseline) if kind == "setting" else replace(treatment, **{kind: baseline})
         if other != treatment and other in values and (paired := paired_with(sample, values[other])):
-            compared[treatment], p[treatment] = paired, family.p(treatment, other)
+            compared[treatment], p[treatment] = paired, tested.p(treatment, other)
     return [
         replace(
             _row(treatment, metric, baseline, sample, treatments[treatment], compared.get(treatment)),

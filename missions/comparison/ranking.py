@@ -154,14 +154,15 @@ def rankable(name: str, metrics: Mapping[str, Metric]) -> Metric:
 
 
 def columns_of(
-    treatments: Mapping[Treatment, Outcomes], metric: Metric, success: Metric
+    treatments: Mapping[Treatment, Outcomes], metric: Metric, success: Metric, setting: str = ""
 ) -> list[dict[Treatment, Contender]]:
-    """Group treatments with values of the metric by their conditions."""
+    """Group treatments with values of the metric by their conditions; with a ``setting``, those that differ in it."""
     columns: dict[Treatment, dict[Treatment, Contender]] = defaultdict(dict)
     for treatment, runs in treatments.items():
         if (own := measured(runs, metric)).values:
             contender = Contender(own.values, values_of(runs, success), own.constant)
-            columns[replace(treatment, strategy="", policy="")][treatment] = contender
+            conditions = treatment.at(setting) if setting else replace(treatment, strategy="", policy="")
+            columns[conditions][treatment] = contender
     return list(columns.values())
 
 

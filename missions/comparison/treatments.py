@@ -97,6 +97,12 @@ class Treatment:
         """Columns of a row that identify the treatment."""
         return {**vars(self), "settings": dict(self.settings)}
 
+    def at(self, baseline: str) -> Treatment:
+        """Return the treatment with a setting ``KEY=VALUE`` in place of its own."""
+        key, _, value = baseline.partition("=")
+        settings = tuple((own, value if own == key else level) for own, level in self.settings)
+        return replace(self, settings=settings)
+
 
 @dataclass(frozen=True)
 class RunOutcome:

@@ -165,7 +165,7 @@ def compare(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Strategy or policy with which the others are compared; default: that of the study.",
+            help="Strategy, policy or KEY=VALUE with which the others are compared; default: that of the study.",
             autocompletion=completion.baseline,
         ),
     ] = None,

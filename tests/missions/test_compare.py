@@ -80,6 +80,23 @@ def test_pairs_are_compared_run_by_run(tmp_path: Path) -> None:
     assert (own.diff_to_baseline, own.p_holm, own.mean, own.median) == (None, None, 135.0, 135.0)
 
 
+def test_level_of_a_varied_key_is_a_baseline_for_each_policy(tmp_path: Path) -> None:
+    """Runs take 20 s more at weight 2."""
+
+    def slower_by_loss(task: RunTask) -> FinishedRun:
+        summary = made_up(task).line["summary"]
+        weight = task.scenario.decision.weight_external
+        return finished(
+            task, **{**summary, "mission_time_s": summary["mission_time_s"] + weight * 10 + task.repeat % 2}
+        )
+
+    text = study_text(repeats=8, per="[0.1]") + "\n[grid]\n'decision.weight_external' = [0.0, 2.0]\n"
+    rows = compare(swept(tmp_path, text, slower_by_loss), ["mission_time_s"], "decision.weight_external=0.0")
+    differences = {(row.policy, *row.settings.values()): row.diff_to_baseline for row in rows}
+    assert differences == {(p, w): d for p in ("ack", "mps-ack") for w, d in (("0.0", None), ("2.0", 20.0))}
+    assert {row.p_holm for row in rows} == {None, 2 / 2**8}
+
+
 def test_censored_runs_are_included(tmp_path: Path) -> None:
     """Two of eight were watched for 500 s: (2 * 500 + 120 + ... + 170) / 8 = 233.75 s."""
     found = results(tmp_path, lambda task: made_up(task, task.repeat >= 2))
