@@ -358,12 +358,12 @@ class Gap:
 
 
 class FollowingLeader(Behaviour):
-    """Follow the first of ``leaders`` received: once ``distance_m`` away, close to half of it."""
+    """Follow the first of ``leaders`` of a group received: once ``distance_m`` away, close to half of it."""
 
     def __init__(
-        self, leaders: Sequence[str], distance_m: float, data: VehicleData, after: Collection[str] = ()
+        self, leaders: Sequence[str], group: str, distance_m: float, data: VehicleData, after: Collection[str] = ()
     ) -> None:
-        self._leaders, self._after = tuple(leaders), after
+        self._leaders, self._group, self._after, self._picture = tuple(leaders), group, after, Picture()
         self._near_m = distance_m / 2.0
         self._gaps = {name: Gap(distance_m, self._near_m) for name in leaders}
         self._data = data
@@ -378,10 +378,17 @@ class FollowingLeader(Behaviour):
             return UNDUE._replace(peers=self._leaders)
         to_go_m = distance_m(motion, picture.peers.positions_m[leader])
         is_open = self._gaps[leader].is_open(leader, to_go_m, picture)
-        if not is_open or not (performed or self._approach.is_on):
-            return Perception(float(is_open), until_s=math.inf, peers=self._leaders)
+        self._picture = picture
+        if not is_open:
+            return UNDUE._replace(peers=self._leaders)
+        if not (performed or self._approach.is_on):
+            return Perception(1.0, answers=self._settled, until_s=math.inf, peers=self._leaders)
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        return Perception(1.0, None if advance is None else max(0.0, advance))  # a leader moving on is no setback
+        # A leader that moves on is no setback.
+        return Perception(1.0, None if advance is None else max(0.0, advance), answers=self._settled)
+
+    def _settled(self) -> float:
+        return awaited(self._group, self._picture)  # to follow a leader that waits for all is to come
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return the last received position of the leader, staying near it; None without one."""

@@ -203,7 +203,9 @@ class Meeting:
                 return (planning, self._set(objective, watching), self._set(objective, following)), frozenset(keys)
             case "MissionGathering":
                 first, rests_on = self._first(group, vehicle, facts)
-                following = Activity("Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key), first))
+                following = Activity(
+                    "Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key), group.name, first)
+                )
                 return (self._set(objective, following),), rests_on | {head_key}
         first, rests_on = self._first(group, vehicle, facts)
         parameters = self.rally_points_m[objective.argument], group.name, first
@@ -233,8 +235,8 @@ class Meeting:
                 point_m, group, first = activity.parameters
                 return Homing(point_m, self.arrival_radius_m, group, data, after=first)
             case "Following" if activity.parameters[0] == "follower":
-                _, leaders, first = activity.parameters
-                return FollowingLeader(leaders, self.follow_distance_m, data, first)
+                _, leaders, group, first = activity.parameters
+                return FollowingLeader(leaders, group, self.follow_distance_m, data, first)
             case "Following":
                 _, followers, group = activity.parameters
                 return LeadingFollowers(followers, group, 2.0 * self.follow_distance_m, data)

@@ -36,7 +36,7 @@ MADE: dict[str, Callable[[], Behaviour]] = {
     "Supervision": lambda: Supervision(60.0),
     "Working": lambda: Working(60.0),
     "Homing": lambda: Homing((10.0, 0.0), 5.0, "Operational", AUV),
-    "FollowingLeader": lambda: FollowingLeader(("AUV02", "AUV01"), 40.0, AUV),
+    "FollowingLeader": lambda: FollowingLeader(("AUV02", "AUV01"), "Operational", 40.0, AUV),
     "LeadingFollowers": lambda: LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0, AUV),
     "Positioning": lambda: Positioning(("AUV01",), "Operational", (0.0, 15.0), AUV),
     "ReturningHome": lambda: ReturningHome(AUV),

@@ -56,7 +56,7 @@ def test_homing_goes_waits_and_ends_when_the_group_is_together() -> None:
 
 
 def test_following_keeps_up_with_the_leader() -> None:
-    following, picture = FollowingLeader(("AUV01", "AUV00"), 40.0, AUV), Picture()
+    following, picture = FollowingLeader(("AUV01", "AUV00"), "Operational", 40.0, AUV), Picture()
     assert seen(following, at(0.0), picture, False) == IDLE  # nobody has been heard
     assert following.reference(at(0.0), picture) is None
     note_position(picture.peers, "AUV00", (100.0, 0.0))
@@ -76,6 +76,8 @@ def test_following_keeps_up_with_the_leader() -> None:
     assert seen(following, at(60.0), picture, False) == IDLE  # and not yet that it has fallen behind again
     note_position(picture.peers, "AUV00", (110.0, 0.0))
     assert seen(following, at(60.0), picture, False) == DUE
+    picture.groups.awaited = {"Operational": 0.25, "Coordination": 0.75}
+    assert following.perceive(at(60.0), picture, False).settled == 0.25  # the share of its wait due to this vehicle
 
 
 def test_a_leader_waits_for_stragglers() -> None:
