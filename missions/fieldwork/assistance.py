@@ -8,7 +8,7 @@ ends the wait, so only it answers the call. Idle vehicles help uncalled.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, cast
@@ -16,12 +16,14 @@ from typing import Any, ClassVar, cast
 from pydantic import Field
 
 from exchange.arithmetic import distance
-from missions.meeting.job_mission import DONE_BY, JobMission, JobSettings
+from missions.errors import ConfigurationFault
+from missions.meeting.job_mission import DONE_BY, JobMission, JobScenario, JobSettings
 from missions.meeting.meeting import NEWS_FRAMES, Pursuit
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, Wait
 from remoras.behaviours import BEYOND_IT, STANDING, Behaviour, Perception
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
+from remoras.motion.separation import SAME_DEPTH_M
 from remoras.picture import Picture
 from remoras.sensor import Observation
 from remoras.table import Positive
@@ -154,6 +156,18 @@ class HelpSettings(JobSettings):
     """Table ``[mission]`` of a mission with waits for help."""
 
     wait_s: Positive = Field(2400.0, description="time after which a vehicle that waits for help gives up its job")
+
+
+def unseen_by_sonar(scenario: JobScenario) -> Iterator[ConfigurationFault]:
+    """Yield faults: vehicles in depths where the sonar of the first one, which waits for help, does not show them."""
+    first, *others = scenario.vehicle
+    for vehicle in others:
+        if abs(vehicle.depth_m - first.depth_m) > SAME_DEPTH_M:
+            allowed = (
+                f"allowed: within {SAME_DEPTH_M:g} m of {first.name}, {first.depth_m:g} m, as helpers find each other "
+                "by sonar; copies: fleet.layers = false"
+            )
+            yield ConfigurationFault(f"vehicle.{vehicle.name}.depth_m", f"{vehicle.depth_m:g}", allowed)
 
 
 class HelpMission(JobMission):

@@ -15,7 +15,16 @@ from pydantic import Field
 
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
-from missions.fieldwork.assistance import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings, n_helpers
+from missions.fieldwork.assistance import (
+    HELPING,
+    JUDGED,
+    URGENCY,
+    Help,
+    HelpMission,
+    HelpSettings,
+    n_helpers,
+    unseen_by_sonar,
+)
 from missions.fieldwork.drawn_lines import DrawnLines
 from missions.fieldwork.energy import (
     BRINGS,
@@ -253,6 +262,8 @@ class RecoveryMission(FieldworkMission, HelpMission):
     def check(cls, scenario: RecoveryScenario) -> Iterable[ConfigurationFault]:
         lifts, n_vehicles = scenario.lifts, len(scenario.vehicle)
         yield from listed_faults(scenario, "site", "position_m", taken=numbered("lift", lifts.number))
+        if lifts.number and lifts.vehicles > 1:
+            yield from unseen_by_sonar(scenario)
         if lifts.number and n_vehicles < lifts.vehicles:
             allowed = f"an object takes more vehicles than there are; allowed: 1 to {n_vehicles}"
             yield ConfigurationFault("lifts.vehicles", str(lifts.vehicles), allowed)
@@ -335,6 +346,8 @@ class EscortMission(FieldworkMission, HelpMission):
         if not scenario.line:
             yield ConfigurationFault("line", "", "allowed: at least one [[line]], or the table [drawn_lines]")
         yield from listed_faults(scenario, "line", "from_m", "to_m")
+        if any(line.escorted for line in scenario.line):
+            yield from unseen_by_sonar(scenario)
         for line in scenario.line:
             if distance(line.from_m, line.to_m) < SHORTEST_M:
                 value = f"[{line.to_m[0]:g}, {line.to_m[1]:g}]"

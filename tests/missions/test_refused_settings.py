@@ -118,6 +118,8 @@ REFUSED = [  # scenario, settings, what is said
     (HUNT, "imagery.target_strips=9", "= 9: allowed: 1 to 8, the strips there are"),
     (HUNT, "mission.revisits=20", r"mission\.view_m = 15.0: its views would be 4.46 m apart; 7 m or more"),
     (HUNT, "contact.contact 2.position_m=[0.0, 0.0];contact.contact 1.position_m=[20.0, 0.0]", "nearer than 45 m to"),
+    (RECOVERY, "vehicle.AUV03.depth_m=30", "= 30: allowed: within 3 m of AUV00, 20 m, as helpers find each other by"),
+    (ESCORT, "fleet.size=6;fleet.copies_of=AUV04", "AUV05 has depth_m = 24: allowed: within 3 m .* fleet.layers"),
     (RECOVERY, "lifts.vehicles=5", "= 5: an object takes more vehicles than there are; allowed: 1 to 4"),
     (RECOVERY, "lifts.length_m=6.0", "= 6.0: allowed: 8.25 or more, so that vehicles keep clear"),
     (RECOVERY, WITHOUT_SONARS, r"lifts\.number = 4: no vehicle could find one: give a vehicle a sensor"),
