@@ -21,10 +21,10 @@ from worldmodel import suggestion
 
 # Functions import the heavy libraries that they need themselves, so that ``import remoras`` stays fast.
 if TYPE_CHECKING:
-    import networkx as nx
     from pandas import DataFrame
 
     import missions.runs.knowledge_at
+    from exchange.channel.network import Network
     from missions.figure import Declared
     from missions.metric import Metric
     from missions.sweeps.folder import SweepResults
@@ -202,20 +202,15 @@ def sweep(
     return Sweep(SweepResults.read(Path(out)))
 
 
-def network(name: str | Path) -> nx.DiGraph:
-    """Return a measured network as a graph with an edge per link and its loss (``per``).
+def network(name: str | Path) -> Network:
+    """Return a measured network: its nodes, and the loss of each link as ``per[sender, receiver]``.
 
     ``name`` is a shipped network (``remoras list networks``), or a file of one. Raises LinkFileError for an unknown
-    network or one with losses over range and thus no links, OutputError without networkx.
+    network.
     """
-    from exchange.channel.models import LinkFileError
     from exchange.channel.network import network_of
-    from missions.graphs import network_graph
 
-    measured = network_of(str(name))
-    if not measured.node:
-        raise LinkFileError(f"{name}: has losses over range, and no links; allowed: a network with nodes")
-    return network_graph(measured)
+    return network_of(str(name))
 
 
 def _check_jobs(jobs: int) -> None:
@@ -338,39 +333,6 @@ class Run:
         (asked,), figures = with_figures([kind], mission.figures, KINDS)
         context = figures, mission.places, width_in, at_s, viewer
         return run_picture(self._results, asked, *context).shown()
-
-    def graph(
-        self,
-        name: str,
-        *,
-        at_s: float | None = None,
-        viewer: str = "",
-        from_s: float | None = None,
-        until_s: float | None = None,
-    ) -> nx.DiGraph:
-        """Return a networkx graph of the run; ``missions.graphs`` documents nodes and edges.
-
-        ``name`` is organisation (roles), heard (receptions), plan (tasks) or jobs (requirements). ``at_s`` and
-        ``viewer``, for organisation and plan: time, None for the end; vehicle, empty for each vehicle's own view.
-        ``from_s`` and ``until_s``, for heard: period of packets, its end excluded. Raises OutputError for another
-        graph, vehicle or time, or an argument that the graph does not take.
-        """
-        from missions import graphs
-
-        asked = {"at_s": at_s, "viewer": viewer or None, "from_s": from_s, "until_s": until_s}
-        taken = graphs.TAKES[graphs.checked_name(name)]
-        if foreign := [key for key, value in asked.items() if value is not None and key not in taken]:
-            raise OutputError(f"graph {name!r} takes {' and '.join(taken) or 'nothing else'}; not {foreign[0]}")
-        if name == "organisation":
-            return graphs.organisation_graph(self._results, at_s, viewer)
-        if name == "heard":
-            return graphs.heard_graph(self._results, from_s, until_s)
-        if name == "plan":
-            return graphs.plan_graph(self._results, at_s, viewer)
-        from missions.scenarios.fleet import database_of
-
-        mission = self._results.mission
-        return graphs.jobs_graph(mission.jobs.values(), database_of(self.scenario, type(mission)))
 
     def metric(self, metric: str | Metric) -> float | None:
         """Return the value of a metric; None if the run has none.

@@ -15,6 +15,7 @@ from missions.fault import OVER, Absence, absence
 from missions.figure import PointM, RunResults
 
 K = TypeVar("K")
+RoleKey = tuple[str, str]  # group, role
 
 
 class Span(NamedTuple):
@@ -64,6 +65,57 @@ def n_at_once(overlapping: Iterable[Span]) -> list[tuple[Span, int]]:
     return [(Span(*ends), count) for ends, count in zip(pairwise(times_s), counts, strict=False)]
 
 
+class RoleDemand(NamedTuple):
+    """Demand of a role: ``minimum`` to ``maximum`` holders; None is unlimited."""
+
+    name: str
+    minimum: int = 0
+    maximum: int | None = None
+    is_head: bool = False
+
+    @property
+    def cardinality(self) -> str:
+        """Short form of the number of holders: ``(1)``, ``(0–2)``, ``(≥ 1)``, or empty without bounds."""
+        if self.maximum is None:
+            return f"(\u2265 {self.minimum})" if self.minimum else ""
+        return f"({self.minimum})" if self.minimum == self.maximum else f"({self.minimum}\u2013{self.maximum})"
+
+
+class GroupNode(NamedTuple):
+    """A group; ``above`` is its supervising group or empty, ``is_founded`` True if initial."""
+
+    name: str
+    above: str
+    roles: tuple[RoleDemand, ...]
+    is_founded: bool = True
+
+
+def group_nodes(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[GroupNode]:
+    """Return groups in scenario order, then those only in ``met``: groups and roles in the tables of the run.
+
+    The supervising group is that of ``within`` or ``formed_by``. A group with neither, and without an initial mission,
+    is supervised by the first group with a mission.
+    """
+    declared = list(scenario.get("group", ()))
+    leading = next((group["name"] for group in declared if group.get("mission")), "")
+    nodes: dict[str, GroupNode] = {}
+    for group in declared:
+        flat = "" if group.get("mission") else leading
+        above = group.get("formed_by") or group.get("within") or flat
+        roles = tuple(_role(role) for role in group.get("role", ()))
+        nodes[group["name"]] = GroupNode(group["name"], above, roles, not group.get("formed_by"))
+    for name, role in met:
+        group = nodes.get(name, GroupNode(name, "", ()))
+        if role and all(role != other.name for other in group.roles):
+            group = group._replace(roles=(*group.roles, RoleDemand(role)))
+        nodes[name] = group
+    return [group._replace(above=group.above if group.above in nodes else "") for group in nodes.values()]
+
+
+def _role(role: Mapping[str, Any]) -> RoleDemand:
+    return RoleDemand(role["name"], role.get("minimum", 0), role.get("maximum"), role.get("head", False))
+
+
 def outages(results: RunResults) -> dict[str, list[Span]]:
     """Return the outages per affected vehicle, in order of their start."""
     absences = (row for row in results.rows("faults") if absence(row["kind"]) in (Absence.BEFORE, Absence.LOSS))
@@ -85,7 +137,6 @@ def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
 
 
 Floats = NDArray[np.float64]
-RoleKey = tuple[str, str]
 
 
 class PlanTrack(NamedTuple):

@@ -9,9 +9,9 @@ from typing import Any, Protocol
 
 from missions.figure import Place, RunResults, Tiles
 from missions.files import leaves
-from missions.graphs import group_nodes
 from visualisation.replay import tables as of_run
 from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Names
+from visualisation.run_records import group_nodes
 
 PLACE = ("x_m", "y_m")
 KINDS = {"double": "float", "int64": "int"}  # kinds of number columns by Arrow type; all others are text

@@ -12,11 +12,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults, VehicleLook
-from missions.graphs import GroupNode
 from visualisation import run_records, style, words
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage
-from visualisation.run_records import Span
+from visualisation.run_records import GroupNode, Span
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.roles import FOLDED_ROW_IN, draw_shares
