@@ -1,34 +1,26 @@
-"""Worker of a sweep: execution and verification of runs. It reads the wall clock for the ledger, not for the model."""
+"""Worker of a sweep: execution of runs. It reads the wall clock for the ledger, not for the model."""
 
 from __future__ import annotations
 
-import io
 import os
 import platform
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
-from missions.errors import ClusterError, OutputError
+from missions.errors import ClusterError
 from missions.runs.results import MemoryResults, identity
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.sweeps.code import fingerprint, references, short
-from missions.sweeps.folder import SweepResults, run_folder, tables_digest
+from missions.sweeps.folder import tables_digest
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
-from missions.sweeps.plan import RunTask, SweepPlan
+from missions.sweeps.plan import RunTask
 from remoras.process import rare_collections
 from remoras.version import __version__
-
-if TYPE_CHECKING:
-    from missions.sweeps.study import Study
 
 
 def run_checked(code: str, tasks: Sequence[RunTask]) -> list[FinishedRun]:
@@ -101,32 +93,3 @@ def _finished(
         },
     }
     return FinishedRun(line, files)
-
-
-def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[str]]]:
-    """Repeat ``count`` finished runs; yield each key with fields and tables that differ. OutputError without runs."""
-    results = SweepResults.read(folder)
-    tasks = {task.key: task for task in SweepPlan(study).missing({})}
-    keys = [key for key, line in results.lines.items() if line["status"] != FAILED and key in tasks]
-    if not keys:
-        raise OutputError(f"{folder}: no finished run of this study; nothing to verify")
-    count = min(count, len(keys))
-    for key in [keys[number * len(keys) // count] for number in range(count)]:
-        again, line = run_task(tasks[key]), results.lines[key]
-        was, now = line["summary"], again.line["summary"]
-        other = [name for name in {**was, **now} if was.get(name) != now.get(name)]
-        if line["tables"]:
-            kept = run_folder(folder, key)
-            other += [Path(name).stem for name, file in again.files.items() if not _is_alike(kept / name, file)]
-        yield key, other
-
-
-def _is_alike(kept: Path, again: bytes) -> bool:
-    """True if a kept file has the table of a repeated run; not by bytes, which depend on the version of pyarrow."""
-    if kept.suffix != ".parquet":
-        return True  # summaries are compared by the ledger, manifests name the machine
-    try:
-        table: pa.Table = pq.read_table(io.BytesIO(kept.read_bytes()))
-    except (pa.ArrowException, OSError):
-        return False
-    return bool(table.equals(pq.read_table(io.BytesIO(again))))

@@ -70,9 +70,6 @@ def sweep(
         float | None,
         typer.Option(min=0.001, metavar="SECONDS", help="Time limit of a run; a longer one fails; default: none."),
     ] = None,
-    verified: Annotated[
-        int | None, typer.Option("--verify", min=1, metavar="K", help="Repeat K finished runs and compare the results.")
-    ] = None,
     as_json: Json = False,
 ) -> None:
     """Run all runs of a study, each once; resume after interruptions."""
@@ -94,9 +91,6 @@ def sweep(
         lines = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]
         show(asdict(guess), as_json, lines)
         _note_on_repeats(loaded)
-        return
-    if verified is not None:
-        _verify(loaded, out, verified, as_json)
         return
     with Progress(f"sweep {loaded.design.name}", 1, "runs") as progress:
         try:
@@ -125,18 +119,6 @@ def _note_on_repeats(study: Study) -> None:
 
     if text := too_few(study.maximum):
         print(f"remoras: {text}", file=sys.stderr)
-
-
-def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
-    from missions.sweeps.worker import verify
-
-    repeated = dict(verify(study, out, count))
-    other = {key: names for key, names in repeated.items() if names}
-    lines = [f"{len(repeated)} runs repeated, {len(other)} differ"]
-    lines += [f"{key}: {', '.join(names)}" for key, names in other.items()]
-    show({"verified": len(repeated), "other": other}, as_json, lines)
-    if other:
-        raise typer.Exit(FAILED)
 
 
 def _show_status(folder: Path, as_json: bool) -> None:

@@ -15,8 +15,9 @@ from missions.comparison.treatments import Measured, RunOutcome, is_one_run, pai
 from missions.statistics import NoInterval
 from missions.sweeps.driver import estimate, sweep
 from missions.sweeps.folder import SweepResults
+from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import load_study
-from missions.sweeps.worker import verify
+from missions.sweeps.worker import run_task
 from remoras.cli import app
 
 
@@ -144,6 +145,8 @@ def test_a_run_without_packets_is_made_once_for_all_losses(tmp_path: Path) -> No
     assert (status.done, executor.n_submitted) == (3 * 8, 8 + 4 + 4)
     runs = SweepResults.read(tmp_path / "out").runs()
     assert runs.groupby(["strategy", "per"]).size().to_list() == [4] * 6
-    repeated = dict(verify(study, tmp_path / "out", status.done))
-    assert len(repeated) == status.done
-    assert not any(repeated.values())
+    repeated = {task.key: run_task(task).line for task in SweepPlan(study).missing({})}
+    lines = SweepResults.read(tmp_path / "out").lines
+    assert repeated.keys() == lines.keys()
+    for key, line in repeated.items():
+        assert (line["summary"], line["tables"]) == (lines[key]["summary"], lines[key]["tables"])
