@@ -10,7 +10,6 @@ from itertools import pairwise
 from typing import Any
 
 from missions.verification.record import (
-    AWAY,
     CLOSE_S,
     KINDS,
     OUT_OF_CONTACT,
@@ -77,95 +76,6 @@ def _check_views(record: Record, report: CheckReport) -> None:
     own = (row[:5] for row in views if row[1] == row[5] and row[4] in changes)
     noted = (row for row in record.rows("roles", columns) if row[4] in changes)
     report.alike("views", "roles", noted, "its own view in organisation", own)
-
-
-class Views:
-    """Assumed role holders per viewer, and vehicles in the mission."""
-
-    def __init__(self, record: Record) -> None:
-        self.inside = set(record.vehicles)
-        self.roles: dict[tuple[str, str], set[Role]] = defaultdict(set)
-
-    def own(self, name: str) -> set[Role]:
-        """Return the roles that a vehicle assumes for itself."""
-        return self.roles[name, name]
-
-    def holders(self, role: Role) -> list[str]:
-        """Return the vehicles in the mission that assume a role for themselves."""
-        return [name for name in sorted(self.inside) if role in self.roles[name, name]]
-
-
-def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, Views]]:
-    """Yield the duration (s) and state of the views between changes."""
-    changes: list[tuple[float, int, Any]] = []
-    for time_s, vehicle, kind, _ in record.rows("faults", "time_s vehicle kind detail"):
-        if kind in AWAY:
-            changes.append((time_s, 0, vehicle))
-    for time_s, *row in record.rows("organisation", "time_s vehicle peer group role event"):
-        if row[4] in ("assigned", "left"):
-            changes.append((time_s, 1, row))
-    # At equal times vehicles enter or leave before views change; the rest of an entry has no order.
-    changes.sort(key=lambda change: change[:2])
-    views, before_s = Views(record), 0.0
-    for time_s, order, change in changes:
-        if time_s >= end_s:
-            break
-        if time_s > before_s:
-            yield time_s - before_s, views
-            before_s = time_s
-        if order == 0:
-            (views.inside.discard if record.is_away(change, time_s) else views.inside.add)(change)
-        else:
-            vehicle, peer, group, role, event = change
-            (views.roles[vehicle, peer].add if event == "assigned" else views.roles[vehicle, peer].discard)(
-                (group, role)
-            )
-    yield end_s - before_s, views
-
-
-def organisation_figures(record: Record, end_s: float) -> dict[str, float | None]:
-    """Return the organisation metrics of a run; None without duration."""
-    roles = record.declared_roles
-    by_groups = record.of("communication").get("needs_follow", "all") == "groups"
-    keeps = record.of("strategy")["name"] in KEEP_OWN_JOBS
-    left_out = {key for key, role in roles.items() if keeps and role.get("job") is not None}
-    conflict_s, apart_s, pairs_s, malformed_s = [], [], [], []
-    for spell_s, views in views_with_durations(record, end_s):
-        n_inside = len(views.inside)
-        if n_inside > 1:
-            pairs_s.append(spell_s)
-            apart_s.append(spell_s * _n_wrong(views, left_out, by_groups) / (n_inside * (n_inside - 1)))
-        conflict_s.append(spell_s * any(_is_overfull(views, key, role) for key, role in roles.items()))
-        malformed_s.append(spell_s * any(_is_malformed(views, key, role) for key, role in roles.items()))
-    return {
-        "view_divergence": math.fsum(apart_s) / math.fsum(pairs_s) if math.fsum(pairs_s) else None,
-        "holder_conflict_fraction": math.fsum(conflict_s) / end_s if end_s else None,
-        "malformed_s": math.fsum(malformed_s),
-    }
-
-
-def _n_wrong(views: Views, left_out: set[Role], by_groups: bool) -> int:
-    n = 0
-    for viewer in views.inside:
-        groups = {group for group, _ in views.own(viewer)}
-        for peer in views.inside - {viewer}:
-            wrong = (views.roles[viewer, peer] ^ views.own(peer)) - left_out
-            n += any(not by_groups or group in groups for group, _ in wrong)
-    return n
-
-
-def _is_overfull(views: Views, key: Role, role: dict[str, Any]) -> bool:
-    return role.get("maximum") is not None and bool(len(views.holders(key)) > role["maximum"])
-
-
-def _is_malformed(views: Views, key: Role, role: dict[str, Any]) -> bool:
-    """True if a founding role lacks holders, or a role has too many or unauthorised ones."""
-    holders = views.holders(key)
-    least = max(int(role.get("minimum", 0)), int(role.get("head", False))) if role.get("founding") else 0
-    if len(holders) < least or _is_overfull(views, key, role):
-        return True
-    above = role.get("played_by")
-    return above is not None and any(tuple(above.split(".", 1)) not in views.own(name) for name in holders)
 
 
 ROUNDED_S = 1e-4 + CLOSE_S  # tolerance of milestones, which are rounded to 0.1 ms

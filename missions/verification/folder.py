@@ -29,10 +29,13 @@ COLUMNS = OF_EVERY_RUN | DECLARED["others"]
 WITHOUT_VEHICLE = ("packets", "items", "goal", "fleet_maps")
 REPEATING = ("decisions", "activities", "organisation", "faults", "refused", "roles", "items", "clocks")
 """Tables that may repeat a row."""
-NOT_DERIVED = dict.fromkeys(
-    ("unsaid.reason", "unsaid.candidates", "rows of unsaid"),
-    "queued items of a slot are in no other table",
-)
+UNSAID, OF_RADIO = "queued items of a slot are in no other table", "it follows rules of the radio"
+NOT_DERIVED = {
+    "rows of unsaid": UNSAID, "unsaid.reason": UNSAID, "unsaid.candidates": UNSAID,
+    "rows of links": OF_RADIO, "links.time_s": OF_RADIO, "links.peer": OF_RADIO, "links.direction": OF_RADIO,
+    "links.p_loss": OF_RADIO, "links.n": OF_RADIO,
+    "rows of peers": OF_RADIO, "peers.time_s": OF_RADIO, "peers.peer": OF_RADIO, "peers.event": OF_RADIO,
+}  # fmt: skip
 """Columns of every run that no other table determines, with the reason."""
 OWN = "a table of a mission, sensor or feature: only its form, times, vehicles and ranges are looked at"
 

@@ -11,7 +11,7 @@ from functools import partial
 from missions.verification.ending import KEEP_OWN_JOBS
 from missions.verification.mapping import cells_of
 from missions.verification.packets import block_of, slot_s
-from missions.verification.record import CLOSE_S, OUT_OF_CONTACT, CheckReport, Record, Row, WeighedRow
+from missions.verification.record import CLOSE_S, CheckReport, Record, Row, WeighedRow
 
 SIX_DIGITS = 5e-6  # tolerance of values derived from numbers of six digits
 GRID_M, GRID_SHARE = 0.36, 0.0051  # rounding of reports: places to 0.5 m per axis, battery shares to per cent
@@ -19,8 +19,6 @@ RESOLUTION_S = 0.06  # tolerance of observation times (s): half the sent resolut
 INFLUENCING = ("remoras", "remoras-planned")  # strategies that send satisfaction in each slot
 REPORTS = ("position", "batteryFraction")  # attributes that a vehicle reports of itself at the start of its slot
 POINT, STATUS = re.compile(r"POINT \((\S+) (\S+)\)"), re.compile(r"\d+(?:\.e\d+)?@([\d.e+-]+):(.+)")
-SILENT_FRAMES = 4  # frames without packets after which a vehicle may consider itself isolated
-KEPT = 1.0 - 1.0 / 64.0  # decay of a link sample per further sample (docs/model/exchange.md)
 ACTS = {
     "assign": "assigned", "succeed": "assigned", "release": "left", "objective": "given", "mission": "given",
     "create": "formed", "dissolve": "dissolved",
@@ -33,7 +31,7 @@ def check_relations(record: Record, report: CheckReport) -> None:
     """Check all events that are recorded in more than one table."""
     _check_satisfaction(record, report)
     _check_choices(record, report)
-    _check_radios(record, report)
+    _check_acknowledgements(record, report)
     _check_facts(record, report)
     _check_plans(record, report)
     if record.of("strategy")["name"] == "oracle":
@@ -200,74 +198,16 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
                 report.add("deliveries", "deliveries", at_s, origin, f"{uid} expired", "none: it has been sent")
 
 
-class _LinkEstimate:
-    n, lost, weight = 0, 0.0, 0.0
-
-    def take(self, n_missed: int, lost: bool) -> None:
-        reckoned = (self.lost + 1.0) / (self.weight + 2.0)
-        # Up to twice the silence that counts as absence, which is at least 4 frames (docs/model/exchange.md).
-        is_loss = n_missed <= 8 or n_missed <= 2 * math.ceil(math.log(1e-3) / math.log(reckoned))
-        for sample in [1] * (n_missed * is_loss) + [int(lost)]:
-            self.n, self.lost, self.weight = self.n + 1, KEPT * self.lost + sample, KEPT * self.weight + 1.0
-
-
-def _check_radios(record: Record, report: CheckReport) -> None:
-    """Check acknowledgements, link estimates and peer events against received packets."""
-    numbers = {name: number for number, name in enumerate(record.by_slot)}
-    n, packets = len(numbers), record.packet_of_slot
-    noticed = list(record.rows("peers", "time_s vehicle peer event"))
-    events: list[tuple[float, int, Row]] = [
-        (row[0], 1, row[1:]) for row in record.rows("packets", "time_s slot sender acks")
-    ]
-    events += [
-        (at_s, 0, (slot, peer, name)) for slot, (peer, heard_s) in packets.items() for name, at_s in heard_s.items()
-    ]
-    events += [(row[0], 2, row[1:3]) for row in noticed if row[3] == "parked"]
-    last_heard, newest, parked, unsure = dict[Row, int](), dict[str, int](), set[Row](), set[str]()
-    back, links, due = list[Row](), defaultdict[Row, _LinkEstimate](_LinkEstimate), dict[Row, Row]()
+def _check_acknowledgements(record: Record, report: CheckReport) -> None:
+    n, packets = len(record.by_slot), record.packet_of_slot
     policy = record.of("communication").get("policy")
-    # At equal times a reception precedes the own packet, which acknowledges it, and both precede suspensions.
-    for at_s, order, event in sorted(events, key=lambda e: e[:2]):
-        if order == 2:
-            parked.add(event)
-        elif order == 1:
-            slot, sender, acks = event
-            # A header acknowledges at least the last packet of each other node, in the n - 1 slots before.
-            last = (packets.get(of, ("", {}))[1] for of in range(slot - n + 1, slot))
-            least = sum(heard_s.get(sender, math.inf) <= at_s for heard_s in last)
-            report.look("acknowledgements")
-            if sender not in record.anew and not least <= acks <= (least if policy == "ack" else (n - 1) ** 2):
-                follows = f"{least}, number of peers whose last packet it received"
-                report.add("acknowledgements", "packets", at_s, sender, f"{acks} acknowledgements", follows)
-            # Vehicles record their links in the last of every eight frames.
-            if slot % (8 * n) >= 7 * n:
-                due |= {(at_s, *key): (of.lost / of.weight, of.n) for key, of in links.items() if key[0] == sender}
-        else:
-            slot, sender, name = event
-            if slot - newest.get(name, slot) > SILENT_FRAMES * n:
-                unsure.add(name)  # it may have considered itself isolated, and all others present
-            newest[name], before = slot, last_heard.get((name, sender), slot - n)
-            last_heard[name, sender] = slot
-            links[name, sender, "incoming"].take(max(0, (slot - before) // n - 1), False)
-            own = slot - (slot - numbers[name]) % n
-            if own in packets:
-                links[name, sender, "outgoing"].take(0, packets[own][1].get(sender, math.inf) > at_s)
-            if (name, sender) in parked:
-                parked.discard((name, sender))
-                back.append((at_s, name, sender))
-
-    out = {spell.vehicle for spell in record.spells if spell.kind in OUT_OF_CONTACT}
-
-    def is_sure(row: Row) -> bool:
-        return row[0] <= record.end_s and row[1] not in unsure | out and row[2] not in record.anew
-
-    stated = {row[:4]: row[4:] for row in record.rows("links", "time_s vehicle peer direction p_loss n")}
-    report.alike("links", "links", filter(is_sure, stated), "packets", filter(is_sure, due))
-    for row in filter(is_sure, stated.keys() & due.keys()):
-        if stated[row][1] != due[row][1] or abs(stated[row][0] - due[row][0]) > SIX_DIGITS:
-            report.add("links", "links", row[0], row[1], f"{row[2:]} {stated[row]}", f"{due[row]}, by its packets")
-    again = (row[:3] for row in noticed if row[3] == "heard again" and is_sure(row))
-    report.alike("peers", "peers", again, "packets and parking", filter(is_sure, back))
+    rows = report.each("acknowledgements", record, "packets", "time_s sender slot acks")
+    for wrong, at_s, sender, slot, acks in rows:
+        # A header acknowledges at least the last packet of each other node, in the n - 1 slots before.
+        last = (packets.get(of, ("", {}))[1] for of in range(slot - n + 1, slot))
+        least = sum(heard_s.get(sender, math.inf) <= at_s for heard_s in last)
+        if sender not in record.anew and not least <= acks <= (least if policy == "ack" else (n - 1) ** 2):
+            wrong(f"{acks} acknowledgements", f"{least}, number of peers whose last packet it received")
 
 
 def _check_facts(record: Record, report: CheckReport) -> None:

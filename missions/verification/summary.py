@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 import math
-import re
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.special import chdtri
 
-from missions.verification.ending import organisation_figures
 from missions.verification.mapping import cells_of
 from missions.verification.motion import PLACE_M, floats, least_distances_m, listening_w, sending_j, way_through_water
-from missions.verification.record import CLOSE_S, Cell, CheckReport, Record, Track
+from missions.verification.record import CheckReport, Record, Track
 
 LATENCY_S = 2e-3  # tolerance (s) of two times rounded to 1/4096 s and a mean rounded to 0.1 ms
 IDENTITY = {
     "scenario": ("scenario", "name"), "strategy": ("strategy", "name"), "policy": ("communication", "policy"),
     "channel": ("channel", "name"),
 }  # fmt: skip
-MEASURED = re.compile(r"(-?[\d.]+(?:e[+-]?\d+)?)|POINT \((\S+) (\S+)\)")  # text of a number or a point
 NOT_DERIVED = {
     "bits_headers": "purposes of a packet's bits are in no table; only their sum is checked",
     "false_beliefs": "beliefs of receivers after each packet are in no table",
     "wrong_belief_fraction": "beliefs about holders of jobs are in no table",
     "reason": "only whether there is one is checked",
+    **dict.fromkeys(
+        ("n_doubted", "view_divergence", "holder_conflict_fraction", "malformed_s", "idle_s", "left_when_given_up"),
+        "its definition is not repeated here",
+    ),
 }
 """Fields that tables do not determine, with the reason."""
 
@@ -48,7 +48,7 @@ def check_figures(record: Record, report: CheckReport) -> None:
             report.skip(name, why)
     derived: dict[str, tuple[Any, float]] = {}
     parts: list[Callable[[Record, CheckReport], dict[str, tuple[Any, float]]]] = [
-        _of_motion, _of_packets, _of_knowledge, _of_work, _of_organisation, _of_doubt,
+        _of_motion, _of_packets, _of_knowledge, _of_organisation,
     ]  # fmt: skip
     if "coverage" in record.tables and "area" in record.scenario:
         parts.append(_of_mapping)
@@ -138,7 +138,6 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
         "observations_per_min": (len(received) / len(record.vehicles) / minutes if minutes else 0.0, 1e-4),
         "mean_latency_s": (math.fsum(waits_s) / len(waits_s) if waits_s else None, LATENCY_S),
         "p95_latency_s": (float(np.quantile(waits_s, 0.95)) if waits_s else None, LATENCY_S),
-        "n_refused_acts": (sum(event == "refused" for event in record["organisation"]["event"]), 0),
     }
     if "deliveries" in record.tables:
         lost = record.rows("deliveries", "event reason")
@@ -162,86 +161,11 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
 
 
 def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    figures = organisation_figures(record, record.mission_s)
-    derived: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
     stuck = (stone["time_s"] for stone in record.summary["milestones"] if stone["name"] == "deadlock")
-    derived["deadlock_s"] = next(stuck, None), 1e-3
-    n_rows = len(record["organisation"])
-    derived["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
-    changes = any(group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"])
-    if changes or any(role.get("incompatible") for role in record.declared_roles.values()):
-        del derived["malformed_s"]
-        report.skip("malformed_s", "subgroups, groups formed at run time and incompatible roles are not derived")
-    return derived
-
-
-def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    work, end_s = record.roles_with_jobs, record.mission_s
-    able = [name for name in record.vehicles if any(record.is_able(name, role) for role in work)]
-    idle_s = []
-    for name in able:
-        own = [spell for spell in record.spells if spell.vehicle == name]
-        lost = [spell.from_s for spell in own if spell.kind == "lost"]
-        away = [spell.until_s for spell in own if spell.kind == "joins"]
-        until_s = min([end_s, *lost])
-        idle_s.append(max(0.0, until_s - (away[0] if away else 0.0) - _working_s(record, name, work, until_s)))
-    within = 1e-3 + CLOSE_S * math.sqrt(len(record["roles"]) + 1.0)
-    return {"idle_s": (math.fsum(idle_s) / len(idle_s) if idle_s else None, within)}
-
-
-def _working_s(record: Record, name: str, work: set[tuple[str, str]], until_s: float) -> float:
-    serving: set[tuple[str, str]] = set()
-    spells_s, since_s = [], 0.0
-    for time_s, vehicle, group, role, event in record.rows("roles", "time_s vehicle group role event"):
-        if vehicle != name or (group, role) not in work or event not in ("active", "inactive") or time_s > until_s:
-            continue
-        before = bool(serving)
-        (serving.add if event == "active" else serving.discard)((group, role))
-        if serving and not before:
-            since_s = time_s
-        elif before and not serving:
-            spells_s.append(time_s - since_s)
-    return math.fsum(spells_s) + (until_s - since_s if serving else 0.0)
-
-
-def _of_doubt(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    """Derive the vehicles in doubt: docs/model/world-model.md, for properties at rest."""
-    looks: defaultdict[tuple[str, str], defaultdict[str, list[tuple[Any, float]]]]
-    looks = defaultdict(lambda: defaultdict(list))  # by property and origin: place and weight
-    for origin, *slot, text, sigma in record.rows("items", "origin subject attribute value uncertainty"):
-        if sigma and (axes := MEASURED.fullmatch(text)):
-            place = np.array([float(axis) for axis in axes.groups() if axis])
-            looks[slot[0], slot[1]][origin].append((place, float(sigma) ** -2))
-    estimates = [
-        {origin: _mean(own) for origin, own in by_origin.items()} for by_origin in looks.values() if len(by_origin) > 1
-    ]
-    if not estimates:
-        return {}
-
-    def deviation(without: str = "") -> tuple[float, int]:
-        total, degrees = 0.0, 0
-        for by_origin in estimates:
-            left = [look for origin, look in by_origin.items() if origin != without]
-            mean, _ = _mean(left)
-            total += sum(weight * float(((place - mean) ** 2).sum()) for place, weight in left)
-            degrees += mean.size * (len(left) - 1)
-        return total, degrees
-
-    total, degrees = deviation()
-    limit = float(chdtri(degrees, 0.01))
-    # So close, rounded values decide neither way.
-    if abs(total - limit) < 0.01 * limit:
-        report.skip("n_doubted", "the deviation of the vehicles is at its limit")
-        return {}
-    rest = [deviation(origin)[0] for origin in sorted({origin for e in estimates for origin in e})]
-    # Those without whom the others agree best; of two vehicles both.
-    n_doubted = 0 if total < limit else sum(e <= min(rest) + 1e-9 for e in rest)
-    return {"n_doubted": (n_doubted, 0)}
-
-
-def _mean(looks: list[tuple[Any, float]]) -> tuple[Any, float]:
-    places, weights = np.array([place for place, _ in looks]), np.array([weight for _, weight in looks])
-    return np.average(places, axis=0, weights=weights), float(weights.sum())
+    return {
+        "deadlock_s": (next(stuck, None), 1e-3),
+        "n_refused_acts": (sum(event == "refused" for event in record["organisation"]["event"]), 0),
+    }
 
 
 def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
@@ -266,17 +190,4 @@ def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
     if n_inspected := int(record.of("finds").get("number", 0)):
         inspected = sum(milestone["name"] == "inspected" for milestone in record.summary["milestones"])
         derived["finds_inspected_fraction"] = inspected / n_inspected, 1e-9
-    if stopped is not None:
-        derived["left_when_given_up"] = _left(record, stopped, cells), 1e-4
     return derived
-
-
-def _left(record: Record, stopped: dict[str, Any], cells: dict[Cell, str]) -> float:
-    """Return the largest remaining share of a vehicle's areas just before it gave up."""
-    jobs = {key: role.get("job") for key, role in record.declared_roles.items()}
-    before_s = stopped["time_s"] - 1.5 * CLOSE_S
-    held = {str(jobs.get(role)) for role in record.roles_at(stopped["vehicle"], before_s)}
-    n_cells = Counter(cells.values())
-    done = [cell for cell, (time_s, _) in record.covered.items() if time_s <= stopped["time_s"] and cell in cells]
-    n_done = Counter(cells[cell] for cell in done)
-    return max((1.0 - n_done[area] / n_cells[area] for area in held if n_cells[area]), default=0.0)

@@ -25,8 +25,8 @@ N_EACH = 100
 """Alterations of each run."""
 CHECKS = {
     "acknowledged", "acknowledgements", "arrivals", "choices", "columns", "coverage", "deliveries", "depth", "energy",
-    "facts", "faults", "figures", "founded", "goal", "items", "knowledge", "links", "mapped", "observed", "once",
-    "order", "peers", "plans", "positions", "readable", "received", "receivers", "reports", "requests", "roles",
+    "facts", "faults", "figures", "founded", "goal", "items", "knowledge", "mapped", "observed", "once",
+    "order", "plans", "positions", "readable", "received", "receivers", "reports", "requests", "roles",
     "satisfaction", "senders", "signals", "sizes", "slots", "swath", "ticks", "values", "vehicles", "views", "weights"
 }  # fmt: skip
 """Checks of which each names some alteration."""
@@ -34,7 +34,7 @@ CHECKS = {
 
 @pytest.mark.slow
 def test_most_random_alterations_of_every_table_are_reported(tmp_path: Path) -> None:
-    """The share is 95 % with other seeds; 80 % of all, and 50 % of each table, leave room for the draw."""
+    """The share is 93 % (214 of 229); 80 % of all, and 50 % of each table, leave room for the draw."""
     n_named, n_drawn, naming = Counter[str](), Counter[str](), set[str]()
     for name, settings in RUNS.items():
         made = tmp_path / name
