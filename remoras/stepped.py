@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -35,31 +32,6 @@ if TYPE_CHECKING:
     from remoras.strategy import Strategy
 
 END, ARRIVALS = (PACKETS.column_names.index(name) for name in ("end_s", "arrivals_s"))
-
-LEAST_GAP_S = 0.5
-"""Minimum time (s) between updates of a notebook page."""
-GREATEST_SHARE = 0.1
-"""Maximum share of time spent on page updates."""
-
-
-@contextmanager
-def _interrupted_between_steps() -> Iterator[Callable[[], None]]:
-    """Defer interruptions until the yielded function is called; main thread only."""
-    asked: list[int] = []
-
-    def check() -> None:
-        if asked:
-            raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():
-        yield check
-        return
-    # An exception within a step would leave the fleet between two events.
-    before = signal.signal(signal.SIGINT, lambda number, _: asked.append(number))
-    try:
-        yield check
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 @dataclass(frozen=True)
@@ -200,35 +172,6 @@ class Stepping:
             self._final = MemoryResults(result_of(self._setup, self._seed, self._fleet, self._spent_s, settled))
             self.close()
         return Run(self._final)
-
-    def watch(self, speed: float | None = None) -> Run:
-        """Run to the end and show the page in the notebook meanwhile; return the finished run.
-
-        After an interruption the page stays, and ``watch`` or ``run`` can continue. ``speed`` is in mission seconds per
-        second; None is as fast as possible. Raises DrawingError without a notebook, ValueError for a speed not above 0.
-        """
-        from visualisation.replay import title_of
-        from visualisation.replay.page import NotebookPage
-
-        if speed is not None and not speed > 0.0:
-            raise ValueError(f"speed is {speed!r}; allowed: above 0 seconds of the mission in a second, or None")
-        page = NotebookPage(title_of([self._so_far().summary]))
-        began_s, from_s = time.monotonic(), self._fleet.now_s
-        due_s = began_s
-        with _interrupted_between_steps() as check:
-            try:
-                for state in self:
-                    check()
-                    told_s = time.monotonic()
-                    if told_s >= due_s:
-                        page.tell(self.shown())
-                        due_s = time.monotonic() + max(LEAST_GAP_S, (time.monotonic() - told_s) / GREATEST_SHARE)
-                    while speed and (left_s := began_s + (state.time_s - from_s) / speed - time.monotonic()) > 0.0:
-                        time.sleep(min(left_s, LEAST_GAP_S))
-                        check()
-            finally:
-                page.tell(self.shown())
-        return self.run()
 
     def shown(self, reason: str = "") -> bytes:
         """Return the current data of the page; ``reason`` explains why the run cannot continue."""

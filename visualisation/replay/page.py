@@ -1,17 +1,11 @@
-"""Replay page: assets and data as one self-contained HTML file; live page of a notebook.
-
-A notebook has two outputs: the page in a sandboxed frame, and a replaced script that posts the current data to it. Each
-script holds all data, since front ends may skip replaced scripts and a reopened notebook has the last one only.
-"""
+"""Replay page: assets and data as one self-contained HTML file, or in a frame of a notebook."""
 
 from __future__ import annotations
 
 import base64
 import html
 import json
-import uuid
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -29,7 +23,6 @@ VIEW = (
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
 LIVE = ("growing.js", "live.js")
-NOTEBOOK = ("growing.js", "notebook.js")
 STYLES = ("page.css",)
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
@@ -59,17 +52,11 @@ def live_text(title: str) -> str:
     return _text(title, LIVE_POLICY, (*STYLES, "live.css"), "", (*SCRIPTS, *LIVE))
 
 
-def notebook_text(title: str) -> str:
-    """Return the page of a live run in a notebook, which receives data by messages."""
-    return _text(title, POLICY, STYLES, "", (*SCRIPTS, *NOTEBOOK))
-
-
-def frame(text: str, name: str = "") -> str:
-    """Embed a page in a sandboxed frame; ``name`` is its element id."""
-    named = f' id="{html.escape(name)}"' if name else ""
+def frame(text: str) -> str:
+    """Embed a page in a sandboxed frame."""
     # Without allow-same-origin, so that the page has no access to the notebook around it.
     return (
-        f'<iframe{named} srcdoc="{html.escape(text)}" sandbox="allow-scripts allow-downloads" title="replay" '
+        f'<iframe srcdoc="{html.escape(text)}" sandbox="allow-scripts allow-downloads" title="replay" '
         f'style="width: 100%; height: {FRAME_PX}px; border: 0"></iframe>'
     )
 
@@ -134,58 +121,3 @@ def write_page(out: Path, text: str) -> None:
             draft.write_text(text, encoding="utf-8")
     except OSError as error:
         raise DrawingError(f"--out {out}: cannot be written: {error.strerror}") from None
-
-
-LISTEN = """<script>(function () {
-  const name = NAME, runs = (globalThis.remorasRuns ??= {});
-  addEventListener("message", (event) => {
-    const frame = document.getElementById(name);
-    if (event.data !== "remoras-ready" || !frame || event.source !== frame.contentWindow) return;
-    if (runs[name]) frame.contentWindow.postMessage(runs[name], "*");
-  });
-})();</script>"""
-TELL = """<script>(function () {
-  const name = NAME, frame = document.getElementById(name);
-  (globalThis.remorasRuns ??= {})[name] = DATA;
-  if (frame) frame.contentWindow.postMessage(globalThis.remorasRuns[name], "*");
-})();</script>"""
-
-
-class NotebookPage:
-    """Live page among the outputs; DrawingError outside a notebook."""
-
-    def __init__(self, title: str) -> None:
-        self._show = _shown()
-        self._name = f"remoras-{uuid.uuid4().hex}"
-        self._is_told = False
-        self._show(frame(notebook_text(title), self._name) + self._script(LISTEN), self._name, False)
-
-    def tell(self, data: bytes) -> None:
-        """Show the current state of the run, from its ``run_data``."""
-        # In base64 no data can end the script.
-        script = self._script(TELL).replace("DATA", json.dumps(base64.b64encode(data).decode()))
-        self._show(script, f"{self._name}-told", self._is_told)
-        self._is_told = True
-
-    def _script(self, text: str) -> str:
-        return text.replace("NAME", json.dumps(self._name))
-
-
-def _shown() -> Callable[[str, str, bool], None]:
-    """Return a function (text, name, replaces) that displays HTML under a name, or replaces what has that name."""
-    shell: Any = None
-    with suppress(ImportError):
-        from IPython import get_ipython
-
-        shell = get_ipython()
-    if getattr(shell, "kernel", None) is None:
-        raise DrawingError("watch: this is no notebook; call run(), or watch with 'remoras live' from a terminal")
-    from IPython import display
-
-    publish: Any = display.publish_display_data
-
-    def show(text: str, name: str, replaces: bool) -> None:
-        data = {"text/html": text, "text/plain": "<the page of a run that goes on>"}
-        publish(data, transient={"display_id": name}, update=replaces)
-
-    return show
