@@ -1,120 +1,16 @@
-"""Metrics of the fleet from tables that every run has: motion, separation, energy, connectivity.
-
-Connectivity uses windows in which every vehicle has two TDMA slots. Studies name these metrics as
-``missions.runs.fleet_metrics:CONNECTED``.
-"""
+"""Metrics of the fleet from tables that every run has: idle time, separation, recovery."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
 
 from missions.fault import EMPTY, OVER, Absence, absence, absences, kind_of_row
-from missions.figure import Figure, RunResults, Style, axis_end_s
-from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
+from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun
 from missions.scenarios.scenario import Scenario
 from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-
-SLOTS_EACH = 2  # slots of every vehicle in a window
-PACKETS = ("slot", "time_s", "sender", "receivers")
-
-
-class Window(NamedTuple):
-    """Interval of a run that starts with a packet.
-
-    ``is_connected``: a path leads from each vehicle to every other; ``n_components``: parts connected by bidirectional
-    links; ``cutting``: vehicles whose removal splits such a part.
-    """
-
-    from_s: float
-    is_connected: bool
-    n_components: int
-    cutting: frozenset[str]
-
-
-def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> Iterator[Window]:
-    """Yield the complete windows of a run in time order; a lost vehicle is a separate part."""
-    import networkx as nx  # slow to load, and checking a scenario loads these metrics
-
-    n_slots = SLOTS_EACH * len(vehicles)
-    by_window: dict[int, list[Mapping[str, Any]]] = defaultdict(list)
-    for row in packets:
-        by_window[row["slot"] // n_slots].append(row)
-    last = max(by_window, default=0)
-    for number in sorted(by_window):
-        rows = by_window[number]
-        # The run ends in the middle of the last window, where some vehicles have not had their slots.
-        if number == last > 0 and max(row["slot"] for row in rows) < (number + 1) * n_slots - 1:
-            continue
-        heard = nx.DiGraph()
-        heard.add_nodes_from(vehicles)
-        heard.add_edges_from((row["sender"], receiver) for row in rows for receiver in row["receivers"])
-        mutual, from_s = heard.to_undirected(reciprocal=True), min(row["time_s"] for row in rows)
-        n_components, cutting = nx.number_connected_components(mutual), frozenset(nx.articulation_points(mutual))
-        yield Window(from_s, nx.is_strongly_connected(heard), n_components, cutting)
-
-
-def _mean(run: MeasuredRun, value: Callable[[Window], float]) -> float | None:
-    from remoras.recorder import PACKETS as TABLE
-
-    packets = (dict(zip(TABLE.column_names, row, strict=True)) for row in run.recorder.rows("packets"))
-    values = [value(window) for window in windows([vehicle.name for vehicle in run.scenario.vehicle], packets)]
-    return round(sum(values) / len(values), 6) if values else None
-
-
-CONNECTED = Metric(
-    "connected_fraction",
-    "",
-    Better.HIGHER,
-    "connected",
-    lambda run: _mean(run, lambda window: window.is_connected),
-    note="Share of windows of two slots per vehicle in which packets of each vehicle could reach all others.",
-)
-CUTTING = Metric(
-    "n_cut_vehicles",
-    "",
-    Better.LOWER,
-    "vehicles whose loss disconnects the fleet",
-    lambda run: _mean(run, lambda window: len(window.cutting)),
-    note="Mean over windows of two slots per vehicle, for links used in both directions.",
-)
-
-
-def _draw(axes: Axes, results: RunResults, style: Style) -> str:
-    vehicles = list(style.looks)
-    rows = results.table("packets").select(list(PACKETS)).to_pylist()
-    periods = list(windows(vehicles, rows))
-    times_s = [window.from_s for window in periods]
-    axes.step(times_s, [window.n_components for window in periods], where="post", color=style.black, label="parts")
-    for number, (vehicle, look) in enumerate(style.looks.items(), 1):
-        at_s = [window.from_s for window in periods if vehicle in window.cutting]
-        if at_s:
-            height = -0.35 * number
-            axes.plot(
-                at_s, [height] * len(at_s), look.marker, color=look.colour, markersize=3, label=vehicle, clip_on=False
-            )
-    axes.set_xlim(0.0, axis_end_s(results))
-    axes.set_ylim(-0.35 * (len(vehicles) + 1), len(vehicles) + 0.5)
-    axes.set_yticks(range(1, len(vehicles) + 1))
-    axes.axhline(0.0, color=style.grey, linewidth=0.5)
-    axes.set_xlabel(style.axis("mission time", "s"))
-    axes.set_ylabel("connected parts of the fleet")
-    share = sum(window.is_connected for window in periods) / max(len(periods), 1)
-    return (
-        "Connected parts by links used in both directions, in windows of two slots per vehicle; below, vehicles whose "
-        f"loss disconnects a part. In {share:.0%} of {len(periods)} windows packets of each vehicle could reach all."
-    )
-
-
-CONNECTIVITY = Figure("connectivity", "Connectivity of the fleet", _draw, needs=("packets",))
 
 
 def idle_s(run: MeasuredRun) -> float | None:
