@@ -21,7 +21,7 @@ from missions.verification.record import (
 
 KEEP_OWN_JOBS = (
     "cbba", "cbba-plain", "status-broadcast", "fixed-partition", "remoras.strategies.grape:GRAPE",
-    "remoras.strategies.fmc_ata:FMC_ATA", "remoras.strategies.reorganising:REORGANISING",
+    "remoras.strategies.fmc_ata:FMC_ATA",
 )  # fmt: skip
 """Strategies in which each vehicle records its own jobs."""
 

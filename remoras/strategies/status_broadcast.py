@@ -21,7 +21,7 @@ from remoras.organisation import Group
 from remoras.strategies.allocation import AllocationPlan, expected_end, joining, planned
 from remoras.strategies.negotiator import JOIN, KnownFromStart, Member, frames, in_blocks, taking
 from remoras.strategy import Heard, Move, Situation, Statable, Statement
-from remoras.work import Outlook, Point, Work, share_left
+from remoras.work import Outlook, Point, Work
 
 JOBS_PER_BLOCK = 8
 RECENT_ROUNDS = 3
@@ -45,7 +45,6 @@ class Broadcaster(Member["StatusBroadcast"]):
         super().__init__(me, group, strategy)
         self._at: dict[str, JobWatch] = {}  # last known of every vehicle
         self._reported: set[str] = set()  # jobs reported done
-        self._has_taken_over = False  # not yet reported
         self._helps = False  # knowingly at another vehicle's job
         self._awaited: dict[str, float] = {}  # due time (s) of jobs planned for idle vehicles
 
@@ -73,29 +72,13 @@ class Broadcaster(Member["StatusBroadcast"]):
         statements = [self._leaves(role.name) for role in left]
         if name is not None and name not in [role.name for role in held if role not in left]:
             statements.append(self._takes(name))
-        if situation.round % self._with.period_rounds == 0 or statements or self._has_taken_over:
-            self._has_taken_over = False
+        if situation.round % self._with.period_rounds == 0 or statements:
             statements += self._state(work)
         return Move(tuple(statements), holding=bool(work.unfinished))
 
     def division(self) -> Mapping[str, str]:
         """Return the last known vehicle at each job."""
         return {watch.role: name for name, watch in self._at.items()}
-
-    def take_over(self, situation: Situation) -> None:
-        """Continue after another strategy: assume each holder at a begun job, else at its nearest."""
-        self._has_taken_over = self._helps = True  # two vehicles at a job were planned
-        work, now_s = situation.work, situation.now_s
-        for data in work.workers:
-            held = work.held_by(data.name)
-            begun = [role for role in held if share_left(work.job(role)) < 1.0]
-            for role in work.in_order(Outlook(now_s, work.position_m(data.name)), data, begun or held)[:1]:
-                self._at[data.name] = self._station(role.name, data.name, round(now_s), work)
-
-    def is_at(self, role: str) -> bool:
-        """True if this vehicle is at the job of a role."""
-        watch = self._at.get(self._me)
-        return watch is not None and watch.role == role
 
     def _hear(self, message: Heard, work: Work) -> None:
         values = {attribute: value for subject, attribute, value in message.facts if subject == message.issuer}

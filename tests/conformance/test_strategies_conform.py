@@ -10,7 +10,6 @@ from remoras.errors import PluginError
 from remoras.strategies import Strategy, configured, strategies
 from remoras.strategies.fmc_ata import FMC_ATA
 from remoras.strategies.grape import GRAPE
-from remoras.strategies.reorganising import REORGANISING
 from remoras.testing import strategies as conformance
 
 HELPED = {
@@ -19,7 +18,7 @@ HELPED = {
         *product(("contract-net", "cbba", "status-broadcast"), ("calls", "auction")), ("plan-and-dispatch", "auction"),
     ]
 }  # fmt: skip
-SHIPPED = {**strategies(), "grape": GRAPE, "fmc-ata": FMC_ATA, "reorganising": REORGANISING, **HELPED}
+SHIPPED = {**strategies(), "grape": GRAPE, "fmc-ata": FMC_ATA, **HELPED}
 IN_THE_SAME_CODE = ("remoras-planned", "plan-and-dispatch", "central", "cbba-plain")
 """Strategies whose vehicles negotiate as those of ``remoras`` and ``cbba``, by other parameters."""
 VISITING = {*strategies(), *HELPED} - {"remoras"}
