@@ -35,6 +35,9 @@ class DecisionTable(Section):
     dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
     fade_per_s: NotNegative = Field(0.5, description="rate at which satisfaction in an idle role returns to 0")
     signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a received signal fades to 1/e")
+    signal_memory_receptions: NotNegative = Field(
+        0.0, description="minimum of that time, in mean times between receptions at the measured loss; 0: no minimum"
+    )
     updates_satisfy: bool = Field(
         True, description="updates satisfy a leader; false: performed activities alone, so that a waiting leader calls"
     )
@@ -56,6 +59,15 @@ class DecisionConstants(DecisionTable):
     """Constants of the table plus ``signal_memory_s`` (tau), which follows from the TDMA frame."""
 
     signal_memory_s: Positive = 60.0
+
+    def stretch(self, p_loss: float) -> float:
+        """Return the factor, at least 1, on ``signal_memory_s`` over a link with that loss, 0 to below 1.
+
+        >>> constants = DecisionConstants(signal_memory_frames=8.0, signal_memory_receptions=2.0)
+        >>> constants.stretch(0.5), constants.stretch(0.875)
+        (1.0, 2.0)
+        """
+        return max(1.0, self.signal_memory_receptions / (self.signal_memory_frames * (1.0 - p_loss)))
 
 
 def evolved(satisfaction: float, advance: float | None, dt_s: float, constants: DecisionConstants) -> float:

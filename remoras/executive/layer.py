@@ -50,11 +50,16 @@ class Decision:
 
 
 class HeardSignal(NamedTuple):
-    """Received influence signal: satisfaction of the emitter in its role, time (s), slot."""
+    """Received influence signal: satisfaction of the emitter in its role, time (s), slot; ``stretch`` of its memory."""
 
     value: int
     heard_s: float
     slot: int | None = None
+    stretch: float = 1.0
+
+    def age_s(self, now_s: float) -> float:
+        """Age by which the signal fades."""
+        return (now_s - self.heard_s) / self.stretch
 
 
 class ExecutiveLayer:
@@ -142,11 +147,19 @@ class ExecutiveLayer:
         self.decision = self._decision(tuple(index for index, s in enumerate(sets) if s in going_on))
 
     def hear(
-        self, addressed: RoleKey, emitter: str, emitter_role: str, value: int, now_s: float, slot: int | None = None
+        self,
+        addressed: RoleKey,
+        emitter: str,
+        emitter_role: str,
+        value: int,
+        now_s: float,
+        slot: int | None = None,
+        p_loss: float = 0.0,
     ) -> None:
         """Record an influence signal, -128..127, if it addresses an own role; replace an older one."""
         if addressed in self.satisfaction:
-            self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s, slot)
+            heard = HeardSignal(value, now_s, slot, self._constants.stretch(p_loss))
+            self._heard.setdefault(addressed, {})[emitter, emitter_role] = heard
             role = addressed[0], emitter_role
             if addressed in self._equals and role in self._equals[addressed]:
                 return  # it affects guidance only
@@ -301,7 +314,7 @@ class ExecutiveLayer:
         strengths: dict[str, float] = {}
         for signals in self._heard.values():
             for (emitter, _), signal in signals.items():
-                if (strength := call(signal.value, now_s - signal.heard_s, self._constants)) > 0.0:
+                if (strength := call(signal.value, signal.age_s(now_s), self._constants)) > 0.0:
                     strengths[emitter] = max(strength, strengths.get(emitter, 0.0))
         return dict(sorted(strengths.items()))
 
@@ -320,7 +333,7 @@ class ExecutiveLayer:
         for (emitter, emitter_role), signal in signals.items():
             if not self._are_equals(role, emitter_role):
                 has_callers = True
-            elif signal.value < 0 and now_s - signal.heard_s <= self._constants.signal_memory_s:
+            elif signal.value < 0 and signal.age_s(now_s) <= self._constants.signal_memory_s:
                 callers = passed if role in self._equals and signal.value % 2 else equals
                 # At full weight whatever its age: if remembered calls faded, both vehicles would consider their own
                 # call stronger.
@@ -351,7 +364,7 @@ class ExecutiveLayer:
 
     def _strength(self, key: Call, now_s: float) -> float:
         signal = self._heard[key[0]][key[1:]]
-        return call(signal.value, now_s - signal.heard_s, self._constants)
+        return call(signal.value, signal.age_s(now_s), self._constants)
 
     def _louder_waits(self, now_s: float) -> list[tuple[Call, float]]:
         """Return calls of job holders above the own call in such a role, with strength 0..1."""
@@ -365,7 +378,7 @@ class ExecutiveLayer:
         for key in sorted(self._waiting):
             signal = self._heard[key[0]][key[1:]]
             # Without fading, since the own call has age 0. The bonus keeps a vehicle from changing sides midway.
-            age_s, loud = now_s - signal.heard_s, call(signal.value, 0.0, constants)
+            age_s, loud = signal.age_s(now_s), call(signal.value, 0.0, constants)
             loud += ANSWERING if key in answered else 0.0
             if age_s <= constants.signal_memory_s and (loud > own or (loud == own and key[1] < self._name)):
                 louder.append((key, call(signal.value, age_s, constants)))

@@ -1,5 +1,6 @@
 """The executive layer: satisfaction, influence signals, and the choice of activities."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -92,6 +93,16 @@ def turns(noise: Sequence[tuple[float, float]], satisfaction: float, weight_cont
 
 
 # Calls --------------------------------------------------------------------------------------------
+
+
+@given(st.floats(0.0, 0.99), st.floats(0.0, 1000.0), st.floats(0.0, 20.0))
+def test_a_call_over_a_lossy_link_fades_by_expected_receptions(p_loss: float, age_s: float, receptions: float) -> None:
+    """Frames last 60 / 8.5 s. A lossless link and no minimum leave the memory of 60 s."""
+    constants = CONSTANTS.model_copy(update={"signal_memory_receptions": receptions})
+    executive = layer(EXPLORING, HOMING, constants=constants)
+    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0, p_loss=p_loss)
+    memory_s = max(60.0, receptions / (1.0 - p_loss) * 60.0 / 8.5)
+    assert executive.calls(age_s) == pytest.approx({"AUV00": math.exp(-age_s / memory_s)})
 
 
 def test_a_negative_signal_turns_a_vehicle_to_the_common_goal() -> None:
