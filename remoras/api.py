@@ -375,19 +375,17 @@ class Run:
         *,
         vehicle: str | None = None,
         at_s: float | None = None,
-        items: bool = False,
     ) -> Path:
         """Write the run for another tool; return the path.
 
         ``format`` is mcap, geojson, netcdf or csv; or for the knowledge of ``vehicle`` (None: all) at ``at_s`` (None:
         the end) ttl, trig, jsonld or nt. ``out`` is a file, or a folder for csv; ``force`` replaces an earlier export.
-        With nt, ``items`` writes the canonical graph of items, which is equal where the items are. Raises ExportError
-        for an unknown format, missing libraries or data, or an unwritable ``out``; OutputError without such a vehicle
-        or time.
+        Raises ExportError for an unknown format, missing libraries or data, or an unwritable ``out``; OutputError
+        without such a vehicle or time.
         """
         from visualisation.exports import Selection, export
 
-        places, selection = self._results.mission.places, Selection(vehicle, at_s, items)
+        places, selection = self._results.mission.places, Selection(vehicle, at_s)
         return export(self._results, format, Path(out), force, places, selection).path
 
     def query(self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None) -> DataFrame:

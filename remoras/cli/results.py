@@ -188,9 +188,6 @@ def export(
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
     vehicle: Vehicle = None,
     at: At = None,
-    items: Annotated[
-        bool, typer.Option("--items", help="With nt: the canonical graph of items, equal for equal sets of items.")
-    ] = False,
     as_json: Json = False,
 ) -> None:
     """Export a run to another tool: Foxglove, ROS 2, QGIS, netCDF, CSV, RDF."""
@@ -198,7 +195,7 @@ def export(
     from visualisation.exports import FORMATS, Selection, export_path
     from visualisation.exports import export as write
 
-    results, selection = Results.read(folder), Selection(vehicle, at, items)
+    results, selection = Results.read(folder), Selection(vehicle, at)
     path, of_knowledge = out or export_path(folder, file_format, selection), FORMATS[file_format].of_knowledge
     places = () if of_knowledge else _places_or_none(results)
     _, counts = write(results, file_format, path, force, places, selection)

@@ -1,12 +1,9 @@
-import random
-
 import pyoxigraph
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oxigraph import term_of
-from rdflib import OWL, RDF, RDFS, Dataset, Graph, Literal, URIRef
-from rdflib.compare import to_canonical_graph
+from rdflib import OWL, RDFS, Dataset, Literal, URIRef
 from rdflib.graph import DATASET_DEFAULT_GRAPH_ID
 from rdflib.term import Node
 from small_fleet import (
@@ -33,7 +30,7 @@ from worldmodel.ontology import graph_of
 from worldmodel.ontology.compiler import SIT
 from worldmodel.rdf.terms import RUN, instance_iri
 from worldmodel.rdf.triples import as_dataset, as_graph
-from worldmodel.rdf.writing import RdfFormat, canonical_items, knowledge_iri, written
+from worldmodel.rdf.writing import RdfFormat, knowledge_iri, written
 
 OF_RDFLIB = {"jsonld": "json-ld"}
 OF_OXIGRAPH = {
@@ -113,39 +110,6 @@ def test_of_several_vehicles_each_is_a_graph_or_all_are_their_union(form: RdfFor
             assert (knowledge_iri(n), RDFS.label, Literal(f"auv-{n}"), None) in quads
     else:
         assert own[0] | own[1] <= {quad[:3] for quad in quads}
-
-
-@settings(max_examples=25, deadline=None)
-@given(sound_blocks(), st.randoms(use_true_random=False))
-def test_vehicles_with_the_same_items_write_the_same_bytes(blocks: list[Block], rng: random.Random) -> None:
-    """In any order and with any statuses, private blocks and receptions."""
-    one, two = fleet_model(0), fleet_model(1)
-    merge(one, blocks)
-    items = list(one.blocks())
-    rng.shuffle(blocks)
-    merge(two, blocks)
-    two.record([(AUV_1, BATTERY, 0.25)], 900.0, private=True)
-    merge(two, [Block(2, STATUS, 901.0, (PropertyValue(ASV_0, BATTERY, 0.75),))])
-    assert list(two.blocks()) == items
-    text = canonical_items([one])
-    assert text == canonical_items([two]) == canonical_items([one, two])
-    assert text.splitlines() == sorted(set(text.splitlines()))
-    assert len(quads_by_oxigraph(text, RdfFormat.N_TRIPLES)) == text.count("\n")
-    facts = sum(len(each.facts) for each in items)
-    assert text.count(SIT.PropertyValue.n3()) == facts
-    if items:
-        more = max(each.sequence for each in items if each.origin == items[0].origin) + 1
-        merge(two, [block(items[0].origin, more, 9000, (AUV_0, BATTERY, 0.5))])
-        assert canonical_items([two]) != text
-
-
-def test_canonical_graph_equals_that_of_rdflib() -> None:
-    model = fleet_model()
-    merge(model, [block(2, 0, 123, (BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)))])
-    text = canonical_items([model])
-    graph = to_canonical_graph(Graph().parse(data=text, format="nt"))
-    assert text == "".join(sorted(f"{s.n3()} {p.n3()} {o.n3()} .\n" for s, p, o in graph))
-    assert (instance_iri(BAY), RDF.type, None) in graph
 
 
 @settings(max_examples=8, deadline=None)

@@ -71,9 +71,7 @@ def export(
     voyage = Voyage(results, tuple(places), format, selection)
     if selection != ALL and not chosen.of_knowledge:
         names = ", ".join(name for name, other in FORMATS.items() if other.of_knowledge)
-        raise ExportError(f"vehicle, at and items: apply to exported knowledge only, in {names}, not {format}")
-    if selection.items and format != "nt":
-        raise ExportError(f"--items: the canonical graph of items is written as nt, and the format is {format}")
+        raise ExportError(f"vehicle and at: apply to exported knowledge only, in {names}, not {format}")
     _check_libraries(format, chosen)
     if chosen.needs_datum and voyage.datum is None:
         raise ExportError(
@@ -99,10 +97,10 @@ def of_name(format: str) -> FormatOfExport:
 
 
 def export_path(folder: Path, format: str, selection: Selection = ALL) -> Path:
-    """Return the default path in a run's folder, such as ``run.mcap``, ``run-csv`` or ``items-AUV01.nt``."""
+    """Return the default path in a run's folder, such as ``run.mcap``, ``run-csv`` or ``knowledge-AUV01.nt``."""
     chosen, stem = of_name(format), STEM
     if chosen.of_knowledge:
-        stem = ("items" if selection.items else "knowledge") + (f"-{selection.vehicle}" if selection.vehicle else "")
+        stem = "knowledge" + (f"-{selection.vehicle}" if selection.vehicle else "")
     return folder / (f"{stem}{chosen.ending}" if chosen.ending else f"{stem}-{format}")
 
 

@@ -6,13 +6,12 @@ from pathlib import Path
 
 from visualisation.exports import Counts
 from visualisation.exports.voyage import Voyage
-from worldmodel.rdf.writing import RdfFormat, canonical_items, written
+from worldmodel.rdf.writing import RdfFormat, written
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
     """Write one file, and count the facts known to each vehicle; see ``Writer``."""
-    vehicle, at_s, items = voyage.selection
-    known = voyage.results.knowledge(vehicle, at_s)
-    text = canonical_items(own.model for own in known.values()) if items else written(known, RdfFormat(voyage.format))
+    known = voyage.results.knowledge(*voyage.selection)
+    text = written(known, RdfFormat(voyage.format))
     target.write_text(text, encoding="utf-8", newline="\n")
     return {name: sum(len(block.facts) for block in own.model.blocks()) for name, own in known.items()}

@@ -87,11 +87,10 @@ class RoleState(NamedTuple):
 
 
 class Selection(NamedTuple):
-    """Exported knowledge: of a vehicle, None for all; at a time, None for the end; or the canonical graph of items."""
+    """Exported knowledge: of a vehicle, None for all; at a time, None for the end."""
 
     vehicle: str | None = None
     at_s: float | None = None
-    items: bool = False
 
 
 ALL = Selection()

@@ -2,6 +2,6 @@
 
 from worldmodel.rdf.sparql import query
 from worldmodel.rdf.triples import as_dataset, as_graph
-from worldmodel.rdf.writing import RdfFormat, canonical_items, written
+from worldmodel.rdf.writing import RdfFormat, written
 
-__all__ = ["RdfFormat", "as_dataset", "as_graph", "canonical_items", "query", "written"]
+__all__ = ["RdfFormat", "as_dataset", "as_graph", "query", "written"]

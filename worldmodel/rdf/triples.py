@@ -72,15 +72,6 @@ class Triples:
         for observation in self.facts if concluded else ():
             yield from self.of_fact(observation)
 
-    def items(self) -> Iterator[Triple]:
-        """Yield the facts of all items, with types and names of their subjects."""
-        observations = [observation for observation in self.facts if observation.block.is_item]
-        yield from self._told(observations)
-        for uid in sorted({observation.fact.subject for observation in observations}):
-            yield from self._labels(uid)
-            for class_uid in self._types(uid, items_only=True):
-                yield (instance_iri(uid), RDF.type, self._classes[class_uid])
-
     def said_by(self, origin: int) -> Iterator[Triple]:
         """Yield the facts of an origin and the links to them."""
         yield from self._told(observation for observation in self.facts if observation.origin == origin)
@@ -135,9 +126,8 @@ class Triples:
         for instance in self.model.common_instances[uid : uid + 1]:
             yield (instance_iri(uid), RDFS.label, Literal(instance.name))
 
-    def _types(self, uid: int, items_only: bool = False) -> list[int]:
-        history = self.model.history(uid, TYPE_UID)
-        classes = {entry.fact.target for entry in history if entry.block.is_item or not items_only}
+    def _types(self, uid: int) -> list[int]:
+        classes = {entry.fact.target for entry in self.model.history(uid, TYPE_UID)}
         return sorted({*classes, *(common.class_uid for common in self.model.common_instances[uid : uid + 1])})
 
     def _concluded_classes(self, uid: int) -> list[int]:

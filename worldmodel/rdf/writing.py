@@ -1,8 +1,7 @@
 """World models as RDF text: N-Triples, Turtle, TriG and JSON-LD.
 
 The ontology is not written; a header imports it. In formats with named graphs, the default graph of a single vehicle
-holds instances, types, names, current state and receptions, and ``run:conclusions`` the inferred triples. The canonical
-graph has the facts of items and their instances as sorted N-Triples: equal items give equal bytes.
+holds instances, types, names, current state and receptions, and ``run:conclusions`` the inferred triples.
 """
 
 import json
@@ -20,7 +19,6 @@ from worldmodel.ontology.compiler import RM, SIT
 from worldmodel.ontology.tbox import TBox
 from worldmodel.rdf.terms import RUN, instance_iri
 from worldmodel.rdf.triples import CONCLUSIONS, Triple, Triples
-from worldmodel.store import Store
 from worldmodel.world_model import Knowledge
 
 ESCAPED = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"})
@@ -62,12 +60,6 @@ def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True
         names = _Names({})
         return "".join(line for graph in graphs for line in _lines(graph.triples, names))
     return (_json_ld if form is RdfFormat.JSON_LD else _turtle)(graphs, prefixes_of(tbox))
-
-
-def canonical_items(known: Iterable[Store]) -> str:
-    """Return the canonical graph of the items of world models, as sorted N-Triples."""
-    names = _Names({})
-    return "".join(sorted({line for model in known for line in _lines(Triples(model).items(), names)}))
 
 
 @lru_cache(maxsize=8)  # reads all triples of the ontology

@@ -264,7 +264,6 @@ def test_invalid_export_or_query_is_refused_in_one_line(results: Results, tmp_pa
     for about, says in (
         ({"vehicle": "AUV1"}, "no vehicle 'AUV1'; there are .*; did you mean 'AUV01'"),
         ({"at_s": 1e6}, "at_s is 1000000.0; allowed: 0 to "),
-        ({"items": True}, "--items: the canonical graph of items is written as nt, and the format is ttl"),
     ):
         with pytest.raises((OutputError, ExportError), match=says) as caught:
             export(results, "ttl", tmp_path / "new.ttl", selection=Selection(**about))  # type: ignore[arg-type]
