@@ -14,12 +14,8 @@ from typing import Any, TypeGuard
 from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFault, cut
 
 LARGEST_BYTES = 1_000_000  # greatest size of a TOML file; shipped ones have up to 20 kB
-LONGEST_LINE = 65_536  # most characters of a line; shipped files have up to 139
-MOST_PARTS = 100  # most parts of a dotted key; tomllib needs time by their square
 MOST_LEVELS = 40
 MOST_BITS = 1023  # greatest length of an integer; longer ones do not fit a float
-PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]++)"""
-DOTTED = re.compile(rf"(?<![A-Za-z0-9_-]){PART}(?:[ \t]*+\.[ \t]*+{PART})++")
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
@@ -57,18 +53,9 @@ def has_table(path: str, name: str) -> bool:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """Parse a TOML text; ValueError if it is not TOML, nested too deeply, or has too long a line or integer."""
+    """Parse a TOML text; ValueError if it is not TOML, nested too deeply, or has too long an integer."""
     too_deep = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
     too_long = "an integer of more than 307 digits; no key needs that"
-    # Before tomllib, which takes time by the square of the length and the parts of a key.
-    for number, line in enumerate(text.split("\n"), 1):
-        if len(line) > LONGEST_LINE:
-            raise ValueError(f"a line of more than {LONGEST_LINE} characters (at line {number})")
-    for dotted in DOTTED.finditer(text):
-        # Strings and comments may contain such text too.
-        is_key = text[dotted.end() : dotted.end() + 80].lstrip(" \t")[:1] in ("=", "]")
-        if is_key and len(re.findall(PART, dotted[0])) > MOST_PARTS:
-            raise ValueError(too_deep)
     try:
         tables = tomllib.loads(text)
     # It is a ValueError too, but its text has the line.

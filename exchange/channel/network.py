@@ -59,8 +59,6 @@ COLUMNS = ("sender", "receiver", "per")
 FARTHEST_M, DEEPEST_M = 100_000.0, 11_000.0
 """Maximum coordinates (m, east and north) and depth (m) of a node."""
 MOST_NODES = 100
-LONGEST_LINE = 2_000
-"""Maximum line length in characters: tomllib needs time quadratic in the length of a key."""
 
 Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
 
@@ -325,12 +323,6 @@ def _read(file: str, sha256: str) -> list[Network]:
 
 
 def _of_toml(text: str, file: str) -> list[Network]:
-    # Before tomllib, which takes time by the square of the length of a key.
-    long = next((number for number, line in enumerate(text.split("\n"), 1) if len(line) > LONGEST_LINE), None)
-    if long is not None:
-        raise NetworkFileError(
-            [SettingFault("TOML", "", f"a line has {LONGEST_LINE} characters at most", (), file, long)]
-        )
     try:
         tables = tomllib.loads(text)
     except (RecursionError, ValueError) as error:  # the base of TOMLDecodeError

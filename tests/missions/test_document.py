@@ -163,9 +163,6 @@ DEEP = "levels deep; no key needs that"
 DIGITS = "an integer of more than 307 digits; no key needs that"
 TEXTS = {
     "key of 101 parts": ("x = 1\na" + ".a" * 100 + " = 1\n", DEEP),
-    "header of 10,000 quoted parts": ('["a"' + " . 'a'" * 10_000 + "]\n", DEEP),
-    "inline table": ("x = {a" + ".a" * 30_000 + " = 1}\n", DEEP),
-    "long line": ("x = 1\n" + "a" * 900_000 + "\n", "a line of more than 65536 characters (at line 2)"),
     "nested lists": ("x = " + "[" * 20_000 + "]" * 20_000 + "\n", DEEP),
     "integer of 5000 digits": ("y = 1\nx = " + "9" * 5000 + "\n", DIGITS),
     "integer that is no float": ("x = " + "9" * 400 + "\n", DIGITS),
@@ -184,7 +181,6 @@ def test_text_beyond_the_limits_is_refused_in_one_line(name: str) -> None:
 
 def test_texts_up_to_the_limits_are_read() -> None:
     assert parsed(f"x = {'9' * 307}")["x"] == 10**307 - 1
-    assert parsed(f'x = "{"a.b" * 1000}"')["x"] == "a.b" * 1000  # a text is no key
 
 
 @pytest.mark.parametrize("value", ["=" + "9" * 5000, "={a" + ".a" * 100 + "=1}", "=" + "[" * 10_000, ".a" * 100 + "=1"])
