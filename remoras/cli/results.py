@@ -147,19 +147,16 @@ def query(
     vehicle: Vehicle = None,
     at: At = None,
     limit: Annotated[int, typer.Option(min=1, metavar="N", help="Maximum number of rows shown.")] = 100_000,
-    timeout_s: Annotated[float, typer.Option(min=0.001, metavar="SECONDS", help="Time limit of the query.")] = 60.0,
     as_json: Json = False,
 ) -> None:
     """Query the knowledge of one vehicle, or of each, at the end of a run or at another time."""
     from missions.files import text_of
     from missions.runs.results import Results
-    from worldmodel.rdf.sparql import time_limit
 
     results = Results.read(folder)
     text = text_of(Path(sparql)) if sparql.endswith(".rq") else sparql
-    with time_limit(timeout_s):
-        # One more row shows whether the limit omits any.
-        columns, rows = results.query(text, vehicle, at, limit + 1)
+    # One more row shows whether the limit omits any.
+    columns, rows = results.query(text, vehicle, at, limit + 1)
     if len(rows) > limit:
         del rows[limit:]
         print(f"remoras: only the first {limit} rows are shown; --limit N shows more", file=sys.stderr)

@@ -1,11 +1,9 @@
-"""SPARQL over world models; the time limit is an alarm signal, so it needs the main thread of a Unix process."""
+"""SPARQL over world models."""
 
 from __future__ import annotations
 
 import re
-import signal
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from decimal import Decimal
 from functools import lru_cache
 from itertools import islice
@@ -132,32 +130,3 @@ class _Shown:
         if isinstance(value, Decimal):  # averages of whole numbers
             return float(value)
         return value if value is None or isinstance(value, (bool, int, float)) else str(value)
-
-
-AGAIN_S = 0.5  # interval (s) at which the alarm repeats, since rdflib may catch the first
-
-
-class _TimeIsUp(BaseException):
-    """Raised by the alarm; query code does not catch it."""
-
-
-def _ring(*_: Any) -> None:
-    raise _TimeIsUp
-
-
-@contextmanager
-def time_limit(limit_s: float) -> Iterator[None]:
-    """Abort the enclosed block after ``limit_s`` (s) with QueryError; without alarm signals there is no limit."""
-    if not hasattr(signal, "setitimer"):
-        yield
-        return
-    before = signal.signal(signal.SIGALRM, _ring)
-    try:
-        signal.setitimer(signal.ITIMER_REAL, limit_s, AGAIN_S)
-        yield
-    except _TimeIsUp:
-        raise QueryError(f"the query is not answered within {limit_s:g} s; ask for less, or allow more time") from None
-    finally:
-        # First the alarm, then its handler: the default one would end the process.
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
