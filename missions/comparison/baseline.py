@@ -152,8 +152,9 @@ def _rows(
     behind = {treatment for own in contenders for treatment in of_less_success(own, family)}
     compared: dict[Treatment, Paired] = {}
     p: dict[Treatment, float | None] = {}
+    change: dict[str, Any] = {kind: baseline}
     for treatment, sample in values.items():
-        other = treatment.at(baseline) if kind == "setting" else replace(treatment, **{kind: baseline})
+        other = treatment.at(baseline) if kind == "setting" else replace(treatment, **change)
         if other != treatment and other in values and (paired := paired_with(sample, values[other])):
             compared[treatment], p[treatment] = paired, tested.p(treatment, other)
     return [

@@ -317,7 +317,9 @@ def _titles(combinations: Sequence[PanelSettings]) -> list[str]:
         ]
         for combination in combinations
     ]
-    names = ["", "", "", *(f"{WORDS.get(key, key)} = " for key in keys)]
+    last = {key: key.rpartition(".")[2] for key in keys}  # a whole key rarely fits above a panel
+    short = {key: name if list(last.values()).count(name) == 1 else key for key, name in last.items()}
+    names = ["", "", "", *(f"{WORDS.get(key, short[key])} = " for key in keys)]
     varied = [i for i in range(len(names)) if len({own[i] for own in parts}) > 1]
     unset = ", ".join(names[i].removesuffix(" = ") for i in varied) + " not set"
     return [", ".join(names[i] + own[i] for i in varied if own[i]) or (unset if varied else "") for own in parts]

@@ -13,7 +13,7 @@ def test_varying_channel_gives_panels(tmp_path: Path) -> None:
     rows = rows_of(tmp_path, SWEEPS["three channels"])
     arrangement = arranged(rows)
     assert arrangement.axis_label == "packet error rate"
-    bursts = [f"gilbert-elliott, channel.mean_burst = {burst}" for burst in (2.0, 4.0, 8.0)]
+    bursts = [f"gilbert-elliott, mean_burst = {burst}" for burst in (2.0, 4.0, 8.0)]
     assert list(arrangement.titles.values()) == [*bursts, "perfect"]
     for combination in arrangement.titles:
         (curve, *_) = arrangement.curves(arrangement.of(combination, rows)).values()
@@ -27,7 +27,7 @@ def test_setting_is_the_axis_if_the_loss_rate_is_constant(tmp_path: Path) -> Non
     arrangement = arranged(rows_of(tmp_path, sweep))
     assert arrangement.axis_label == "decision.weight_external"
     assert len(arrangement.titles) == 8
-    assert "number of vehicles = 2, mission.mode = a" in arrangement.titles.values()
+    assert "number of vehicles = 2, mode = a" in arrangement.titles.values()
 
 
 def test_points_without_an_axis_are_refused(tmp_path: Path) -> None:
@@ -57,7 +57,7 @@ def test_setting_with_text_values_is_the_axis_if_no_number_varies(tmp_path: Path
     arrangement = arranged(rows_of(tmp_path, sweep))
     assert (arrangement.axis, arrangement.axis_label) == ("communication.modem", "modem")
     assert arrangement.cases == ("atm-900", "nanomodem-v3", "whoi-fsk-0")
-    assert list(arrangement.titles.values()) == ["channel.source_level_db not set", "channel.source_level_db = 125.0"]
+    assert list(arrangement.titles.values()) == ["source_level_db not set", "source_level_db = 125.0"]
     assert arrangement.tick_labels([1.0, 3.0], width_in=2.0) == ["atm-900", "whoi-fsk-0"]
     assert arrangement.tick_labels([1.0, 3.0], width_in=0.6) == ["1", "3"]
 

@@ -238,14 +238,14 @@ def combinations(n: int) -> Sweep:
 def test_up_to_six_combinations_share_a_figure(tmp_path: Path) -> None:
     for n, names in (
         (6, {"bytes.svg", "bytes.csv", "bytes.txt"}),
-        (7, {f"bytes-mission.mode={at}.{suffix}" for at in range(7) for suffix in ("svg", "csv", "txt")}),
+        (7, {f"bytes-mode={at}.{suffix}" for at in range(7) for suffix in ("svg", "csv", "txt")}),
     ):
         results = combinations(n).write(tmp_path / f"sweep{n}")
         drawn = draw_sweep_figures(results, ["bytes"], tmp_path / f"out{n}", "svg")
         assert {path.name for path in drawn.files} == names
-    rows = table(tmp_path / "out7" / "bytes-mission.mode=3.csv")
+    rows = table(tmp_path / "out7" / "bytes-mode=3.csv")
     assert [json.loads(row["settings"]) for row in rows] == [{"mission.mode": "3"}] * 2
-    assert (tmp_path / "out7" / "bytes-mission.mode=3.txt").read_text().startswith("mission.mode = 3: ")
+    assert (tmp_path / "out7" / "bytes-mode=3.txt").read_text().startswith("mode = 3: ")
 
 
 def test_cases_of_unforeseen_events_are_panels_or_values_of_the_axis(tmp_path: Path) -> None:
