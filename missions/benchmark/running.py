@@ -137,8 +137,9 @@ def variance_share(strategies: Sequence[Scored]) -> float:
     common = sorted(set.intersection(*(set(of_one) for of_one in known)))
     values = [[of_one[key] for key in common] for of_one in known]
     mean = fmean([value for of_one in values for value in of_one])
-    total = math.fsum((value - mean) ** 2 for of_one in values for value in of_one)
-    explained = math.fsum(len(common) * (fmean(of_one) - mean) ** 2 for of_one in values)
+    total = math.fsum((value - mean) * (value - mean) for of_one in values for value in of_one)
+    deviations = [fmean(of_one) - mean for of_one in values]
+    explained = len(common) * math.fsum(deviation * deviation for deviation in deviations)
     return explained / total if total > 0.0 else 0.0
 
 
