@@ -257,7 +257,9 @@ class ScoreTable:
         card = self.card
         n = card["repeats"]
         ranked = [strategy for _, strategy in self._rows if strategy.reference not in bounds()]
-        explained = "" if len(ranked) < 2 else f"; the strategy explains {variance_share(ranked):.0%} of the variance"
+        explained = (
+            "" if len(ranked) < 2 else f"; the strategy explains {variance_share(ranked):.0%} of the variance in a cell"
+        )
         return (
             f"Suite {card['suite']} (digest {card['digest'][:12]}), split {card['split']}, {len(card['cells'])} cells, "
             f"{n} runs of each; remoras {card['version']}. Score: mean of T_bound / T, "

@@ -124,22 +124,22 @@ def against(first: Scored, other: Scored) -> tuple[float, Interval | None]:
 
 
 def variance_share(strategies: Sequence[Scored]) -> float:
-    """Return the share of the variance of efficiency that the strategy explains, 0 to 1, over common runs.
+    """Return the share of the variance of efficiency within a cell and instance that the strategy explains, 0 to 1.
 
-    Sum of squares of the strategies' means over that of all runs (one-way analysis of variance).
+    Sum of squares of the strategies' means over that of all common runs, without the means of cells and instances
+    (two-way analysis of variance).
 
     >>> runs = {name: [CellRun(n, n, eff, 1.0, True, None, None) for n, eff in enumerate(effs)]
-    ...         for name, effs in {"a": (0.2, 0.4), "b": (0.6, 0.8)}.items()}
+    ...         for name, effs in {"a": (0.2, 0.5), "b": (0.6, 0.7)}.items()}
     >>> round(variance_share([Scored(name, name, {Cell("", "", ""): of_one}) for name, of_one in runs.items()]), 6)
-    0.8
+    0.9
     """
     known = [{(cell, run.repeat): run.efficiency for cell, runs in s.cells.items() for run in runs} for s in strategies]
     common = sorted(set.intersection(*(set(of_one) for of_one in known)))
-    values = [[of_one[key] for key in common] for of_one in known]
-    mean = fmean([value for of_one in values for value in of_one])
-    total = math.fsum((value - mean) * (value - mean) for of_one in values for value in of_one)
-    deviations = [fmean(of_one) - mean for of_one in values]
-    explained = len(common) * math.fsum(deviation * deviation for deviation in deviations)
+    means = {key: fmean([of_one[key] for of_one in known]) for key in common}
+    deviations = [[of_one[key] - means[key] for key in common] for of_one in known]
+    total = math.fsum(deviation * deviation for of_one in deviations for deviation in of_one)
+    explained = len(common) * math.fsum(fmean(of_one) * fmean(of_one) for of_one in deviations)
     return explained / total if total > 0.0 else 0.0
 
 
