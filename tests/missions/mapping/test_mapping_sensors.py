@@ -126,10 +126,7 @@ def test_classifications_of_two_vehicles_fuse_equally_on_all() -> None:
 
 @pytest.mark.slow
 def test_ban_removes_the_effect_of_a_bias_until_it_is_revoked(tmp_path: Path) -> None:
-    """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is.
-
-    The checker of results finds another number of doubted vehicles.
-    """
+    """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is."""
     run = finished(biased=True, banned=True)
     sound = finished(biased=True)
     end = sound.known("ASV00", sound.summary["mission_time_s"])
@@ -150,9 +147,6 @@ def test_ban_removes_the_effect_of_a_bias_until_it_is_revoked(tmp_path: Path) ->
     assert list(run.known("ASV00", at_s).beliefs) == list(sound.known("ASV00", at_s).beliefs)
     sound.save(tmp_path / "run")
     assert list(verify(tmp_path / "run").lines) == []
-    summary = tmp_path / "run" / "summary.json"
-    summary.write_text(summary.read_text().replace('"n_doubted": 1', '"n_doubted": 0'))
-    assert list(verify(tmp_path / "run").lines) == ["summary: n_doubted is 0; expected: 1 [figures]"]
 
 
 # The sensor ------------------------------------------------------------------------------------------
