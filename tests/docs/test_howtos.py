@@ -186,9 +186,6 @@ def knowledge_query_gives_observers_and_reception_times(folder: Path, said: dict
     assert got == received
     assert all((one["received_s"] is None) == (one["vehicle"] == one["observer"]) for one in answer)
     assert {one["sender"] for one in answer} >= {"AUV00", "AUV01", "AUV02"}
-    first, second = ((folder / name).read_text(encoding="utf-8").splitlines() for name in ("first.nt", "second.nt"))
-    assert first == sorted(first)
-    assert len({*first} ^ {*second}) < 0.1 * len(first)  # all but the last that were told
 
 
 @claimed("sea")

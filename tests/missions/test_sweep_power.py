@@ -98,15 +98,16 @@ def small(tmp_path: Path) -> Study:
 
 
 class Remembering(Serial):
-    """Executor that makes each run once for all tests here, which examine the storage of runs only."""
+    """Executor that makes equal runs once for all tests here, which examine the storage of runs only."""
 
-    made: ClassVar[dict[str, FinishedRun]] = {}
+    made: ClassVar[dict[tuple[str, ...], list[FinishedRun]]] = {}
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        *_, task = args
-        if task.key not in self.made:
-            self.made[task.key] = fn(*args)
-        return super().submit(lambda: self.made[task.key])
+        *_, tasks = args
+        keys = tuple(task.key for task in tasks)
+        if keys not in self.made:
+            self.made[keys] = fn(*args)
+        return super().submit(lambda: self.made[keys])
 
 
 @pytest.fixture(scope="module")
