@@ -129,12 +129,9 @@ def test_no_helper_waits_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.Mon
     assert ended_s(flown("resupply-field", lost("AUV03", 700.0))) > ended_s(done) + 500.0
 
 
-def test_drill_is_helped_although_its_holder_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A job without shared assignment has no known holder, but its reported position is known."""
-    keys = 'strategy.name="status-broadcast"'
-    assert sampled(1, keys).completed
-    monkeypatch.setattr(Bringing, "_is_awaited", lambda self, picture: bool(self._help.holders))
-    assert not flown("resupply-field", keys).completed
+def test_drill_is_helped_although_no_vehicle_assigned_its_job() -> None:
+    """Each vehicle takes its jobs by itself."""
+    assert sampled(1, 'strategy.name="status-broadcast"').completed
 
 
 def test_run_without_communication_ends_and_names_holes_without_energy() -> None:
