@@ -57,6 +57,11 @@ class Measure:
         """True for the success rate, whose intervals are Wilson's."""
         return self.metric.name == RATE and not self.signed
 
+    @staticmethod
+    def is_off_scale(row: Comparison) -> bool:
+        """True if fewer than half of the runs reached the event: then the mean is mostly the mission duration."""
+        return row.n_reached is not None and 2 * row.n_reached < row.n
+
     def bounds(self, row: Comparison) -> tuple[float, float]:
         """Return the interval on the axis: of completed runs if all completed; minimum and maximum without one."""
         all_reached = row.n_reached == row.n

@@ -12,11 +12,13 @@ from missions.metric import Better, Metric
 from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.sweeps.folder import SweepResults
 from visualisation import words
-from visualisation.sweeps.arrangement import Arrangement, Measure, PanelSettings
+from visualisation.sweeps.arrangement import Arrangement, Measure, PanelSettings, of_differences
 
 GOAL = "mission.goal"
 OF_RATES = "95 % Wilson intervals"
 RESTRICTED = "Runs that failed or did not complete count with the full mission duration (restricted mean)."
+OFF_SCALE = "An open arrow at the rim: fewer than half of the runs completed, and the mean is off the scale."
+COUNTED = "Beside arrows: completed/all runs, where these change along a series."
 CENSORED = (
     f"{RESTRICTED} Where all runs of a point completed, the interval is of the mean of completed runs only; where some "
     "did not, it is of the restricted mean."
@@ -35,6 +37,7 @@ def metric_caption(
         _without_values(arrangement, rows),
         _spacing(arrangement, rows),
         CENSORED if measure.metric.censored else "",
+        _off_scale(rows, COUNTED),
         _cases(arrangement),
         "" if rate else unequal_work(rows, arrangement),
         _panels(arrangement, combinations),
@@ -52,6 +55,7 @@ def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measu
         *notes,
         _cases(arrangement),
         CENSORED if any(measure.metric.censored for measure in measures) else "",
+        _off_scale(rows, COUNTED),
     )
 
 
@@ -69,6 +73,7 @@ def differences_caption(
         measure.metric.note,
         _cases(arrangement),
         CENSORED if measure.metric.censored else "",
+        _off_scale(of_differences(measure, rows)[1], COUNTED),
         unequal_work(rows, arrangement),
         _panels(arrangement, combinations),
     )
@@ -82,19 +87,29 @@ def unequal_work(rows: Sequence[Comparison], arrangement: Arrangement) -> str:
     return f"Unequal work: success rates significantly below the highest: {', '.join(names)}."
 
 
+def _off_scale(rows: Sequence[Comparison], *more: str) -> str:
+    off = [row for row in rows if Measure.is_off_scale(row)]
+    return words.joined(OFF_SCALE, *more) if off and len(off) < sum(row.n_reached is not None for row in rows) else ""
+
+
 def _cases(arrangement: Arrangement) -> str:
     listed = [f"{number} {case}" for number, case in enumerate(arrangement.cases, 1)]
     return f"Cases: {', '.join(listed)}." if listed else ""
 
 
 def trade_off_caption(
-    arrangement: Arrangement, combinations: Sequence[PanelSettings], across: Measure, up: Measure
+    arrangement: Arrangement,
+    combinations: Sequence[PanelSettings],
+    rows: Sequence[Comparison],
+    across: Measure,
+    up: Measure,
 ) -> str:
     """Return the caption of one metric over another."""
     return words.joined(
         f"{words.capital(up.name)} over {across.name}. Lines join the means in order of "
         f"{arrangement.axis_label}, which the marker size shows. Crosses show {INTERVALS_OF_MEANS}.",
         CENSORED if across.metric.censored or up.metric.censored else "",
+        _off_scale(rows),
         _cases(arrangement),
         _panels(arrangement, combinations),
     )

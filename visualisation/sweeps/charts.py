@@ -8,6 +8,8 @@ denote the strategy, line and fill the policy.
 from __future__ import annotations
 
 import itertools
+import math
+import operator
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -15,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
 
 from missions.comparison import Comparison
 from missions.comparison.effects import ALL, MainEffect
@@ -37,6 +40,8 @@ SPREAD = 10.0  # minimum ratio of the largest to the smallest mean for a logarit
 HOLLOW = (1, 3, 4)  # looks with hollow markers, as all from the eighth on, to separate looks of one line style
 SIDE_BY_SIDE, MOST_ASIDE = 0.45, 0.045
 """Maximum spread of points of one axis value, as share of the step and of the axis."""
+RIM_IN, MOST_RIM, LEAST_LABEL_IN = 0.17, 0.5, 0.11
+"""Height of a row of arrows at the rim, maximum share of a panel for all of them, minimum height with labels."""
 SIZES_PT = (2.0, 6.0)  # sizes of trade-off markers at the low and the high end of the axis
 
 
@@ -82,10 +87,11 @@ def metric(
     with style.paper():
         titles = [arrangement.titles[combination] for combination in combinations]
         figure, panels = _page(arrangement, titles, width_in, rows=rows)
-        shown = [arrangement.of(combination, rows) for combination in combinations]
-        for axes, own in zip(panels, shown, strict=True):
-            _curves(axes, arrangement, own, measure)
-        _scale(panels, [row for own in shown for row in own], measure, "y")
+        shown = [row for combination in combinations for row in arrangement.of(combination, rows)]
+        rim = Rim.of(arrangement, shown, measure, BODY_IN)
+        for axes, combination in zip(panels, combinations, strict=True):
+            _curves(axes, arrangement, arrangement.of(combination, rows), measure, rim)
+        _scale(panels, shown, measure, "y", rim)
         _finish(figure, panels, BODY_IN, measure.label)
     return figure
 
@@ -105,10 +111,11 @@ def overview(
         figure, panels = _page(arrangement, [measure.name for measure in measures], width_in, columns=3)
         for axes, measure in zip(panels, measures, strict=True):
             own = arrangement.of(combination, rows[measure.metric.name])
-            _curves(axes, arrangement, own, measure, 0.75)
+            rim = Rim.of(arrangement, own, measure, OVERVIEW_BODY_IN)
+            _curves(axes, arrangement, own, measure, rim, 0.75)
             axes.set_ylabel(measure.unit)  # the title has the name
             if own:
-                _scale([axes], own, measure, "y")
+                _scale([axes], own, measure, "y", rim)
             else:
                 axes.text(0.5, 0.5, "no values", transform=axes.transAxes, ha="center", color=style.GREY)
                 axes.set_yticks([])
@@ -134,10 +141,12 @@ def trade_off(
     with style.paper():
         titles = [arrangement.titles[combination] for combination in combinations]
         figure, panels = _page(arrangement, titles, width_in, across.label)
+        across_rows, up_rows = ([row for pair in shown for row in pair[number]] for number in (0, 1))
+        rim = Rim.of(arrangement, up_rows, up, TRADE_OFF_BODY_IN)
         for axes, own in zip(panels, shown, strict=True):
-            _crosses(axes, arrangement, own, (across, up), sizes)
-        for number, (measure, along) in enumerate(((across, "x"), (up, "y"))):
-            _scale(panels, [row for pair in shown for row in pair[number]], measure, along)
+            _crosses(axes, arrangement, own, (across, up), sizes, rim)
+        _scale(panels, across_rows, across, "x")
+        _scale(panels, up_rows, up, "y", rim)
         _size_key(figure, arrangement.axis_label, sizes)
         _finish(figure, panels, TRADE_OFF_BODY_IN, up.label)
     return figure
@@ -161,8 +170,55 @@ def _places(arrangement: Arrangement, rows: Sequence[Comparison]) -> Places:
     return Places(positions, step, min(SIDE_BY_SIDE * step, MOST_ASIDE * width))
 
 
+class Rim(NamedTuple):
+    """Rows of arrows at the rim, one per series with points off the scale; height of a row (in) and of the panel."""
+
+    rows: tuple[tuple[str, str], ...] = ()
+    row_in: float = RIM_IN
+    body_in: float = BODY_IN
+
+    @classmethod
+    def of(cls, arrangement: Arrangement, rows: Sequence[Comparison], measure: Measure, body_in: float) -> Rim:
+        """Return the rim of a figure of ``rows``; without any if all points are off the scale."""
+        off = {(row.strategy, row.policy) for row in rows if measure.is_off_scale(row)}
+        if all(map(measure.is_off_scale, rows)):
+            return cls()
+        series = tuple(key[:2] for key in arrangement.series if key[:2] in off)
+        return cls(series, min(RIM_IN, MOST_RIM * body_in / max(1, len(series))), body_in)
+
+    def holds(self, row: Comparison, measure: Measure) -> bool:
+        """True if the point of a row is an arrow at the rim."""
+        return bool(self.rows) and measure.is_off_scale(row)
+
+    @property
+    def share(self) -> float:
+        """Share of the panel for the arrows on one side."""
+        return len(self.rows) * self.row_in / self.body_in
+
+    def draw(
+        self, axes: Axes, points: Sequence[tuple[float, Comparison]], look: Mapping[str, Any], labelled: bool = True
+    ) -> None:
+        """Draw an arrow at each x, ``labelled`` with completed/all runs where these differ from the arrow before."""
+        before = ""
+        for x, row in points:
+            number, up = self.rows.index((row.strategy, row.policy)), row.mean > 0.0
+            edge, inward = (1.0, -1.0) if up else (0.0, 1.0)
+            tail, tip = (
+                axes.get_xaxis_transform()
+                + ScaledTranslation(0.0, inward * self.row_in * (number + part), axes.figure.dpi_scale_trans)
+                for part in (0.8, 0.1)
+            )
+            arrow = {"arrowstyle": "->", "color": look["color"], "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", (x, edge), (x, edge), tip, tail, arrowprops={**arrow, "mutation_scale": 5.0})
+            axes.plot([x], [edge], transform=tail, **{**look, "markerfacecolor": "white", "linestyle": ""})
+            text = f"{row.n_reached}/{row.n}"
+            if labelled and text != before and self.row_in >= LEAST_LABEL_IN:
+                axes.annotate(text, (x, edge), (4.0, 0.0), tail, "offset points", fontsize=style.TINY_PT, va="center")
+            before = text
+
+
 def _curves(
-    axes: Axes, arrangement: Arrangement, rows: Sequence[Comparison], measure: Measure, size: float = 1.0
+    axes: Axes, arrangement: Arrangement, rows: Sequence[Comparison], measure: Measure, rim: Rim, size: float = 1.0
 ) -> None:
     curves = arrangement.curves(rows)
     places = _places(arrangement, rows)
@@ -175,9 +231,12 @@ def _curves(
         look = {**drawn[series], "markersize": size * drawn[series]["markersize"]}
         if arrangement.cases:  # they are no scale, so nothing lies between them
             look["linestyle"] = ""
-        for x, row in zip(xs, own, strict=True):
+        off = [rim.holds(row, measure) for row in own]
+        for x, row in itertools.compress(zip(xs, own, strict=True), map(operator.not_, off)):
             axes.vlines(x, *measure.bounds(row), color=look["color"], linewidth=0.7)
-        axes.plot(xs, [row.mean * measure.scale for row in own], **look)
+        means = [math.nan if is_off else row.mean * measure.scale for row, is_off in zip(own, off, strict=True)]
+        axes.plot(xs, means, **look)
+        rim.draw(axes, list(itertools.compress(zip(xs, own, strict=True), off)), look)
     _place_ticks(axes, places, arrangement)
 
 
@@ -197,6 +256,7 @@ def _crosses(
     shown: Sequence[Sequence[Comparison]],
     measures: tuple[Measure, Measure],
     sizes: Mapping[float, float],
+    rim: Rim,
 ) -> None:
     across, up = measures
     drawn = looks(arrangement.series)
@@ -207,6 +267,9 @@ def _crosses(
         factor = look.pop("markersize") / 3.4
         above = {arrangement.x(row): row for row in curves[1].get(series, [])}
         pairs = [(row, above[arrangement.x(row)]) for row in own if arrangement.x(row) in above]
+        off = [(x.mean * across.scale, y) for x, y in pairs if rim.holds(y, up)]
+        pairs = [pair for pair in pairs if not rim.holds(pair[1], up)]
+        rim.draw(axes, off, {**marker, "color": look["color"]}, labelled=False)
         centres = [(x.mean * across.scale, y.mean * up.scale) for x, y in pairs]
         axes.plot([x for x, _ in centres], [y for _, y in centres], **look, linewidth=0.7, zorder=2)
         for (row, other), (x, y) in zip(pairs, centres, strict=True):
@@ -221,7 +284,12 @@ def _sizes(n: int) -> list[float]:
     return [low + (high - low) * number / max(1, n - 1) for number in range(n)]
 
 
-def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure, along: str) -> None:
+def _scale(
+    panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure, along: str, rim: Rim | None = None
+) -> None:
+    """Scale the axis to the points that are no arrows at the rim."""
+    off = [row for row in rows if rim is not None and rim.holds(row, measure)]
+    rows = [row for row in rows if row not in off]
     means = [row.mean * measure.scale for row in rows]
     ends = [*means, *(end for row in rows for end in measure.bounds(row))]
     log = not measure.share and not measure.signed and min(ends) > 0.0 and max(means) > SPREAD * min(means)
@@ -234,6 +302,16 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
             subs = (1.0, 2.0, 5.0) if limits[1] < 300.0 * limits[0] else (1.0,)
             style.logarithmic(axes, along, subs)
         axes.set(**{f"{along}lim": limits})
+        if rim is not None and off:
+            # The axis ends before the arrows, which have no value on it.
+            if not log:
+                axes.yaxis.set_major_locator(MaxNLocator(5))
+            axes.set_yticks([tick for tick in axes.get_yticks() if limits[0] <= tick <= limits[1]])
+            axes.spines["left"].set_bounds(*limits)
+            below, above = (rim.share * any((row.mean > 0.0) is up for row in off) for up in (False, True))
+            shown = 1.0 - below - above
+            whole = [(0.0, -below / shown), (0.0, 1.0 + above / shown)]
+            axes.set_ylim(*(axes.transScale + axes.transLimits).inverted().transform(whole)[:, 1])
 
 
 def _limits(ends: Sequence[float], signed: bool) -> tuple[float, float]:

@@ -309,7 +309,7 @@ def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbe
         return SweepChart(title, own, text, partial(charts.overview, arrangement, group[0], drawn, rows))
     if kind == "trade-off":
         across, up = drawn
-        text = captions.trade_off_caption(arrangement, group, across, up)
+        text = captions.trade_off_caption(arrangement, group, own, across, up)
         return SweepChart(title, own, text, partial(charts.trade_off, arrangement, group, across, up, rows))
     if kind == "differences":
         compared, differences = of_differences(drawn[0], rows[drawn[0].metric.name])

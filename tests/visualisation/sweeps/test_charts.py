@@ -2,18 +2,21 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from legibility import check_texts
 from matplotlib.axes import Axes
-from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
+from synthetic_sweeps import FEW, HORIZON_S, SEVEN, Sweep, law, rows_of
 
 from missions.comparison import Comparison
 from missions.metric import Better, Metric
 from visualisation import style
 from visualisation.output import DrawingError
-from visualisation.sweeps import charts
-from visualisation.sweeps.arrangement import arranged, by_kind, measure
+from visualisation.sweeps import charts, sweep_picture
+from visualisation.sweeps.arrangement import Series, arranged, by_kind, measure
 
 TIME = Metric("mission_time_s", "s", Better.LOWER, "mission time", lambda run: run.end_s)
 
@@ -41,6 +44,48 @@ def test_strategy_and_policy_pairs_have_distinct_colours_and_lines(tmp_path: Pat
         arranged(rows_of(tmp_path, Sweep(SEVEN, policies, channels=[("perfect", [0.0], {})], repeats=1))).series
     )
     assert len({(look["color"], str(look["linestyle"])) for look in looks.values()}) == len(looks) == 28
+
+
+@given(st.integers(1, 16))
+def test_series_and_vehicles_differ_without_colour(n: int) -> None:
+    """In line and marker, so that no colour repeats without another mark; a hollow marker is another one."""
+    vehicles = [style.vehicle_look(number) for number in range(n)]
+    assert len({(str(look.line), look.marker) for look in vehicles}) == n
+    assert len({(look.colour, str(look.line)) for look in vehicles}) == n
+    series = charts.looks([Series(f"own {number}", "ack", "") for number in range(n)]).values()
+    marks = {(str(look["linestyle"]), look["marker"], look["markerfacecolor"] == "white") for look in series}
+    assert len(marks) == len(series) == n
+    assert len({(look["color"], look["marker"]) for look in series}) == n
+
+
+def never(strategy: str, policy: str, per: float, repeat: int, settings: dict[str, Any]) -> dict[str, Any]:
+    """The law, but `fixed-partition` completes no run, or one of nine without loss."""
+    own = law(strategy, policy, per, repeat, settings)
+    if strategy != "fixed-partition" or (repeat == per == 0):
+        return {**own, "completed": True, "mission_time_s": min(own["mission_time_s"], 3000.0)}
+    return {**own, "completed": False, "mission_time_s": HORIZON_S}
+
+
+@pytest.mark.parametrize("kind", ["mission-time", "differences", "overview", "trade-off"])
+def test_series_that_does_not_complete_is_at_the_rim(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The others fill the axis below; with the runs that did not complete it would end at the horizon of 7200 s."""
+    sweep = Sweep(SEVEN[:3], channels=[("bernoulli", (0.0, *FEW), {})], repeats=9, summary=never)
+    drawn = sweep_picture(sweep.write(tmp_path / "sweep"), kind, width_in=3.5)
+    check_texts(drawn.figure, monkeypatch)
+    shown = drawn.figure.axes[0]
+    texts = {text.get_text() for text in shown.texts}
+    assert texts - {""} == (set() if kind == "trade-off" else {"1/9", "0/9"})
+    assert sum(text.get_text() == "" for text in shown.texts) == 4  # the arrows
+    assert shown.get_ylim()[1] < HORIZON_S / 2
+    assert shown.spines["left"].get_bounds()[1] < shown.get_ylim()[1]
+    assert "fewer than half of the runs completed" in drawn.caption
+
+
+def test_series_keep_the_axis_if_none_completes(tmp_path: Path) -> None:
+    none = rows_of(tmp_path, Sweep(["fixed-partition"], channels=[("bernoulli", FEW, {})], repeats=9, summary=never))
+    assert max(y for line in chart(none).get_lines() for y in line.get_ydata()) == HORIZON_S
 
 
 def test_points_at_one_value_are_side_by_side_in_legend_order(tmp_path: Path) -> None:

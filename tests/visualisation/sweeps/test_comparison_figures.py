@@ -65,7 +65,11 @@ def table(path: Path) -> list[dict[str, str]]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "width_in"),
-    [*((name, 3.5 if name == "three channels" else None) for name in SWEEPS), ("seven strategies", 7.0)],
+    [
+        *((name, 3.5 if name == "three channels" else None) for name in SWEEPS),
+        ("seven strategies", 7.0),
+        ("unforeseen", 3.5),
+    ],
 )
 def test_texts_overlap_nothing_and_means_are_inside_the_frame(
     sweeps: dict[str, SweepResults], name: str, width_in: float | None, monkeypatch: pytest.MonkeyPatch
