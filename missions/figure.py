@@ -133,26 +133,23 @@ def round_up(value: float) -> float:
     return next(step * size for step in STEPS if value <= step * size)
 
 
-def axis_end_s(results: RunResults) -> float:
-    """Return the mission time rounded up (s): runs of similar duration get equal time axes."""
-    return round_up(max(float(results.summary["mission_time_s"]), 1.0))
+def run_end_s(results: RunResults) -> float:
+    """Return the end of the run, at least 1 s, so that it can be an axis."""
+    return max(float(results.summary["mission_time_s"]), 1.0)
 
 
 def draw_counts(
-    axes: Axes, style: Style, end_s: float, curves: Iterable[tuple[str, Iterable[float], str, str]], label: str
+    axes: Axes, results: RunResults, style: Style, curves: Iterable[tuple[str, Iterable[float], str, str]], label: str
 ) -> None:
     """Draw cumulative counts over time: label, times (s), line style and colour of each curve."""
+    end_s = run_end_s(results)
     for name, times_s, line, colour in curves:
         ordered = sorted(times_s)
         axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", linestyle=line,
                   color=colour, label=name)  # fmt: skip
+    axes.set_xlim(0.0, end_s)
     axes.set_xlabel(style.axis("time", "s"))
     axes.set_ylabel(style.axis(label))
-
-
-def last_position_s(results: RunResults) -> float:
-    """Return the time of the last recorded position (s)."""
-    return max((row["time_s"] for row in results.rows("trajectories")), default=0.0)
 
 
 Draw = Callable[["Axes", RunResults, Style], str]

@@ -60,7 +60,7 @@ def legend(
         return
     width_in = figure.get_figwidth()
     for entry in entries:
-        entry.set_label(style.fitted(str(entry.get_label()), min(room_in, width_in - 0.7), style.SMALL_PT))
+        entry.set_label(style.wrapped(str(entry.get_label()), min(room_in, width_in - 0.7), style.SMALL_PT))
     columns = style.legend_columns([str(entry.get_label()) for entry in entries], width_in - 0.1)
     figure.legend(handles=list(entries), loc=edge, **{"ncols": columns, **look})
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.fault import OVER, Absence, absence
-from missions.figure import PointM, RunResults
+from missions.figure import PointM, RunResults, run_end_s
 
 K = TypeVar("K")
 RoleKey = tuple[str, str]  # group, role
@@ -212,7 +212,7 @@ def milestones(results: RunResults) -> list[MilestoneRow]:
 def vehicle_faults(results: RunResults) -> list[VehicleFault]:
     """Return faults declared in the scenario, in order of their start."""
     kinds = {fault.get("kind") for fault in results.scenario_tables.get("fault", ())}
-    last_s = end_s(results)
+    last_s = run_end_s(results)
     faults: list[VehicleFault] = []
     for row in results.rows("faults"):
         vehicle, kind, time_s = row["vehicle"], row["kind"], float(row["time_s"])
@@ -228,11 +228,6 @@ def vehicle_faults(results: RunResults) -> list[VehicleFault]:
     return faults
 
 
-def end_s(results: RunResults) -> float:
-    """Return the end of the run, at least 1 s, so that it can be an axis."""
-    return max(float(results.summary["mission_time_s"]), 1.0)
-
-
 def tenures(results: RunResults) -> dict[str, list[Tenure]]:
     """Return the roles of every vehicle by group, in order of first appearance; none is active during an outage."""
     events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicle_names(results)}
@@ -241,7 +236,7 @@ def tenures(results: RunResults) -> dict[str, list[Tenure]]:
         groups.setdefault(row["group"], len(groups))
         of_role = events[row["vehicle"]].setdefault((row["group"], row["role"]), [])
         of_role.append((row["time_s"], row["event"]))
-    last_s, out = end_s(results), outages(results)
+    last_s, out = run_end_s(results), outages(results)
 
     return {
         vehicle: [

@@ -125,13 +125,25 @@ def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal") ->
     return shown.replace("$", r"\$")
 
 
+def wrapped(text: str, room_in: float, size_pt: float) -> str:
+    """Break ``text`` at spaces into lines of at most ``room_in`` inches; longer words are shortened."""
+    lines = [""]
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}".lstrip()
+        if lines[-1] and width_in(longer, size_pt) > room_in:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return "\n".join(fitted(line, room_in, size_pt) for line in lines)
+
+
 def legend_columns(labels: Sequence[str], room_in: float) -> int:
     """Return the number of legend columns for ``room_in`` inches: fewest rows, then evenly filled.
 
     >>> legend_columns(["a", "b", "c", "d"], 7.0), legend_columns(["a", "b", "c", "d"], 2.0)
     (4, 2)
     """
-    widths_in = [width_in(label, SMALL_PT) + LEGEND_HANDLE_IN for label in labels]
+    widths_in = [max(width_in(line, SMALL_PT) for line in label.split("\n")) + LEGEND_HANDLE_IN for label in labels]
     for n_columns in range(len(labels), 1, -1):
         n_rows, more = divmod(len(labels), n_columns)  # matplotlib gives the first columns one entry more
         ends = [n_rows * column + min(column, more) for column in range(n_columns + 1)]

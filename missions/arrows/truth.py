@@ -22,7 +22,7 @@ from missions.arrows.belief_map import (
 )
 from missions.arrows.detectors import CONTACTS, SAME_M, ClassifyingCameraSettings, DetectorSettings
 from missions.arrows.scenario import NOTHING, SITES, UNKNOWN, ArrowsScenario
-from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, run_end_s
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
@@ -298,13 +298,8 @@ METRICS = (
 LEVELS = (0.005, 0.02, 0.1, 0.5)
 
 
-def _until_s(results: RunResults) -> float:
-    return max((row["time_s"] for row in results.rows(MAPS.name)), default=0.0)
-
-
 def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw sites found and identified, and other anomalies explained, over time."""
-    end_s = _until_s(results)
     contacts = reversed(results.rows(CONTACTS.name))
     first_s = {row["cell"]: row["time_s"] for row in contacts if row["kind"] in SITES}
     right = [row for row in results.rows(IDENTIFIED.name) if row["identity"] == row["kind"]]
@@ -314,7 +309,7 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
         ("sites identified", sites, "--", style.black),
         ("other anomalies identified", others, ":", style.grey),
     )
-    draw_counts(axes, style, end_s, curves, "number")
+    draw_counts(axes, results, style, curves, "number")
     return "A site is found at its first detection, and identified at its first correct identification."
 
 
@@ -324,6 +319,7 @@ def _draw_of_maps(axes: Axes, results: RunResults, style: Style, column: str, la
         own = [row for row in rows if row["vehicle"] == vehicle]
         axes.plot([row["time_s"] for row in own], [row[column] for row in own], color=look.colour,
                   marker=look.marker, markevery=5, markersize=4, linewidth=1.0, label=vehicle)  # fmt: skip
+    axes.set_xlim(0.0, run_end_s(results))
     axes.set_xlabel(style.axis("time", "s"))
     axes.set_ylabel(style.axis(label, "bit"))
 
@@ -381,7 +377,7 @@ def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
         way_m = [(row["x_m"], row["y_m"]) for row in rows if row["vehicle"] == vehicle]
         if len(set(way_m)) > 1:
             east_m, north_m = zip(*way_m, strict=True)
-            axes.plot(east_m, north_m, color=look.colour, linewidth=0.7, label=vehicle, zorder=3)
+            axes.plot(east_m, north_m, color=look.colour, linestyle=look.line, linewidth=0.7, label=vehicle, zorder=3)
 
 
 def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from exchange.arithmetic import distance
 from missions.fieldwork.energy import BORED, BROUGHT, CAME, HALTED, LEAST_SHARE, Boring, ChargerSettings, Energies
 from missions.fieldwork.jobs import LYING_AT, ON_LINE_M, Lift, SeaField, SurveyLine
-from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, last_position_s
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts
 from missions.meeting.job_mission import THERE_M
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth, done_s, first_s, mean_of_all_s
@@ -307,7 +307,7 @@ RESUPPLY_METRICS = (
 
 def draw_jobs(axes: Axes, results: RunResults, style: Style, label: str, says: str) -> str:
     """Draw jobs done over time."""
-    draw_counts(axes, style, last_position_s(results), [("fleet", first_s(results).values(), "-", style.black)], label)
+    draw_counts(axes, results, style, [("fleet", first_s(results).values(), "-", style.black)], label)
     axes.locator_params("y", integer=True)
     return says
 
@@ -319,7 +319,7 @@ def draw_kinds(axes: Axes, results: RunResults, style: Style, table: Table, even
     sites = {site["name"] for site in results.scenario_tables["site"]}
     sites_s = [time_s for job, time_s in first_s(results).items() if job in sites]
     curves = ("sites surveyed", sites_s, "-", style.black), (label, done_s.values(), "--", style.black)
-    draw_counts(axes, style, last_position_s(results), curves, "done")
+    draw_counts(axes, results, style, curves, "done")
     axes.locator_params("y", integer=True)
     return says
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from exchange.arithmetic import distance
-from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, axis_end_s, round_up
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, round_up, run_end_s
 from missions.mapping.sensors import SIGHTINGS
 from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
@@ -200,7 +200,7 @@ def first_mapped(results: RunResults) -> dict[tuple[int, int], tuple[float, str]
 
 def draw_coverage(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw the mapped share (%) of the fleet and of each vehicle over time."""
-    end_s = max(float(results.summary["mission_time_s"]), 1.0)
+    end_s = run_end_s(results)
     cells = sorted(first_mapped(results).values())
     share = 100.0 * results.summary["coverage_fraction"] / len(cells) if cells else 0.0
 
@@ -213,7 +213,7 @@ def draw_coverage(axes: Axes, results: RunResults, style: Style) -> str:
     step([time_s for time_s, _ in cells], "fleet", style.black, "-", 1.6)
     for vehicle, look in style.looks.items():
         step([time_s for time_s, by in cells if by == vehicle], vehicle, look.colour, look.line, 1.0)
-    axes.set_xlim(0.0, axis_end_s(results))
+    axes.set_xlim(0.0, end_s)
     axes.set_ylim(-2.0, 102.0)
     axes.set_xlabel(style.axis("time", "s"))
     axes.set_ylabel(style.axis("mapped", "%"))

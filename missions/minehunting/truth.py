@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from missions.figure import Declared, Figure, Mark, RunResults, Style, last_position_s
+from missions.figure import Declared, Figure, Mark, RunResults, Style, run_end_s
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth, mean_of_all_s
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
@@ -109,13 +109,14 @@ def draw_classified(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw strips taken and contacts classified over time."""
     taken_s = [row["time_s"] for row in results.table(STRIPS.name).to_pylist()]
     said_s = [row["time_s"] for row in results.table(CLASSIFICATIONS.name).to_pylist()]
-    end_s = last_position_s(results)
+    end_s = run_end_s(results)
     for times_s, label, color, line in (
         (taken_s, "strips taken", style.grey, "--"),
         (said_s, "contacts classified", style.black, "-"),
     ):
         shares = [number / max(1, len(times_s)) for number in range(len(times_s) + 1)]
         axes.step([0.0, *times_s, end_s], [*shares, shares[-1]], where="post", color=color, linestyle=line, label=label)
+    axes.set_xlim(0.0, end_s)
     axes.set_xlabel(style.axis("time", "s"))
     axes.set_ylabel(style.axis("share of the final number"))
     return "The lag between the curves is due to the channel and to undecided analysts."

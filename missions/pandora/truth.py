@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, cast
 
 from exchange.arithmetic import distance
-from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, last_position_s
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, run_end_s
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth, first_s
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
@@ -311,7 +311,7 @@ def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
     curves = (
         ("reported as done", taken.values(), "--", style.grey), ("truly serviced", serviced.values(), "-", style.black),
     )  # fmt: skip
-    draw_counts(axes, style, last_position_s(results), curves, "parts")
+    draw_counts(axes, results, style, curves, "parts")
     return "Where the dashed line is above the other, parts are falsely reported as done."
 
 
@@ -331,6 +331,7 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
                   color=look.colour, linestyle="none", label=f"found by {vehicle}")  # fmt: skip
     axes.set_yticks(range(len(names)), names, fontsize="x-small")
     axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_xlim(0.0, run_end_s(results))
     axes.set_xlabel(style.axis("time", "s"))
     return "An upset occurs when a vehicle that works on the part comes near."
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from exchange.arithmetic import distance
-from missions.figure import Figure, Layer, RunResults, Style, axis_end_s
+from missions.figure import Figure, Layer, RunResults, Style, run_end_s
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
@@ -342,7 +342,7 @@ def uses(results: RunResults, services: Any) -> list[tuple[str, str, float, floa
 
 def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw a lane per service: grey while it reports to work, bars while plans use it."""
-    reports, end_s = statuses(results), max(float(results.summary["mission_time_s"]), 1.0)
+    reports, end_s = statuses(results), run_end_s(results)
     names = list(reports)
     for lane, name in enumerate(names):
         times = [*reports[name], (end_s, "")]
@@ -360,7 +360,7 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
         axes.barh(bar, to_s - from_s, left=from_s, height=height, color=colour, label=label)
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
-    axes.set_xlim(0.0, axis_end_s(results))
+    axes.set_xlim(0.0, end_s)
     axes.set_xlabel(style.axis("mission time", "s"))
     return (
         "Grey: the service reports that it works; a cross: that it has failed. Coloured: a plan step of that vehicle "
@@ -370,7 +370,7 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw states over time with messages and violations."""
-    rows, end_s = results.table(CHOREOGRAPHY.name).to_pylist(), max(float(results.summary["mission_time_s"]), 1.0)
+    rows, end_s = results.table(CHOREOGRAPHY.name).to_pylist(), run_end_s(results)
     pattern = results.scenario_tables.get("choreography", {})
     states = [state["name"] for state in pattern.get("state", [])]
     moves = [row for row in rows if not row["violation"]]
@@ -386,7 +386,7 @@ def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
         marker, colour = (look.marker, look.colour) if look else ("x", style.black)
         axes.plot([t for t, _ in own], [n for _, n in own], marker, color=colour, label=name)
     axes.set_yticks(range(len(states)), states)
-    axes.set_xlim(0.0, axis_end_s(results))
+    axes.set_xlim(0.0, end_s)
     axes.set_xlabel(style.axis("mission time", "s"))
     n = len(marks["violation"])
     return f"A mark is the first transmission of a message by that vehicle. Violations of the pattern: {n}."

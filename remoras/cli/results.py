@@ -74,6 +74,9 @@ def plot(
             help="Vehicle whose view the figure organisation shows; default: each vehicle's own roles.",
         ),
     ] = "",
+    panel: Annotated[
+        str, typer.Option(metavar="LETTER", help="The only panel to draw of the figure trajectories, such as a.")
+    ] = "",
     draw_all: Annotated[
         bool, typer.Option("--all", help="Sweep: draw all figures; default: the eight most relevant to its factors.")
     ] = False,
@@ -81,8 +84,8 @@ def plot(
     """Draw figures of a run (trajectories, roles and more) or of a sweep (ranking and more)."""
     form = figure_format(file_format, out or folder)
     if (folder / "study.json").is_file():
-        if at is not None or viewer:
-            fail(f"--at and --viewer: apply to the organisation of a single run, and {folder} holds a sweep")
+        if at is not None or viewer or panel:
+            fail(f"--at, --viewer and --panel: apply to figures of a single run, and {folder} holds a sweep")
         from missions.sweeps.folder import SweepResults
         from visualisation.sweeps import draw_sweep_figures
         from visualisation.sweeps.arrangement import RANKED
@@ -104,7 +107,7 @@ def plot(
     from missions.runs.results import Results
 
     results = Results.read(folder)
-    _show_drawn(draw_run(results, kinds or (), out or folder, form, width, at, viewer))
+    _show_drawn(draw_run(results, kinds or (), out or folder, form, width, at, viewer, panel))
 
 
 def draw_run(
@@ -115,6 +118,7 @@ def draw_run(
     width_in: float | None = None,
     at_s: float | None = None,
     viewer: str = "",
+    panel: str = "",
 ) -> Drawn:
     """Draw a run with figures of its mission and of the user."""
     from missions.scenarios.parts import mission_of, with_figures
@@ -123,7 +127,7 @@ def draw_run(
 
     mission = mission_of(results.scenario)
     asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS, *FACTORIAL_KINDS))
-    return draw_run_figures(results, asked, out, file_format, figures, mission.places, width_in, at_s, viewer)
+    return draw_run_figures(results, asked, out, file_format, figures, mission.places, width_in, at_s, viewer, panel)
 
 
 def _show_drawn(drawn: Drawn) -> None:

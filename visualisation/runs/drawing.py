@@ -22,8 +22,8 @@ from visualisation.output import (
 if TYPE_CHECKING:
     from visualisation.page import DrawnPage
 
-ORGANISATION = "organisation"
-HEATMAPS = ("delivery", "knowledge", "links")
+ORGANISATION, LINKS, TRAJECTORIES = "organisation", "links", "trajectories"
+HEATMAPS = ("delivery", "knowledge", LINKS)
 
 
 def run_picture(
@@ -34,6 +34,7 @@ def run_picture(
     width_in: float | None = None,
     at_s: float | None = None,
     viewer: str = "",
+    panel: str = "",
 ) -> DrawnPage:
     """Draw one figure of a run in memory, with its caption and notes on omissions.
 
@@ -42,9 +43,10 @@ def run_picture(
         width_in: None for the default of the kind.
         at_s, viewer: time and vehicle of the organisation shown; None for the end of the run, empty for each
             vehicle's own view.
+        panel: letter of the only panel of the trajectories; empty for all.
 
-    Raises DrawingError for an unknown kind, missing tables, a width out of range, no such time or viewer, or failure of
-    the mission's function.
+    Raises DrawingError for an unknown kind, missing tables, a width out of range, no such time, viewer or panel, or
+    failure of the mission's function.
     """
     check_width(width_in)
     own = _own(figures)
@@ -56,12 +58,12 @@ def run_picture(
         from visualisation.runs import declared
 
         return declared.declared_picture(own[kind], results, *widths)
-    if kind == "trajectories":
+    if kind == TRAJECTORIES:
         from visualisation.runs import trajectories
 
         layers = [figure for figure in figures if isinstance(figure, Layer)]
         marks = [figure for figure in figures if isinstance(figure, Mark)]
-        return trajectories.picture(results, places, layers, marks, width_in)
+        return trajectories.picture(results, places, layers, marks, width_in, panel)
     if kind == ORGANISATION:
         from visualisation.runs import organisation
 
@@ -81,18 +83,22 @@ def draw_run_figures(
     width_in: float | None = None,
     at_s: float | None = None,
     viewer: str = "",
+    panel: str = "",
 ) -> Drawn:
     """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind; return the files and notes on omissions.
 
     Arguments and errors are as in ``run_picture``; empty ``kinds`` are all with tables, and must include the
-    organisation if ``at_s`` or ``viewer`` is given. Nothing is written if DrawingError is raised.
+    organisation if ``at_s`` or ``viewer`` is given, the trajectories for a ``panel``. A DrawingError leaves no file.
     """
     own = _own(figures)
     _check_kinds(kinds, own)
     check_width(width_in)
-    if (at_s is not None or viewer) and kinds and ORGANISATION not in kinds:
-        option = f"at {at_s:g} s" if at_s is not None else f"viewer {viewer}"
-        raise DrawingError(f"{option}: applies to the figure {ORGANISATION} only; name it too")
+    options = {f"at {at_s:g} s": ORGANISATION} if at_s is not None else {}
+    options |= {f"viewer {viewer}": ORGANISATION} if viewer else {}
+    options |= {f"panel {panel}": TRAJECTORIES} if panel else {}
+    for option, kind in options.items():
+        if kinds and kind not in kinds:
+            raise DrawingError(f"{option}: applies to the figure {kind} only; name it too")
     check_format(format)
     asked = list(dict.fromkeys(kinds)) or [*KINDS, *own]
     missing = {kind: reason for kind in asked if (reason := _lacking(results, kind, own))}
@@ -105,7 +111,7 @@ def draw_run_figures(
     contents: list[tuple[str, bytes]] = []
     for kind in asked:
         if kind not in missing:
-            drawn = run_picture(results, kind, figures, places, width_in, at_s, viewer)
+            drawn = run_picture(results, kind, figures, places, width_in, at_s, viewer, panel)
             contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format, provenance)))
             contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
             notes += drawn.notes
@@ -136,4 +142,8 @@ def _check_kinds(kinds: Sequence[str], own: Mapping[str, Figure]) -> None:
 
 def _lacking(results: RunResults, kind: str, own: Mapping[str, Figure]) -> str:
     lacking = [table for table in (own[kind].needs if kind in own else KINDS[kind]) if not results.has(table)]
-    return f"these results have no table {', '.join(lacking)}" if lacking else ""
+    if lacking:
+        return f"these results have no table {', '.join(lacking)}"
+    if kind == LINKS and not results.rows("peers") and not any(row["p_loss"] for row in results.rows(LINKS)):
+        return "no vehicle estimated a loss or declared another one absent"
+    return ""

@@ -11,7 +11,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 
-from missions.figure import RunResults, axis_end_s
+from missions.figure import RunResults, run_end_s
 from visualisation import page, run_records, style, words
 from visualisation.page import DrawnPage, panel_in
 from visualisation.run_records import Floats, Span, outages, spans_by
@@ -95,11 +95,11 @@ def strip(
     axes: Axes, results: RunResults, values: Floats, top: float, row_in: float, out: Mapping[str, Sequence[Span]]
 ) -> None:
     """Draw a row of shades per vehicle over mission time, hatched while ``out`` of the mission."""
-    names, end_s = run_records.vehicle_names(results), run_records.end_s(results)
+    names, end_s = run_records.vehicle_names(results), run_end_s(results)
     n = max(1, len(names))
     if values.size:
         draw_shades(axes, values, top, (0.0, end_s, n - 0.5, -0.5))
-    axes.set_xlim(0.0, axis_end_s(results))
+    axes.set_xlim(0.0, end_s)
     name_rows(axes, names, row_in)
     for edge in range(1, n):
         axes.axhline(edge - 0.5, color="white", linewidth=min(1.0, 6.0 * row_in))
@@ -232,7 +232,7 @@ def link_estimates(results: RunResults) -> LinkEstimates:
     """Return estimates of a run at evenly spaced times; NaN before the first one."""
     vehicles = tuple(run_records.vehicle_names(results))
     number = {name: index for index, name in enumerate(vehicles)}
-    n, end_s = len(vehicles), run_records.end_s(results)
+    n, end_s = len(vehicles), run_end_s(results)
     at_s = _sampled(end_s)
     rows = [row for row in results.rows("links") if {row["vehicle"], row["peer"]} <= number.keys()]
     incoming, outgoing = np.full((n, n, POINTS), np.nan), np.full((n, n), np.nan)

@@ -11,7 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from missions.figure import RunResults
+from missions.figure import RunResults, run_end_s
 from visualisation import run_records, style
 from visualisation.page import DrawnPage
 from visualisation.runs import captions
@@ -98,7 +98,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw a row for each task, indented below its parent, with bars while it waits and runs."""
     plans = trees(results)
     shown = fitting(([_band(tree, depth) for tree in plans] for depth in DEPTHS), room_in(results, width_in))
-    looks, end_s = Kit(results).looks, run_records.end_s(results)
+    looks, end_s = Kit(results).looks, run_end_s(results)
     with style.paper():
         page = sheet(results, ends_in(shown)[-1] or 0.3, _legend(), width_in)
         for row, top_in in page.rows(shown):

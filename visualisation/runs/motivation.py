@@ -46,14 +46,13 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     shown = sorted(closest[: columns * n_rows], key=lambda weighed: (weighed.time_s, weighed.vehicle))
     colours = {vehicle: look.colour for vehicle, look in Kit(results).looks.items()}
     names_in = NAME_SHARE * width_in / columns
-    most = max((value for moment in shown for row in moment.rows for value in _ends(row)), default=1.0)
     with style.paper():
         figure = page.opened(width_in, body_in * -(-max(1, len(shown)) // columns))
         panels = page.panels(figure, max(1, len(shown)), columns, framed=True)
         for axes, moment in zip(panels, shown, strict=False):
             axes.set_title(f"{moment.vehicle}, {words.time(moment.time_s)}")
             _bars(axes, moment, colours[moment.vehicle], names_in)
-            axes.set_xlim(0.0, 1.05 * most)
+            axes.set_xlim(0.0, 1.05 * max(value for row in moment.rows for value in _ends(row)))
             # All panels have room for as many bars, so that bars have one height.
             axes.set_ylim(n_bars - 0.3, -0.7)
         for axes in panels[-columns:]:
@@ -124,7 +123,7 @@ def _caption(results: RunResults, n_shown: int, n_found: int) -> str:
     return captions.of_run(
         results,
         "Motivation of the candidate activities at decisions with conflicting candidates.",
-        f"{which} such decisions in time order; colours identify the vehicles.",
+        f"{which} such decisions in time order, each with its own scale; colours identify the vehicles.",
         "A diamond is the mean motivation of the best combination with the activities. The highest is performed, after "
         "vital activities.",
     )

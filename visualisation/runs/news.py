@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.figure import RunResults, round_up
+from missions.figure import RunResults, round_up, run_end_s
 from visualisation import run_records
 from visualisation.run_records import Floats, Span, outages, packets_refused
 
@@ -120,7 +120,7 @@ def traffic(results: RunResults) -> RunPackets:
         np.array([row["slot"] for row in rows], dtype=np.int64),
         np.array([number[row["sender"]] for row in rows], dtype=np.int64),
         PacketOutcome(received & ~lost, lost, collided, refused),
-        run_records.end_s(results),
+        run_end_s(results),
         outages(results),
     )
 

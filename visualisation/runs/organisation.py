@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from missions.figure import RunResults, VehicleLook
+from missions.figure import RunResults, VehicleLook, run_end_s
 from visualisation import run_records, style, words
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage
@@ -77,7 +77,7 @@ def picture(
     Raises DrawingError for no such time or vehicle.
     """
     whole, looks = view_of(results, viewer), Kit(results).looks
-    end_s = run_records.end_s(results)
+    end_s = run_end_s(results)
     shown_s = end_s if at_s is None else at_s
     if not 0.0 <= shown_s <= end_s:
         raise DrawingError(f"at {at_s:g} s: this run lasts from 0 to {end_s:g} s")

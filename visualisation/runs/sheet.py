@@ -1,7 +1,6 @@
 """Pages over mission time: time axis, milestones as numbered flags with their key, bands of named rows.
 
-The axis ends at a round number that all runs of a scenario share. In the panel, y is in inches down from its top, so
-text stays legible for any fleet size.
+The axis ends with the run. In the panel, y is in inches down from its top, so text stays legible for any fleet size.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from missions.figure import RunResults, axis_end_s
+from missions.figure import RunResults, run_end_s
 from visualisation import page, run_records, style, words
 from visualisation.run_records import MilestoneRow, Span
 
@@ -117,8 +116,8 @@ def sheet(results: RunResults, body_in: float, legend: Sequence[Artist], width_i
     page.legend(figure, legend, "outside upper center")
     key = [Line2D([], [], linestyle="", label=f"{mark.number}  {mark.label}") for mark in marks]
     page.legend(figure, key, room_in=width_in, handlelength=0.0, handletextpad=0.0)
-    axes.set(xlim=(0.0, axis_end_s(results)), ylim=(body_in, 0.0), xlabel=words.axis("time", "s"), yticks=[])
-    return Sheet(figure, axes, body_in, marks, run_records.end_s(results))
+    axes.set(xlim=(0.0, run_end_s(results)), ylim=(body_in, 0.0), xlabel=words.axis("time", "s"), yticks=[])
+    return Sheet(figure, axes, body_in, marks, run_end_s(results))
 
 
 def room_in(results: RunResults, width_in: float) -> float:
@@ -152,15 +151,12 @@ def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
     ]
 
 
-def _time_axis(axes: Axes, run_end_s: float, inch_s: float) -> None:
-    end_s = axes.get_xlim()[1]
+def _time_axis(axes: Axes, end_s: float, inch_s: float) -> None:
     # Half an inch has room for the label of a tick.
-    ticks = MaxNLocator(max(1, int(end_s / inch_s / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, run_end_s)
-    shown = [tick for tick in ticks if tick <= run_end_s]
+    ticks = MaxNLocator(max(1, int(end_s / inch_s / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, end_s)
+    shown = [tick for tick in ticks if tick <= end_s]
     axes.set_xticks(shown, [f"{tick:g}" if tick < 1e6 else f"{tick:.3g}" for tick in shown])
     axes.spines["top"].set_visible(False)
-    axes.spines["bottom"].set_bounds(0.0, run_end_s)
-    axes.spines["right"].set_position(("data", run_end_s))
 
 
 def _flags(axes: Axes, marks: Sequence[NumberedMark], inch_s: float) -> None:

@@ -31,7 +31,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     by_sender, by_receiver = _by_frame(traffic)
     titles = (
         "slots: share of receivers that lost the packet",
-        "receivers: share of packets per frame that were lost",
+        "receivers: share of packets lost per frame",
         f"slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
     )
     bodies_in = row_in * n, row_in * n, lane_in * n

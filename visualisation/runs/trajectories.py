@@ -14,8 +14,9 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
-from missions.figure import Layer, Mark, Place, PointM, RunResults
+from missions.figure import Layer, Mark, Place, PointM, RunResults, run_end_s
 from visualisation import page, run_records, style, words
+from visualisation.output import DrawingError
 from visualisation.page import DrawnPage, Label
 from visualisation.run_records import PlanTrack, outages
 from visualisation.runs import captions, declared
@@ -27,7 +28,7 @@ LEAST_EXTENT_M = 20.0
 MARGIN_OF_MAP = 0.075  # space around the contents of a map, as a share of their extent
 WHOLE = "whole mission"
 CLOSE = 0.4  # maximum extent of end positions in their own panel, relative to the whole mission
-MOST_NAMED = 12  # maximum number of vehicles in the legend, limited by distinguishable line styles
+MOST_NAMED = 16  # maximum number of vehicles in the legend, limited by distinguishable lines and markers
 OTHERS = style.Look(style.GREY, "-", "")
 BELOW = 0.1  # factor on the z-order of layers: keeps their order, below places and tracks
 
@@ -101,11 +102,13 @@ def picture(
     layers: Sequence[Layer],
     marks: Sequence[Mark],
     width_in: float | None = None,
+    panel: str = "",
 ) -> DrawnPage:
     """Draw the whole mission; beside it the final positions if they are close together.
 
     ``layers`` lie below the tracks, those with missing tables are omitted with a note; ``marks`` are milestones on
-    tracks. A ``width_in`` of None is a column of a paper, or a page with several panels.
+    tracks. A ``width_in`` of None is a column of a paper, or a page with several panels. A ``panel`` is the letter of
+    the only panel to draw; DrawingError for another one.
     """
     shown = [layer for layer in layers if all(map(results.has, layer.needs))]
     notes = [
@@ -115,6 +118,12 @@ def picture(
     ]
     scene = _scene(results, places, shown, marks)
     frames = _frames(scene)
+    if panel:
+        lettered = dict(zip(page.LETTERS, frames, strict=False))
+        if panel not in lettered:
+            known = ", ".join(f"{letter} ({title})" for letter, title in lettered.items())
+            raise DrawingError(f"panel {panel!r}: the trajectories of this run have {known}")
+        frames = {lettered[panel]: frames[lettered[panel]]}
     width_in = width_in or (style.PAGE_IN if len(frames) > 1 else style.COLUMN_IN)
     beside = len(frames) > 1 and width_in >= LEAST_FOR_TWO_IN
     letters = page.LETTERS[: len(frames)]
@@ -131,7 +140,7 @@ def picture(
         page.legend(figure, (*_legend(scene), *entries))
 
         def bodies_in() -> list[float]:
-            whole, widths_in = frames[WHOLE], [page.panel_in(axes)[0] for axes in maps]
+            whole, widths_in = next(iter(frames.values())), [page.panel_in(axes)[0] for axes in maps]
             shape = (whole.height + LEAST_EXTENT_M) / (whole.width + LEAST_EXTENT_M)
             whole_in = widths_in[0] * min(TALLEST, max(LOWEST, shape))
             highs_in = [whole_in, *(whole_in if beside else LOWEST * wide_in for wide_in in widths_in[1:])]
@@ -159,7 +168,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         mark.milestone: Symbol(marker, mark.label, size_pt, style.YELLOW)
         for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
     }
-    tracks, end_s = run_records.tracks(results), run_records.end_s(results)
+    tracks, end_s = run_records.tracks(results), run_end_s(results)
     faults = [TrackEvent(fault.vehicle, fault.span.start_s, FAULT) for fault in run_records.vehicle_faults(results)]
     return MapContents(
         tracks=tracks,

@@ -53,7 +53,7 @@ def test_long_labels_get_enough_room(run: Results, monkeypatch: pytest.MonkeyPat
         axes.plot(
             [0, 1],
             [1_000_000_000, 3_000_000_000],
-            label="an entry that is too long " * 3,
+            label="an_entry_that_is_too_long_" * 3,
         )
         axes.ticklabel_format(style="plain")
         axes.set_ylabel("two\nlines")

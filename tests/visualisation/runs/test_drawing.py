@@ -104,6 +104,7 @@ def test_caption_names_faults_and_other_specifics_of_a_run(
         (["roles"], {"width_in": 90.0}, "width 90 in: allowed are 3 to 20 inches"),
         (["organisation"], {"at_s": 1200.0}, "at 1200 s: this run lasts from 0 to 1000 s"),
         (["organisation"], {"viewer": "a"}, "unknown vehicle 'a'; known: A, B; nearest: '[AB]'"),
+        (["roles"], {"panel": "a"}, "panel a: applies to the figure trajectories only; name it too"),
         (["roles"], {"at_s": 9.0, "viewer": "A"}, "at 9 s: applies to the figure organisation only; name it too"),
     ],
 )

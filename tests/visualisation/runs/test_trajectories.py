@@ -9,7 +9,7 @@ import pytest
 from synthetic_runs import FICTIONS, Fiction
 
 from missions.figure import Place
-from visualisation import run_records
+from visualisation import DrawingError, run_records
 from visualisation.run_records import PlanTrack, Span, Tenure, VehicleFault
 from visualisation.runs import run_picture
 from visualisation.runs.trajectories import MOST_NAMED
@@ -48,8 +48,22 @@ def test_final_positions_close_together_have_a_panel(tmp_path: Path) -> None:
         assert sum(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in axes.get_lines()) == 2
 
 
+@pytest.mark.parametrize(("panel", "title"), [("a", "whole mission"), ("b", "final positions")])
+def test_one_panel_is_drawn_alone_with_the_same_limits(tmp_path: Path, panel: str, title: str) -> None:
+    """Its frame holds that of the same panel beside the other one."""
+    wide = Place("border", "area", ((-900.0, -900.0), (900.0, -900.0), (900.0, 900.0)))
+    run = Fiction().write(tmp_path / "run")
+    (alone,) = run_picture(run, "trajectories", (), [wide], 3.5, panel=panel).figure.axes
+    assert alone.get_title(loc="left") == title
+    together = run_picture(run, "trajectories", (), [wide], 3.5).figure.axes["ab".index(panel)]
+    assert together.get_title(loc="left") == f"({panel}) {title}"
+    assert sum(alone.get_xlim()) == pytest.approx(sum(together.get_xlim()))
+    with pytest.raises(DrawingError, match=r"panel 'c': .* have a \(whole mission\), b \(final positions\)$"):
+        run_picture(run, "trajectories", (), [wide], 3.5, panel="c")
+
+
 def test_legend_of_a_large_fleet_names_the_farthest_vehicles(tmp_path: Path) -> None:
-    fleet = tuple(f"AUV{number:02}" for number in range(15))
+    fleet = tuple(f"AUV{number:02}" for number in range(MOST_NAMED + 3))
     found = run_picture(Fiction(vehicles=fleet).write(tmp_path / "run"), "trajectories")
     legend = [text.get_text() for text in found.figure.legends[0].get_texts()]
     assert sum(text in fleet for text in legend) == MOST_NAMED - 1
