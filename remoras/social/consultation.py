@@ -463,7 +463,8 @@ def yielding_to(view: View, asked: Request, age: Age) -> frozenset[str]:
 def settle(view: View, asked: Request, age: Age) -> View:
     """Add a request to its role, apply the resulting holders; note why an assignee is not one."""
     place = asked.group, asked.role
-    holding, gives, stands = _reconciled(view, place), asked.act is Act.ASSIGN, _stands(view, asked, age)
+    holding, gives = _reconciled(view, place), asked.act is Act.ASSIGN
+    stands = not _has_job(view, place) or _stands(view, asked, age)
     instructions, holders = dict(holding.instructions), holding.holders
     is_full = len(holders) >= _room(view, place) and asked.assignee not in holders
     if gives and stands and is_full and view.rules.authorities and holders <= view.now.absent:  # else leaders do
@@ -517,12 +518,14 @@ def _follow(view: View, place: RoleKey, holding: Holding, issuer: str) -> tuple[
 
 
 def _after(view: View, place: RoleKey, instructions: Mapping[Instruction, Request]) -> tuple[set[str], list[str]]:
+    if not _has_job(view, place):
+        return holders_after(instructions, _room(view, place))
     counting = [instruction for instruction, asked in instructions.items() if _stands(view, asked, instruction.age)]
     return holders_after(counting, _room(view, place), lambda last: _led_since(view, instructions[last], last.age))
 
 
 def _stands(view: View, asked: Request, age: Age) -> bool:
-    """Return whether an instruction holds: its issuer led then, and the assignee took jobs."""
+    """Return whether an instruction about a job holds: its issuer led then, and the assignee took jobs."""
     if _is_for_heads(view, asked) and not view.leadership.led(asked.issuer, asked.group, age):
         return False
     return asked.act is not Act.ASSIGN or view.availability.takes(asked, view.group(asked.group), age, view.rules)
@@ -530,14 +533,18 @@ def _stands(view: View, asked: Request, age: Age) -> bool:
 
 def _led_since(view: View, asked: Request, age: Age) -> Age | None:
     """Return the start of the issuer's term, where only leaders assign the role; else None."""
-    is_order = asked.act is Act.ASSIGN and _is_for_heads(view, asked)
+    is_order = asked.act is Act.ASSIGN and _is_for_heads(view, asked) and _has_job(view, (asked.group, asked.role))
     return view.leadership.since(asked.issuer, asked.group, age) if is_order else None
 
 
 def _is_for_heads(view: View, asked: Request) -> bool:
-    role = view.group(asked.group).role(asked.role)
     is_own = asked.issuer in ("", asked.assignee) and asked.act is Act.RELEASE
-    return bool(asked.issuer and role and role.job and not is_own and not view.rules.authorities)
+    return bool(asked.issuer and not is_own and not view.rules.authorities)
+
+
+def _has_job(view: View, place: RoleKey) -> bool:
+    role = view.group(place[0]).role(place[1])
+    return role is not None and role.job is not None
 
 
 def _room(view: View, place: RoleKey) -> float:
