@@ -12,13 +12,15 @@ from __future__ import annotations
 import argparse
 import statistics
 import sys
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 from unittest import mock
 
+from exchange.packets import Transmission
 from exchange.policy.acknowledgement import PacketLog
 from missions.runs.results import summary
 from missions.runs.run import run
@@ -105,6 +107,47 @@ def unplanned() -> Iterator[None]:
 
 
 @contextmanager
+def calls_arrive(delay_s: float = 0.0) -> Iterator[None]:
+    """Each call of a packet reaches all vehicles, lost or not, ``delay_s`` after its transmission."""
+    speak, hear, consult = Vehicle.speak, Vehicle.hear, Vehicle.consult
+    fleet: dict[str, Vehicle] = {}
+    under_way: deque[tuple[float, Vehicle, Transmission]] = deque()
+
+    def spoken(self: Vehicle, now_s: float) -> Transmission | None:
+        sent = speak(self, now_s)
+        if sent is not None and sent.signals:
+            under_way.append((now_s, self, sent))
+        arrive(now_s)
+        return sent
+
+    def heard(self: Vehicle, data: bytes, now_s: float) -> Any:
+        with mock.patch.object(self.executive, "hear"):  # calls of the packet itself
+            return hear(self, data, now_s)
+
+    def consulted(self: Vehicle, now_s: float) -> None:
+        fleet[self.name] = self
+        arrive(now_s)
+        consult(self, now_s)
+
+    def arrive(now_s: float) -> None:
+        while under_way and under_way[0][0] + delay_s <= now_s:
+            sent_s, caller, sent = under_way.popleft()
+            for vehicle in fleet.values():
+                if vehicle is not caller and vehicle.is_alive:
+                    deliver(vehicle, caller.name, caller.radio.signals_of(sent), sent.slot, sent_s + delay_s)
+
+    def deliver(vehicle: Vehicle, caller: str, signals: Any, slot: int, now_s: float) -> None:
+        shared = vehicle.social.organisation.shared_groups(vehicle.name, caller)
+        for role, addressed, value in zip(*signals, strict=True):
+            group, _, name = role.rpartition(".")
+            if addressed and group in shared:
+                vehicle.executive.hear((group, addressed.rpartition(".")[2]), caller, name, value, now_s, slot)
+
+    with mock.patch.multiple(Vehicle, speak=spoken, hear=heard, consult=consulted):
+        yield
+
+
+@contextmanager
 def hysteresis() -> Iterator[None]:
     """What is performed moves a vehicle by 0.1 more, however dissatisfied it is."""
 
@@ -156,6 +199,15 @@ NETWORK = (
 )
 """The sea of a trial, in which one vehicle hears 2.5 % of what the head says."""
 
+HELP = (
+    "strategy.name=plan-and-dispatch",
+    "drawn_lines.number=10",
+    "drawn_lines.escorted_share=0.5",
+    "scenario.duration_s=7200",
+)
+"""Half of the drawn lines need a second vehicle, as in the study ``help``."""
+CALLS = "strategy.parameters.help=calls"
+
 
 def _fault(kind: str, vehicle: str, at_s: int) -> str:
     return f'fault=[{{kind="{kind}",vehicle="{vehicle}",at_s={at_s}}}]'
@@ -199,6 +251,12 @@ MECHANISMS: Mapping[str, Mechanism] = {
     "altruism": Mechanism(LIFT, ("decision.weight_external=0.0",)),
     "dissatisfaction": Mechanism(LIFT, ("decision.tedium_per_s=0.0",)),
     "altruism, escorts": Mechanism(ESCORT, ("decision.weight_external=0.0",)),
+    "calls, against calls without loss": Mechanism(ESCORT, patch=calls_arrive, keys=(*HELP, CALLS)),
+    "calls, against calls a minute late": Mechanism(ESCORT, patch=partial(calls_arrive, 60.0), keys=(*HELP, CALLS)),
+    "calls, against calls five minutes late": Mechanism(
+        ESCORT, patch=partial(calls_arrive, 300.0), keys=(*HELP, CALLS)
+    ),
+    "no help, against calls": Mechanism(ESCORT, (CALLS,), keys=HELP),
     "motivation to continue": Mechanism(ESCORT, ("decision.weight_continuing=0.0",)),
     "no hysteresis": Mechanism(ESCORT, patch=hysteresis),
     "consultation": Mechanism("mapping-rendezvous", patch=at_once, measure="consultation_done"),
