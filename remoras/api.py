@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     import missions.runs.knowledge_at
+    import missions.why
     from exchange.channel.network import Network
     from missions.figure import Declared
     from missions.metric import Metric
@@ -368,6 +369,15 @@ class Run:
     def known(self, vehicle: str, at_s: float) -> missions.runs.knowledge_at.KnownAt:
         """Return a vehicle's world model and organisation at ``at_s``; OutputError if unknown."""
         return self._results.known(vehicle, at_s)
+
+    def why(self, vehicle: str, at_s: float, instead: str = "") -> missions.why.Answer:
+        """Explain what a vehicle did at ``at_s``, and why not the role or activity ``instead``, if given.
+
+        Raises OutputError for an unknown vehicle, time, role or activity, or without a needed table.
+        """
+        from missions.why import why
+
+        return why(self._results, vehicle, at_s, instead)
 
     def export(
         self,

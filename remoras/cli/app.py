@@ -26,8 +26,8 @@ from remoras.process import SAID, Terminated
 GROUPS = {
     "Run": {"list": "files", "explain": "files", "validate": "files", "run": "runs", "doctor": "files"},
     "See": {
-        "plot": "results", "replay": "results", "live": "runs", "export": "results", "query": "results",
-        "verify": "results",
+        "plot": "results", "why": "results", "replay": "results", "live": "runs", "export": "results",
+        "query": "results", "verify": "results",
     },
     "Compare": {
         "sweep": "sweeps", "compare": "sweeps", "race": "race", "benchmark": "benchmark", "exchange-study": "exchange",

@@ -1,4 +1,4 @@
-"""Commands about results of runs: plot, query, export, replay, verify."""
+"""Commands about results of runs: plot, why, query, export, replay, verify."""
 
 from __future__ import annotations
 
@@ -272,6 +272,28 @@ def _places(run: Results) -> Sequence[Place]:
     from missions.scenarios.parts import mission_of
 
     return mission_of(run.scenario).places
+
+
+@command("why", "remoras why results/lossy AUV00 1906 --not Mapping")
+def why(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
+    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="Vehicle whose action is explained.")],
+    at: Annotated[float, typer.Argument(metavar="TIME", help="Time in seconds of the mission.")],
+    instead: Annotated[
+        str,
+        typer.Option(
+            "--not", metavar="ROLE|ACTIVITY", help="Explain also why it did not perform this role or activity."
+        ),
+    ] = "",
+    as_json: Json = False,
+) -> None:
+    """Explain what a vehicle did at a time: motives, signals, plan and assignments behind it."""
+    from missions.runs.results import Results
+    from missions.why import why as explained
+
+    answer = explained(Results.read(folder), vehicle, at, instead)
+    lines = [line._asdict() for line in answer.lines]
+    show({"vehicle": vehicle, "at_s": at, "lines": lines}, as_json, [line.text for line in answer.lines])
 
 
 @command("verify", "remoras verify results/run", names_code=False)

@@ -118,7 +118,7 @@ def run(
         show_json(results.summary)
     else:
         _print_summary(results.figures)
-        kept = f"results in {out}; draw them with: remoras plot {as_typed(out)}" if out is not None else ""
+        kept = f"results in {out}; see: remoras plot {as_typed(out)}, or why, replay, report" if out is not None else ""
         print(kept or "all metrics and milestones: add --json, or --out DIR")
     if not finished.completed:
         raise typer.Exit(FAILED)

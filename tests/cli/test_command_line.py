@@ -145,11 +145,24 @@ def test_options_reach_the_run():
     assert given.items() <= report.items()
 
 
+def test_why_prints_one_fact_a_line_and_the_same_as_json(tmp_path: Path):
+    remoras("run", "mapping-rendezvous", *SHORT, "--out", tmp_path / "run")
+    asked = ("why", tmp_path / "run", "AUV00", "1", "--not", "Mapping")
+    lines = remoras(*asked).stdout.splitlines()
+    assert 3 <= len(lines) <= 8
+    answer = json.loads(remoras(*asked, "--json").stdout)
+    assert (answer["vehicle"], answer["at_s"]) == ("AUV00", 1.0)
+    assert [line["text"] for line in answer["lines"]] == lines
+    assert "no vehicle 'AUV9'" in refused("why", tmp_path / "run", "AUV9", "1")
+
+
 def test_results_are_not_overwritten_without_force(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The mission would not complete and exit 1; an output that cannot be is refused before the run."""
     out = tmp_path / "run"
     run = ("run", "mapping-rendezvous", *SHORT, "--out")
-    assert f"remoras plot {out}" in remoras(*run, out, "--seed", "1").stdout
+    *_, last = remoras(*run, out, "--seed", "1").stdout.splitlines()
+    assert f"remoras plot {out}" in last
+    assert all(command in last for command in ("why", "replay", "report"))
     message = refused(*run, out, "--seed", "2")
     assert str(out) in message
     assert "--force" in message

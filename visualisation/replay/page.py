@@ -15,7 +15,7 @@ from missions.disk import drafted
 from visualisation.colours import VEHICLES
 from visualisation.output import DrawingError
 
-MODEL = ("data.js", "model.js", "knowledge.js", "links.js", "work.js", "chain.js", "organisation.js", "plans.js")
+MODEL = ("data.js", "model.js", "knowledge.js", "links.js", "work.js", "decisions.js", "organisation.js", "plans.js")
 VIEW = (
     "palette.js", "elements.js", "pen.js", "clock.js", "facts.js", "map.js", "packets.js", "belief.js", "strips.js",
     "signals.js", "lanes.js", "minds.js", "matrix.js", "cost.js", "why.js", "news.js", "tables.js", "groups.js",

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from missions.figure import Place, RunResults, Tiles
 from missions.files import leaves
+from missions.why import Causes
 from visualisation.replay import tables as of_run
 from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Names
 from visualisation.run_records import group_nodes
@@ -110,6 +111,7 @@ def run_data(
         {"name": node.name, "above": node.above, "is_founded": node.is_founded, "roles": node.roles}
         for node in group_nodes(scenario)
     ]
+    of_run.add_causes(columns, names, Causes(results).moments())
     contents["header"] = _header(results, scenario, _add_said(columns, names, results))
     contents["world"] = _world(columns, names, results, places, {job.name: tuple(job.done) for job in jobs})
     contents["by_packets"] = by_packets

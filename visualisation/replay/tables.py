@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.statements import rows_by_item
+from missions.why import Line
 from visualisation.run_records import packets_refused
 
 Ints = NDArray[np.int64]
@@ -137,6 +138,19 @@ def add_events(columns: Columns, names: Names, table: Any, called: str) -> None:
         else:
             numbers = numbered(values, names.text)
         columns.add(f"{called}.{name}", numbers, int(name == "time_s"), step)
+
+
+def add_causes(columns: Columns, names: Names, moments: Iterable[tuple[str, float, Sequence[Line]]]) -> None:
+    """Add answers to why a vehicle acts as it does: vehicle, time from which each holds, and lines."""
+    answers = list(moments)
+    lines = [line for _, _, of in answers for line in of]
+    columns.add("why.vehicle", [names.vehicle(vehicle) for vehicle, _, _ in answers])
+    columns.add("why.time", [from_s for _, from_s, _ in answers], 1, TIME_STEP_S)
+    columns.add("why.n", [len(of) for _, _, of in answers])
+    columns.add("line.text", [names.text(line.text) for line in lines], 1)
+    columns.add("line.time", [line.time_s for line in lines], 1, TIME_STEP_S)
+    columns.add("line.vehicle", [names.vehicle(line.vehicle) for line in lines])
+    columns.add("line.slot", [NOBODY if line.slot is None else line.slot for line in lines], 1)
 
 
 def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:

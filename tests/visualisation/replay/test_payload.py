@@ -5,22 +5,25 @@ import json
 import math
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from replayed import asked, data_of, recorded
+from replayed import LOSSY, asked, data_of, moments_s, recorded
 from synthetic_runs import FICTIONS, Fiction
 
 from missions.errors import OutputError
 from missions.runs.results import Results
+from missions.why import Causes, why
 from remoras.cli.new import TEMPLATES
 from visualisation.replay import page_text, run_data
 
 WICKED = ['AUV "one"', "</script><b>'x'", "船 \U0001f6a2 ü", "<!-- & -->"]
 MOST_OF_FOUR, MOST_OF_PAGE = 100_000, 300_000
 """Bytes in the page: of the data of 4 vehicles, of the whole page of it."""
+
+FAULTY = ("fault=[{vehicle='AUV01',kind='lost',at_s=90.0},{vehicle='AUV02',kind='joins',at_s=60.0}]",)
+"""Settings of a run in which one vehicle is lost and another joins later."""
 
 LOOK = """([run]) => {
   const end_s = run.header.end_s, all = run.vehicles.map((_, v) => v);
@@ -190,40 +193,25 @@ def test_settings_are_shown_as_the_user_writes_them(results: Results, tmp_path: 
 
 # Why ----------------------------------------------------------------------------------------------
 
-WHY = """([run]) => run.events
-  .filter((event) => event.kind === "role").map((event) => run.why(event.vehicle, event.time_s))"""
+WHY = """([run], times_s) => run.vehicles.map((_, v) => times_s.map((t) => run.why(v, t).map(
+  (line) => [line.text, line.time_s, line.vehicle, line.slot])))"""
 
 
-def chains(settings: tuple[str, ...], folder: Path) -> list[list[dict[str, Any]]]:
-    results = recorded(folder / "run", "channel.per=0.6", *settings)
-    found: list[list[dict[str, Any]]] = asked([data_of(results)], WHY, folder)
-    given_up = [one for one in results.summary["milestones"] if one["name"] == "mapping_stopped"]
-    assert bool(given_up) == (not settings)
-    return found
-
-
-def moved_by_signals(chain: list[dict[str, Any]]) -> bool:
-    """True if signals changed a choice; an event without a choice, such as a wait, has no chain."""
-    return any("of it by a signal" in link["text"] for link in chain[:1])
-
-
-@pytest.mark.slow
-def test_stopped_mission_is_traced_to_the_signal_that_caused_it(tmp_path: Path) -> None:
-    """Every link is a row of the tables: the decision, the packet as it arrived, the packet as it was sent."""
-    found = chains((), tmp_path)
-    results = Results.read(tmp_path / "run")
-    (stopped,) = [one for one in results.summary["milestones"] if one["name"] == "mapping_stopped"]
+@pytest.mark.parametrize("settings", [(LOSSY,), ("channel.name=perfect", "strategy.name=fixed-partition"), FAULTY])
+def test_page_gives_the_answers_of_the_command(settings: tuple[str, ...], tmp_path: Path) -> None:
+    results = recorded(tmp_path / "run", *settings, "scenario.duration_s=400")
     names = [vehicle.name for vehicle in results.scenario.vehicle]
-    (chain,) = [one for one in found if moved_by_signals(one) and one[0]["time_s"] == stopped["time_s"]]
-    choice, heard, sent = chain[:3]
-    assert names[choice["vehicle"]] == stopped["vehicle"]
-    rows = [row for row in results.table("decisions").to_pylist() if row["chosen"] and row["source"]]
-    (row,) = [row for row in rows if (row["time_s"], row["vehicle"]) == (stopped["time_s"], stopped["vehicle"])]
-    assert (heard["slot"], names[sent["vehicle"]]) == (row["slot"], row["source"])
-    packet = next(one for one in results.table("packets").to_pylist() if one["slot"] == row["slot"])
-    assert heard["time_s"] == dict(zip(packet["receivers"], packet["arrivals_s"], strict=True))[stopped["vehicle"]]
-    assert sent["time_s"] == packet["time_s"]
-    assert sent["text"].endswith("as its Homing made no progress")
+    causes = Causes(results)
+    asked_s = sorted({*moments_s(results), *(from_s for _, from_s, _ in causes.moments())})
+    told = asked([data_of(results)], WHY, tmp_path, asked_s)
+    for name, answers in zip(names, told, strict=True):
+        for at_s, lines in zip(asked_s, answers, strict=True):
+            expected = causes.lines(name, at_s)
+            numbers = [(line.time_s, names.index(line.vehicle), line.slot) for line in expected]
+            shown = [(time_s, v, None if slot < 0 else slot) for _, time_s, v, slot in lines]
+            assert ([text for text, *_ in lines], shown) == ([line.text for line in expected], numbers)
+            if any(from_s == at_s for vehicle, from_s, _ in causes.moments() if vehicle == name):
+                assert why(results, name, at_s).lines == tuple(expected)
 
 
 COUNTS = "([run]) => run.layers.find((one) => one.name === 'counts').rows.map((row) => row.values[0])"
@@ -234,26 +222,3 @@ def test_large_integers_do_not_distort_later_values(tmp_path: Path) -> None:
     counts = [5, 2**60 + 2**9, 7, -(2**59), 9]
     pq.write_table(pa.table({"time_s": [0.0, 1.0, 2.0, 3.0, 4.0], "count": counts}), results.folder / "counts.parquet")
     assert list(map(float, asked([data_of(results)], COUNTS, tmp_path))) == counts
-
-
-VITAL = """([run]) => run.vehicles.map((_, v) => run.decisions(v)
-  .filter((one) => one.candidates.some((of) => of.isVital))
-  .map((one) => [one.time_s, run.why(v, one.time_s).map((link) => link.text)]))"""
-
-
-def test_vital_activity_is_shown_as_an_event(tmp_path: Path) -> None:
-    """AUV01 has just the energy to return: that activity outranks all others."""
-    results = recorded(tmp_path / "run", "vehicle.AUV01.energy_j=60000", "scenario.duration_s=200")
-    rows = results.table("decisions").to_pylist()
-    home = [row for row in rows if row["chosen"] and row["activities"] == ["ReturningHome"]]
-    assert {row["vehicle"] for row in home} == {"AUV01"}
-    names = [vehicle.name for vehicle in results.scenario.vehicle]
-    told = dict(zip(names, asked([data_of(results)], VITAL, tmp_path), strict=True))
-    assert [at_s for at_s, _ in told["AUV01"]] == sorted({row["time_s"] for row in home})
-    assert told["AUV01"][-1][1] == ["AUV01 performed a vital activity: ReturningHome, stimulus 1.00"]
-    assert all(not of for name, of in told.items() if name != "AUV01")
-
-
-def test_chain_of_causes_is_empty_if_signals_have_no_weight(tmp_path: Path) -> None:
-    """No vehicle answers signals, so none gives up because of one."""
-    assert not any(moved_by_signals(chain) for chain in chains(("decision.weight_external=0",), tmp_path))

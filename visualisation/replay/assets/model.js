@@ -1,6 +1,6 @@
 "use strict";
 // One run: vehicles, where they were, what they played, what was sent. Times in s, positions in m, vehicles by index.
-// knowledge.js adds what was known, links.js what links lost, work.js what there was to do, chain.js why they did what they did, organisation.js who
+// knowledge.js adds what was known, links.js what links lost, work.js what there was to do, decisions.js why they did what they did, organisation.js who
 // played what, plans.js how far plans were. Nothing here knows the document.
 globalThis.R = globalThis.R || {};
 
@@ -113,12 +113,6 @@ globalThis.R = globalThis.R || {};
       while (low > 0 && this._starts_s[low - 1] >= t0) low--;
       while (high > 0 && this._starts_s[high - 1] >= t1) high--;
       return [low, high];
-    }
-
-    // The packet that was sent in a slot; null if none was.
-    packetOf(slot) {
-      const packet = this.packets[R.lastAt(this._slots, slot)];
-      return packet && packet.slot === slot ? packet : null;
     }
 
     // Number of the slot in which t lies: that of the last packet, counted on while nobody sends.

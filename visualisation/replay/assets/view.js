@@ -146,7 +146,8 @@
       if (this.tab === "events") R.showEvents(this.body, this.facts, this.selected, time_s, go);
       if (this.tab === "why") {
         const found = this.selected >= 0 ? R.decisionAt(this.facts, this.selected, time_s) : null;
-        this.fill(found ? found.number : -1, () => R.showWhy(this.body, this.facts, this.selected, time_s, go));
+        const said = found ? this.run.why(this.selected, time_s).map((line) => line.text) : [];
+        this.fill(JSON.stringify([found ? found.number : -1, said]), () => R.showWhy(this.body, this.facts, this.selected, time_s, go));
       }
       if (this.tab === "organisation") {
         const key = R.organisationKey(this.facts, this.selected, time_s);

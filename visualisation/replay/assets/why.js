@@ -1,5 +1,5 @@
 "use strict";
-/* Why a vehicle chose what it did: the candidates with their motivations as bars, and the chain of causes backwards. */
+/* Why a vehicle chose what it did: its causes in words, and the candidates with their motivations as bars. */
 (function () {
   /** The decision of `v` that holds at a time: the last one at or before it, or the first. */
   R.decisionAt = function (facts, v, time_s) {
@@ -19,7 +19,7 @@
       body.replaceChildren(R.make("p", "hint", text));
       return;
     }
-    const { number, decision, all } = found;
+    const { decision, all } = found;
     const changes = all.filter((one) => one.changed);
     const before = [...changes].reverse().find((one) => one.time_s < decision.time_s);
     const after = changes.find((one) => one.time_s > decision.time_s);
@@ -28,10 +28,7 @@
       R.make("h2", "", `${run.vehicles[v].name} at ${R.seconds(decision.time_s)}: ${R.choiceText(decision)}`),
       R.button("◂ change before", before ? () => go(before.time_s, v) : null),
       R.button("change after ▸", after ? () => go(after.time_s, v) : null));
-    const nodes = [head, R.make("p", "note", said(decision, number))];
-    const won = wonBy(decision);
-    if (won) nodes.push(R.make("p", "note won", won));
-    nodes.push(chainOf(run, v, decision, go));
+    const nodes = [head, causesOf(run, v, Math.max(time_s, decision.time_s), go)];
     nodes.push(R.make("h3", "", "Candidates of the decision"), bars(facts, decision, go), keyOfBars());
     body.replaceChildren(...nodes);
   };
@@ -41,24 +38,6 @@
     const named = chosen.filter((c) => c.role).map((c) => c.label);
     return named.length ? named.join(", ") : chosen.length ? chosen.map((c) => c.label).join(", ") : "nothing chosen";
   };
-
-  function said(decision, number) {
-    const chosen = decision.candidates.find((c) => c.chosen && c.role) || decision.candidates.find((c) => c.chosen);
-    if (!chosen) return number ? "It had no candidates." : "Before its first choice.";
-    const doing = chosen.activities ? `It performs ${chosen.activities}. ` : "";
-    return doing + (chosen.external ? `${signed(chosen.external)} of its motivation of ${signed(chosen.motivation)} is due to a peer's signal.`
-      : `Its motivation of ${signed(chosen.motivation)} has no external part.`);
-  }
-
-  /* By how much the combination that is performed won over the best one with something that was left aside. */
-  function wonBy({ candidates }) {
-    const weighed = candidates.filter((c) => c.bestMean !== null).sort((a, b) => b.bestMean - a.bestMean);
-    const won = weighed.find((c) => c.chosen), rival = weighed.find((c) => !c.chosen && c.motivation > 0);
-    if (!won) return "";
-    const parts = candidates.filter((c) => c.chosen && c.bestMean !== null).map((c) => c.label).join(", ");
-    const mean = `The combination (${parts}) has a mean motivation of ${signed(won.bestMean)}`;
-    return rival ? `${mean}; the best combination with ${rival.label}: ${signed(rival.bestMean)}.` : `${mean}; no other candidate had a stimulus.`;
-  }
 
   const signed = (x) => (x < 0 ? "−" : "") + Math.abs(x).toFixed(2);
 
@@ -112,13 +91,11 @@
     return key;
   }
 
-  function chainOf(run, v, decision, go) {
+  function causesOf(run, v, time_s, go) {
     const list = R.make("ol", "chain");
-    run.why(v, decision.time_s).forEach((link, n) => {
+    run.why(v, time_s).forEach((link) => {
       const item = R.make("li");
-      const text = (n ? "← " : "") + link.text;
-      item.append(R.button(text, () => go(link.time_s, link.vehicle), "link"),
-                  R.make("span", "note", ` ${R.seconds(link.time_s, 1)}${link.slot >= 0 ? `, slot ${link.slot}` : ""}`));
+      item.append(R.button(link.text, () => go(link.time_s, link.vehicle), "link"));
       list.append(item);
     });
     return list;
