@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -185,7 +185,7 @@ def compare(
         return
     rows = compared(results, names, baseline)
     _written(rows, out)
-    show([asdict(row) for row in rows], as_json, [] if as_json else _comparison_lines(rows))
+    show([asdict(row) for row in rows], as_json, [] if as_json else _comparison_lines(rows, results.bounds))
 
 
 def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
@@ -213,6 +213,8 @@ def _status_line(status: dict[str, Any]) -> str:
 
 
 def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:
+    from missions.comparison.table import interval
+
     yield results.file.two_level_design.description()
     for (metric, condition), same in itertools.groupby(rows, key=lambda row: (row.metric, row.condition)):
         own = list(same)
@@ -222,81 +224,19 @@ def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator
             levels = f"  {row.low} -> {row.high}" if row.is_main else ""
             aliases = f"  aliased with {row.aliases}" if row.aliases else ""
             note = f"  {row.note}" if row.note else ""
-            yield f"  {row.term:<{width}}  {_interval(row.effect, row.ci95_low, row.ci95_high)}{levels}{aliases}{note}"
+            yield f"  {row.term:<{width}}  {interval(row.effect, row.ci95_low, row.ci95_high)}{levels}{aliases}{note}"
         if own[0].n_missing:
             yield f"  {own[0].n_missing} runs that did not complete count with the full mission duration"
 
 
-def _marked(strategy: str) -> str:
-    from remoras.strategies import bounds
+def _comparison_lines(rows: Sequence[Comparison], bounds: Collection[str]) -> Sequence[str]:
+    from missions.comparison.table import NUMBERS, notes, table
 
-    return f"{strategy} (bound)" if strategy in bounds() else strategy
-
-
-def _interval(mean: float | None, low: float | None, high: float | None) -> str:
-    bounds = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
-    return "-" if mean is None else f"{mean:.4g}{bounds}"
-
-
-def _mean(row: Comparison) -> str:
-    # Without an interval the range is shown; see ``missions.statistics``.
-    spread = f" ({row.least:.4g} to {row.largest:.4g})" * (row.ci95_low is None and row.least < row.largest)
-    return _interval(row.mean, row.ci95_low, row.ci95_high) + spread
-
-
-def _entries(row: Comparison) -> dict[str, str]:
-    return {
-        "per": f"{row.per:g}",
-        "strategy": _marked(row.strategy),
-        "policy": row.policy,
-        "n": str(row.n),
-        "done": str(row.n_completed),
-        "mean [95 %]": _mean(row),
-        "completed runs [95 %]": _interval(row.reached_mean, row.reached_ci95_low, row.reached_ci95_high),
-        f"difference to {row.baseline}": _interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high),
-        "both completed": _interval(row.diff_reached, row.diff_reached_ci95_low, row.diff_reached_ci95_high),
-        "p": "-" if row.p_holm is None else f"{row.p_holm:.2g}",
-        "note": row.ci95_note,
-        "unforeseen": row.unforeseen,
-        "settings": " ".join(f"{key}={value}" for key, value in row.settings.items()),
-    }
-
-
-ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p")
-NUMBERS = ("per", "n", "done")
-
-
-def _table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
-    table = [_entries(row) for row in rows]
-    used = [head for head in table[0] if head in ALWAYS or any(entries[head] not in ("", "-") for entries in table)]
-    return used, [[entries[head] for head in used] for entries in table]
-
-
-def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
     lines = []
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
-        heads, entries = _table(own)
+        heads, entries = table(own, bounds)
         right = [number for number, head in enumerate(heads) if head in NUMBERS]
         lines += [metric, *(f"  {line}".rstrip() for line in aligned([heads, *entries], right))]
-        lines += [f"  {note}" for note in _notes(own)]
+        lines += [f"  {note}" for note in notes(own)]
     return lines
-
-
-def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
-    from missions.comparison.treatments import SIGNIFICANT
-    from missions.statistics import least_p
-
-    if rows[0].n_reached is not None:
-        n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
-        yield f"restricted means: {n - reached} of {n} runs did not complete and count with the full mission duration"
-        yield "their intervals allow for further runs that do not complete; n_reached counts the completed ones"
-    if any(row.deterministic for row in rows):
-        yield "deterministic: no random draws, so repeats count as one run without interval and p"
-    # Failed runs may look cheap, in distance for instance: other metrics then rank failure as merit.
-    if rows[0].metric != "completed" and (unequal := [row for row in rows if row.unequal_success]):
-        names = ", ".join(dict.fromkeys(f"{row.strategy} with {row.policy} at per {row.per:g}" for row in unequal))
-        yield f"unequal work: success rates significantly below the highest, do not rank by this metric: {names}"
-    tested = [row.n_pairs for row in rows if row.p_holm is not None]
-    if tested and (least := least_p(max(tested))) >= SIGNIFICANT:
-        yield f"no p of {max(tested)} pairs can be below {least:.2g}: use more repeats"

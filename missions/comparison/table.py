@@ -1,0 +1,68 @@
+"""Comparison as a table of texts, with its notes, for the command line and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+from missions.comparison.baseline import Comparison
+from missions.comparison.treatments import SIGNIFICANT, SUCCESS
+from missions.statistics import least_p
+
+ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p")
+NUMBERS = ("per", "n", "done")
+"""Columns that are always shown, and those of numbers."""
+
+
+def interval(mean: float | None, low: float | None, high: float | None) -> str:
+    """Return a value with its interval, if any; ``-`` without a value."""
+    bounds = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
+    return "-" if mean is None else f"{mean:.4g}{bounds}"
+
+
+def _mean(row: Comparison) -> str:
+    # Without an interval the range is shown; see ``missions.statistics``.
+    spread = f" ({row.least:.4g} to {row.largest:.4g})" * (row.ci95_low is None and row.least < row.largest)
+    return interval(row.mean, row.ci95_low, row.ci95_high) + spread
+
+
+def _entries(row: Comparison, bounds: Collection[str]) -> dict[str, str]:
+    return {
+        "per": f"{row.per:g}",
+        "strategy": f"{row.strategy} (bound)" if row.strategy in bounds else row.strategy,
+        "policy": row.policy,
+        "n": str(row.n),
+        "done": str(row.n_completed),
+        "mean [95 %]": _mean(row),
+        "completed runs [95 %]": interval(row.reached_mean, row.reached_ci95_low, row.reached_ci95_high),
+        f"difference to {row.baseline}": interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high),
+        "both completed": interval(row.diff_reached, row.diff_reached_ci95_low, row.diff_reached_ci95_high),
+        "p": "-" if row.p_holm is None else f"{row.p_holm:.2g}",
+        "note": row.ci95_note,
+        "unforeseen": row.unforeseen,
+        "settings": " ".join(f"{key}={value}" for key, value in row.settings.items()),
+    }
+
+
+def table(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[list[str], list[list[str]]]:
+    """Return heads and entries of the rows of a metric, without empty columns; ``bounds`` are marked strategies."""
+    entries = [_entries(row, bounds) for row in rows]
+    used = [head for head in entries[0] if head in ALWAYS or any(own[head] not in ("", "-") for own in entries)]
+    return used, [[own[head] for head in used] for own in entries]
+
+
+def notes(rows: Sequence[Comparison]) -> Iterator[str]:
+    """Yield what a reader of the rows of a metric has to know."""
+    if rows[0].n_reached is not None:
+        n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
+        yield f"restricted means: {n - reached} of {n} runs did not complete and count with the full mission duration"
+        yield "their intervals allow for further runs that do not complete"
+    if any(row.deterministic for row in rows):
+        yield "deterministic: no random draws, so repeats count as one run without interval and p"
+    # Failed runs may look cheap, in distance for instance: other metrics then rank failure as merit.
+    if rows[0].metric != SUCCESS and (unequal := [row for row in rows if row.unequal_success]):
+        named = (f"{row.strategy} with {row.policy} at per {row.per:g} {row.unforeseen}".rstrip() for row in unequal)
+        names = ", ".join(dict.fromkeys(named))
+        yield f"unequal work, not to be ranked, since success rates are significantly below the highest: {names}"
+    tested = [row.n_pairs for row in rows if row.p_holm is not None]
+    if tested and (least := least_p(max(tested))) >= SIGNIFICANT:
+        yield f"no p of {max(tested)} pairs can be below {least:.2g}: use more repeats"
