@@ -54,7 +54,8 @@ class Comparison:
         deterministic: repeats are one run: no interval, no p value.
         ci95_note: reason for a missing interval, or empty; ``diff_note`` is for the difference.
         reached_mean: mean of the uncensored runs; its interval does not cover the others.
-        n_pairs: compared pairs; ``n_pairs_reached`` are uncensored on both sides.
+        n_pairs: compared pairs; ``n_pairs_reached`` are uncensored on both sides; ``diff_spread`` is the standard
+            deviation of their differences.
         diff_reached: mean difference of the latter; its interval does not cover the others.
         unequal_success: significantly below the highest success rate, see ``Rank``.
     """
@@ -94,6 +95,7 @@ class Comparison:
     reached_ci95_low: float | None = None
     reached_ci95_high: float | None = None
     n_pairs: int = 0
+    diff_spread: float | None = None
     n_pairs_reached: int | None = None
     diff_reached: float | None = None
     diff_reached_ci95_low: float | None = None
@@ -210,6 +212,7 @@ def _row(
         effect_size=paired.effect,
         pairing_gain=paired.gain,
         n_pairs=paired.n,
+        diff_spread=paired.spread,
         n_pairs_reached=paired.n_reached,
         diff_reached=paired.reached,
         **_bounds("diff_ci95", paired.interval),

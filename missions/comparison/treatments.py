@@ -30,13 +30,17 @@ SIGNIFICANT = 0.05
 
 @dataclass(frozen=True)
 class Paired:
-    """Differences between two treatments over ``n`` pairs; None for too few. ``reached`` is for uncensored pairs."""
+    """Differences between two treatments over ``n`` pairs; None for too few. ``reached`` is for uncensored pairs.
+
+    ``spread`` is the standard deviation of the differences.
+    """
 
     difference: float
     interval: Estimated
     effect: float | None
     gain: float | None
     n: int
+    spread: float | None = None
     n_reached: int | None = None
     reached: float | None = None
     reached_interval: Estimated = NoInterval.TOO_FEW
@@ -59,6 +63,7 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
         effect_size(mine, others),
         pairing_gain(mine, others),
         len(shared),
+        plain.stdev(differences) if len(shared) > 1 else None,
     )
     if a.reached is None or b.reached is None:
         return paired

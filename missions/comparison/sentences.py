@@ -1,0 +1,169 @@
+"""Statistical statements of a comparison, in the English of papers; none without its number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from missions.comparison.baseline import Comparison
+from missions.comparison.treatments import MISSION_TIME, SIGNIFICANT
+from missions.metric import Metric
+from missions.statistics import FEW, detectable, least_p
+
+MINUS = "\u2212"
+UNITLESS = ("", "1")
+
+
+class Statement(NamedTuple):
+    """Sentence on a treatment and the baseline; ``significant`` is None if no difference is tested."""
+
+    subject: str
+    text: str
+    significant: bool | None
+
+
+@dataclass(frozen=True)
+class Wording:
+    """Words for the rows of one metric: what varies in a study names treatments and conditions."""
+
+    metric: Metric
+    rows: Sequence[Comparison]
+
+    @property
+    def label(self) -> str:
+        """Name of the metric within a sentence."""
+        return self.metric.label[:1].lower() + self.metric.label[1:]
+
+    @property
+    def unit(self) -> str:
+        """Unit behind a number, with a space; empty without one."""
+        return "" if self.metric.unit in UNITLESS else f" {self.metric.unit}"
+
+    def _varies(self, column: str) -> bool:
+        return len({getattr(row, column) for row in self.rows}) > 1
+
+    @property
+    def _setting(self) -> str:
+        key, equals, _ = self.rows[0].baseline.partition("=")
+        return key if equals else ""
+
+    def subject(self, row: Comparison) -> str:
+        """Return the name of a treatment: strategy, policy or level of the baseline's key."""
+        if self._setting:
+            return f"{self._setting}={row.settings[self._setting]}"
+        strategies, policies = self._varies("strategy"), self._varies("policy")
+        return (
+            f"{row.strategy} with {row.policy}" if strategies and policies else row.policy if policies else row.strategy
+        )
+
+    def baseline(self, row: Comparison) -> str:
+        """Return the name of the treatment that a row is compared with."""
+        given = row.baseline
+        if self._setting or not (self._varies("strategy") and self._varies("policy")):
+            return given
+        is_strategy = any(other.strategy == given for other in self.rows)
+        return f"{given} with {row.policy}" if is_strategy else f"{row.strategy} with {given}"
+
+    def conditions(self, row: Comparison) -> str:
+        """Return the conditions that vary in the study, such as `` at PER 0.8 (unforeseen: one vehicle lost)``."""
+        parts = [getattr(row, column) for column in ("scenario", "channel") if self._varies(column)]
+        if self._setting:
+            parts += [getattr(row, column) for column in ("strategy", "policy") if self._varies(column)]
+        varied = {key for key in row.settings if len({other.settings.get(key) for other in self.rows}) > 1}
+        parts += [f"{key.rpartition('.')[2]} {row.settings[key]}" for key in sorted(varied - {self._setting})]
+        parts += [f"unforeseen: {row.unforeseen}"] if self._varies("unforeseen") else []
+        at = f" at PER {row.per:g}" if self._varies("per") else ""
+        return f"{at} ({', '.join(parts)})" if parts else at
+
+    def amount(self, *values: float) -> list[str]:
+        """Format values alike, with three significant digits of the largest."""
+        largest = max(map(abs, values))
+        decimals = max(0, 2 - math.floor(math.log10(largest))) if largest > 0.0 else 0
+        return [f"{value:.{decimals}f}".replace("-", MINUS) for value in values]
+
+    def of(self, row: Comparison) -> Statement:
+        """Return the statement of a row with a difference to the baseline."""
+        assert row.diff_to_baseline is not None
+        subject, other, where = self.subject(row), self.baseline(row), self.conditions(row)
+        n_both = row.n_pairs if row.n_pairs_reached is None else row.n_pairs_reached
+        if 2 * n_both < row.n_pairs:
+            text = f"{subject} completed {row.n_completed} of {row.n} runs{self._success(row)}{where}; "
+            return Statement(
+                subject,
+                f"{text}with {other}, both completed in {n_both} of {row.n_pairs} pairs, so no difference is stated.",
+                None,
+            )
+        names = f"{subject} and {other}"
+        if row.diff_to_baseline == 0.0 and row.diff_spread in (0.0, None):
+            text = f"{names} were equal in {self.label}{where} (n = {row.n_pairs} instances, paired)."
+            return Statement(subject, text, False)
+        significant = row.p_holm is not None and row.p_holm < SIGNIFICANT
+        sign = -1.0 if significant and row.diff_to_baseline < 0.0 else 1.0
+        # As in figures: without incomplete runs, the interval is of the completed ones.
+        whole = row.n_pairs_reached == row.n_pairs
+        low, high = (
+            (row.diff_reached_ci95_low, row.diff_reached_ci95_high)
+            if whole
+            else (row.diff_ci95_low, row.diff_ci95_high)
+        )
+        bounds = sorted(sign * bound for bound in (low, high) if bound is not None)
+        shown, *ends = self.amount(sign * row.diff_to_baseline, *bounds)
+        parts = [f"95 % CI {ends[0]} to {ends[1]}" if ends else "no interval", f"n = {row.n_pairs} instances", "paired"]
+        if n_both < row.n_pairs:
+            parts += [f"both completed {n_both} of {row.n_pairs} pairs, restricted mean"]
+        evidence = ", ".join([*parts, self._p(row)])
+        if not significant:
+            verdict = "did not differ significantly" if row.p_holm is not None else "are compared without a test"
+            signed = f"{'+' * (row.diff_to_baseline > 0.0)}{shown}{self.unit}"
+            text = f"{names} {verdict} in {self.label}{where}: mean difference {signed} ({evidence})."
+            return Statement(subject, text, False if row.p_holm is not None else None)
+        less = row.diff_to_baseline < 0.0
+        is_time = self.metric.name == MISSION_TIME
+        word = ("faster" if less else "slower") if is_time else ("lower" if less else "higher")
+        what = "" if is_time else f" in {self.label}"
+        return Statement(
+            subject, f"{subject} was {word} than {other}{what}{where} by {shown}{self.unit} ({evidence}).", True
+        )
+
+    def _success(self, row: Comparison) -> str:
+        low, high = row.success_ci95_low, row.success_ci95_high
+        known = "deterministic" if low is None or high is None else f"95 % CI {100 * low:.0f} to {100 * high:.0f} %"
+        return f" ({known}{', significantly below the highest success rate' * row.unequal_success})"
+
+    def _p(self, row: Comparison) -> str:
+        if row.p_holm is None:
+            return "deterministic" if row.n_pairs <= 1 else "no test"
+        least = least_p(row.n_pairs)
+        few = f", and {row.n_pairs} pairs allow none below {least:.2g}" if least >= SIGNIFICANT else ""
+        return f"step-down p {'< 0.001' if row.p_holm < 0.001 else f'= {row.p_holm:.2g}'}{few}"
+
+
+def statements(metric: Metric, rows: Sequence[Comparison]) -> list[Statement]:
+    """Return the statements on all rows of a metric that are compared with the baseline."""
+    wording = Wording(metric, rows)
+    return [wording.of(row) for row in rows if row.diff_to_baseline is not None]
+
+
+def power(metric: Metric, rows: Sequence[Comparison], bounds: Collection[str] = ()) -> str:
+    """Return a sentence on the smallest detectable difference of the pairs that all completed; empty without any."""
+    found = [
+        (row.n_pairs, row.diff_spread)
+        for row in rows
+        if row.diff_spread and row.n_pairs_reached in (None, row.n_pairs) and row.strategy not in bounds
+    ]
+    few = sorted({n for n, _ in found if n < FEW})
+    sizes = [detectable(spread, n) for n, spread in found if n >= FEW]
+    if not sizes:
+        return f"{few[-1]} pairs or fewer allow no interval and no p below {least_p(few[-1]):.2g}." if few else ""
+    numbers = sorted({n for n, _ in found if n >= FEW})
+    wording = Wording(metric, rows)
+    low, high = wording.amount(min(sizes), max(sizes))
+    spreads = wording.amount(*(end([spread for n, spread in found if n >= FEW]) for end in (min, max)))
+    n = " to ".join(dict.fromkeys(map(str, (numbers[0], numbers[-1]))))
+    return (
+        f"The smallest difference that n = {n} instances detect with 80 % power in a single paired comparison at 5 % "
+        f"(Student's t, before the step-down correction) is {low} to {high}{wording.unit}, by the observed standard "
+        f"deviations of the paired differences, {spreads[0]} to {spreads[1]}{wording.unit}."
+    )
