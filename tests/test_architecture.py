@@ -79,6 +79,9 @@ ROOMS: dict[str, set[str]] = {
     },
     "visualisation.runs": {"visualisation.runs", "visualisation", "missions", "worldmodel"},
     "visualisation.sweeps": {"visualisation.sweeps", "visualisation", "missions", "missions.comparison", "worldmodel"},
+    "visualisation.report": {
+        "visualisation.report", "visualisation.sweeps", "visualisation", "missions", "missions.comparison",
+    },
     "visualisation.replay": {"visualisation.replay", "visualisation", "missions", "worldmodel"},
     "visualisation.exports": {"visualisation.exports", "visualisation", "missions", "worldmodel", "worldmodel.rdf"},
 }  # fmt: skip
@@ -101,6 +104,7 @@ DOORS: dict[str, set[str]] = {
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
     "visualisation.sweeps": {"missions.sweeps.folder"},
+    "visualisation.report": {"missions.runs.results", "missions.sweeps.folder", "missions.sweeps.ledger"},
 }  # fmt: skip
 """Single modules of other rooms that a room may import."""
 FOR_ALL = {"exchange.arithmetic", "exchange.lazily"}

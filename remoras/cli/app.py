@@ -27,7 +27,7 @@ GROUPS = {
     "Run": {"list": "files", "explain": "files", "validate": "files", "run": "runs", "doctor": "files"},
     "See": {
         "plot": "results", "why": "results", "replay": "results", "live": "runs", "export": "results",
-        "query": "results", "verify": "results",
+        "query": "results", "verify": "results", "report": "report",
     },
     "Compare": {
         "sweep": "sweeps", "compare": "sweeps", "race": "race", "benchmark": "benchmark", "exchange-study": "exchange",

@@ -16,7 +16,7 @@ AGO = (datetime.now(UTC) - timedelta(hours=10)).isoformat()
 MINE, NODE, PATCHES = "run mapping-rendezvous", "node mapping-rendezvous AUV00", "run mapping-patches"
 SWARM, BENCHMARK = "swarm mapping-rendezvous", "benchmark fathom-2 --strategy cbba"
 RACE = "race mapping-rendezvous"
-NO_JSON = ("new", "plot", "replay", "live")
+NO_JSON = ("new", "plot", "replay", "report", "live")
 WRONG = [
     ("frobnicate", "No such command 'frobnicate'; see: remoras --help"),
     ("run", "Missing argument"),
@@ -54,6 +54,8 @@ WRONG = [
     (f"{RACE} --time soon", "--time soon: allowed: a duration as 90s, 2m or 1h"),
     (f"{RACE} --metric mission_time", "--metric 'mission_time': allowed are .*did you mean 'mission_time_s'"),
     ("plot nowhere", r"no results of a run .* nor of a sweep \(study.json is missing\)"),
+    ("report nowhere --out report", r"no results of a run .* nor of a sweep \(study.json is missing\)"),
+    ("report nowhere", "Missing option '--out'"),
     ("query nowhere 'ASK {}'", "no results of a run"),
     ("export nowhere --format csv", "no results of a run"),
     ("export . --format WRONG", r"value for '--format': 'WRONG' is not one of 'mcap', 'geojson', .*; see: remoras"),

@@ -126,16 +126,27 @@ class SweepChart:
     figure: Callable[[float | None], Figure]
 
 
-def sweep_picture(results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None) -> DrawnPage:
-    """Draw one figure of a sweep in memory; arguments as in ``draw_sweep_figures``. DrawingError if it has several."""
+def sweep_pictures(
+    results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None
+) -> dict[str, Callable[[], DrawnPage]]:
+    """Return functions that draw a kind of figure in memory, by title; arguments as in ``draw_sweep_figures``."""
     from visualisation.page import DrawnPage
 
     numbers, (asked,), notes = _prepared(results, [kind], ranked, width_in)
-    charts = list(_charts(asked, numbers))
-    if len(charts) != 1:
-        titles = "; ".join(chart.title for chart in charts)
-        raise DrawingError(f"{asked}: this sweep has {len(charts)} of it ({titles}); `remoras plot` writes them all")
-    return DrawnPage(charts[0].figure(width_in), _caption(numbers, charts[0]), tuple(notes))
+
+    def drawn(chart: SweepChart) -> DrawnPage:
+        return DrawnPage(chart.figure(width_in), _caption(numbers, chart), tuple(notes))
+
+    return {chart.title: partial(drawn, chart) for chart in _charts(asked, numbers)}
+
+
+def sweep_picture(results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None) -> DrawnPage:
+    """Draw one figure of a sweep in memory; arguments as in ``draw_sweep_figures``. DrawingError if it has several."""
+    drawn = sweep_pictures(results, kind, ranked, width_in)
+    if len(drawn) != 1:
+        titles = "; ".join(drawn)
+        raise DrawingError(f"{kind}: this sweep has {len(drawn)} of it ({titles}); `remoras plot` writes them all")
+    return next(iter(drawn.values()))()
 
 
 def draw_sweep_figures(

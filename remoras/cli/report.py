@@ -1,0 +1,66 @@
+"""Command ``report``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from remoras.cli.app import command, fail
+
+if TYPE_CHECKING:
+    from missions.runs.results import Results
+    from visualisation.page import DrawnPage
+    from visualisation.report.document import Report
+
+
+@command("report", "remoras report results/quick --out report")
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder for report.html and latex.")],
+    metric: Annotated[
+        str | None,
+        typer.Option(metavar="METRIC", help="Sweep: compared summary field; default: the first of the study."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier report.")] = False,
+) -> None:
+    """Write a report of a study or run: figure, table, statements and methods as HTML and LaTeX."""
+    from visualisation.report import check_report, study_report, write_report
+
+    check_report(out, force)
+    if (folder / "study.json").is_file():
+        from missions.sweeps.folder import SweepResults
+
+        made, notes = study_report(SweepResults.read(folder), metric, lambda run: _drawn(run, "trajectories", "a"))
+    elif (folder / "summary.json").is_file():
+        from missions.runs.results import Results
+
+        if metric is not None:
+            fail(f"--metric {metric}: applies to the report of a sweep, and {folder} holds a single run")
+        made, notes = _of_run(Results.read(folder)), []
+    else:
+        fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
+    for note in notes:
+        print(f"remoras: {note}", file=sys.stderr)
+    for path in write_report(made, out):
+        print(path)
+
+
+def _of_run(run: Results) -> Report:
+    from missions.files import shipped
+    from missions.runs.metrics import metrics_of
+    from missions.scenarios import load
+    from visualisation.report import run_report
+
+    name = run.summary["scenario"]
+    tables: dict[str, Any] | None = load(name).model_dump(mode="json") if name in shipped() else None
+    return run_report(run, metrics_of(run.scenario), tables, lambda kind: _drawn(run, kind))
+
+
+def _drawn(run: Results, kind: str, panel: str = "") -> DrawnPage:
+    from visualisation.runs import run_picture
+    from visualisation.style import COLUMN_IN
+
+    return run_picture(run, kind, run.mission.figures, run.mission.places, COLUMN_IN, panel=panel)

@@ -1,0 +1,326 @@
+"""Report of a study, finished or not: question, map, design, figure, table, statements, methods, limits, commands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from missions.comparison.baseline import Comparison, compare
+from missions.comparison.effects import effects_of
+from missions.comparison.sentences import Statement, power, statements
+from missions.comparison.table import NUMBERS, interval, notes, table
+from missions.comparison.treatments import check_name
+from missions.errors import OutputError
+from missions.files import dotted, text_of
+from missions.metric import Metric
+from missions.runs.results import Results
+from missions.statistics import FEW, MANY
+from missions.sweeps.folder import STUDY_TEXT, SweepResults
+from missions.sweeps.ledger import Line
+from visualisation import output, words
+from visualisation.output import FACTORIAL_KINDS, DrawingError
+from visualisation.page import DrawnPage
+from visualisation.report.document import Commands, Items, Part, Picture, Report, Table
+from visualisation.style import COLUMN_IN
+from visualisation.sweeps import sweep_pictures
+
+MOST_FIGURES, MOST_STATEMENTS = 6, 40
+CONSTANT = (
+    "per",
+    "strategy",
+    "policy",
+    "unforeseen",
+    "settings",
+)  # columns of a table that its caption states if equal
+OPTION = "# --strategy "  # line of a stored study for a strategy added by option
+COMMENT = re.compile(r"^#\s?")
+RATE = "packet error rate"
+HYPHEN = re.compile(r"(?<![\w.])-(?=[\d.])")  # minus sign of a number
+
+
+def study_report(
+    results: SweepResults, metric: str | None, map_of: Callable[[Results], DrawnPage]
+) -> tuple[Report, list[str]]:
+    """Return the report, and notes for the user on what it lacks.
+
+    ``metric`` is a summary field, None for the first of the study; ``map_of`` draws the map of a run. Raises
+    OutputError if no run has finished, or for an unknown metric.
+    """
+    name = metric or results.compared[0]
+    check_name("--metric", name, results.metrics)
+    measured, rows = results.metrics[name], compare(results, [name])
+    if not rows:
+        raise OutputError(f"{results.folder}: no run has a value of {name}")
+    stated = [] if results.file.factors else statements(measured, rows)
+    lacking = list(_lacking(results, stated))
+    figures, no_figure = _figures(results, name)
+    limits = [*lacking, *no_figure, *_limits(results, rows, stated)]
+    text = text_of(results.folder / STUDY_TEXT)
+    sections: dict[str, Sequence[Part]] = {
+        "Question": [_question(text, results, measured)],
+        "Scenario": _map(results, map_of),
+        "Design": list(_design(results, measured, rows)),
+        "Results": [*figures, _effects(results, measured) if results.file.factors else _table(results, measured, rows)],
+        "Statistical statements": _stated(stated, measured, rows),
+        "Methods": [" ".join(_methods(results, measured, rows))],
+        "Limits": [Items([_sentence(limit) for limit in limits])],
+        "To repeat": [Commands(_commands(text, results.file.study.name, metric))],
+    }
+    design, version = results.file.study, results.schedule.version
+    title = f"{design.name}: {words.within(measured.label)}"
+    return Report(title, version, sections, output.of_sweep(results), {STUDY_TEXT: text}), lacking
+
+
+def _lacking(results: SweepResults, stated: Sequence[Statement]) -> Iterator[str]:
+    status = results.status()
+    if status.remaining:
+        yield f"the study is not finished: {len(results.lines)} of {status.planned} runs are made"
+    if not stated and not results.file.factors:
+        yield "no two treatments share conditions and repeats, so the report has means and no comparison"
+
+
+def _sentence(text: str) -> str:
+    return f"{words.capital(text).rstrip('.')}."
+
+
+def _question(text: str, results: SweepResults, metric: Metric) -> str:
+    comment: list[str] = []
+    for line in text.splitlines():
+        if line.startswith(OPTION):
+            continue
+        if not line.startswith("#") or (not COMMENT.sub("", line).strip() and comment):
+            break
+        comment.append(COMMENT.sub("", line).strip())
+    if found := " ".join(filter(None, comment)):
+        return found
+    factors = [f"{name} ({', '.join(levels)})" for name, levels in _factors(results).items() if len(levels) > 1]
+    return f"What is the effect of {words.listed(factors or ['the seed'])} on {words.within(metric.label)}?"
+
+
+def _factors(results: SweepResults) -> dict[str, list[str]]:
+    """Return the levels of each factor of the study file, as texts."""
+    file = results.file
+    design, factors = file.study, dict[str, list[Any]]()
+    scenarios = design.scenario
+    factors["scenario"] = [scenarios] if isinstance(scenarios, str) else list(scenarios)
+    for name, levels in (("strategy", design.strategies), ("policy", design.policies), ("vehicles", design.vehicles)):
+        factors[name] = list(levels or ())
+    for channel in file.channel:
+        kind = channel.get("name", "")
+        factors.setdefault("channel", []).append(kind)
+        for key, value in dotted({key: value for key, value in channel.items() if key != "name"}):
+            factors[f"{RATE if key == 'per' else key} ({kind})"] = value if isinstance(value, list) else [value]
+    for tables in (file.grid, file.factors, file.latin):
+        factors |= {key: value if isinstance(value, list) else [value] for key, value in dotted(tables)}
+    for point in file.point:
+        for key, value in dotted(point):
+            factors.setdefault(key, [])
+            factors[key] += [value] if value not in factors[key] else []
+    factors["unforeseen"] = [case.name for case in file.unforeseen]
+    factors |= {key: [value] for key, value in dotted(file.set)}
+    shown = {name: [f"{level:g}" if isinstance(level, float) else str(level) for level in levels]
+             for name, levels in factors.items()}  # fmt: skip
+    return {name: list(dict.fromkeys(levels)) for name, levels in shown.items() if levels}
+
+
+def _kept(results: SweepResults) -> list[Line]:
+    """Return a line with tables for each scenario: of the baseline if possible, first repeat, least loss."""
+    baseline = results.file.study.baseline or next(iter(results.file.study.strategies or ()), "")
+    damaged = {path.name for path in results.damaged}
+    lines = sorted(
+        (line for line in results.lines.values() if line["tables"] and f"key={line['key']}" not in damaged),
+        key=lambda line: (
+            line["summary"]["strategy"] != baseline, line["repeat"], line["summary"]["per"], line["key"],
+        ),
+    )  # fmt: skip
+    return list({line["summary"]["scenario"]: line for line in reversed(lines)}.values())[::-1]
+
+
+def _map(results: SweepResults, map_of: Callable[[Results], DrawnPage]) -> list[Part]:
+    parts: list[Part] = []
+    for number, line in enumerate(_kept(results)[:MOST_FIGURES]):
+        drawn = map_of(results.kept(line))
+        parts.append(Picture(f"map-{number + 1}", drawn.caption, drawn))
+    return parts or ["No run has kept its tables, so there is no map."]
+
+
+def _design(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -> Iterator[Part]:
+    design, rule = results.file.study, results.file.stopping
+    factors = _factors(results)
+    yield Table(
+        "design", f"Factors of the study {design.name}.", ["factor", "levels", "number"],
+        [[name, ", ".join(levels), str(len(levels))] for name, levels in factors.items()], (2,),
+    )  # fmt: skip
+    counts = sorted({row.n for row in rows if not row.deterministic})
+    n = " to ".join(dict.fromkeys(map(str, (counts[0], counts[-1])))) if counts else "1"
+    status = results.status()
+    yield words.joined(
+        f"The design has {len(results.schedule.labels)} configurations and {status.planned} runs at most, of which "
+        f"{len(results.lines)} have been made; n = {n} instances of each configuration.",
+        f"The master seed is {design.seed}; the k-th instance of every configuration has the same seed, hence the same "
+        "losses and draws.",
+        "Configurations without random draws have one run, marked as deterministic."
+        if any(row.deterministic for row in rows)
+        else "",
+        f"Repeats end when the 95 % interval of the mean of {rule.metric} is known to the half-width of the stopping "
+        f"rule, {rule.minimum} to {rule.maximum} repeats."
+        if rule
+        else "",
+        power(metric, rows, results.bounds),
+    )
+
+
+def _figures(results: SweepResults, metric: str) -> tuple[list[Part], list[str]]:
+    kind = FACTORIAL_KINDS[0] if results.file.factors else metric
+    try:
+        drawn = list(sweep_pictures(results, kind, metric, COLUMN_IN).values())
+        pages = [draw() for draw in drawn[:MOST_FIGURES]]
+    except DrawingError as error:
+        return [], [f"no figure: {error}"]
+    name = _file_name(metric)
+    parts: list[Part] = [Picture(f"{name}-{number}", page.caption, page) for number, page in enumerate(pages, 1)]
+    left = len(drawn) - len(pages)
+    return parts, [f"{left} of {len(drawn)} figures are left out; `remoras plot` draws them"] if left else []
+
+
+def _file_name(metric: str) -> str:
+    return re.sub("[^A-Za-z0-9]+", "-", metric.removesuffix("_s"))
+
+
+def _table(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -> Table:
+    heads, entries = table(rows, results.bounds)
+    columns = list(zip(*entries, strict=True))
+    equal = [n for n, head in enumerate(heads) if head in CONSTANT and len(set(columns[n])) == 1]
+    kept = [n for n in range(len(heads)) if n not in equal]
+    same = [f"{heads[n]} {columns[n][0]}" for n in equal]
+    few = metric.censored is False and any(row.ci95_low is None for row in rows)
+    sentences = [
+        f"{words.capital(words.axis(metric.label, metric.unit))} of all configurations.",
+        f"All rows: {', '.join(same)}." if same else "",
+        f"In brackets 95 % intervals{f'; in parentheses least and largest value below {MANY} runs' * few}.",
+        f"Differences are to {rows[0].baseline} in the same instance, with intervals from {FEW} pairs on; p by sign "
+        "flips with step-down."
+        if any(row.n_pairs for row in rows)
+        else "",
+        "Both completed: differences of the pairs in which both runs completed."
+        if any(row.diff_reached is not None for row in rows)
+        else "",
+        *(_sentence(note) for note in notes(rows)),
+    ]
+    right = [place for place, n in enumerate(kept) if heads[n] in NUMBERS]
+    shown = [[_typeset(entry[n]) for n in kept] for entry in entries]
+    return Table(_file_name(metric.name), words.joined(*sentences), [heads[n] for n in kept], shown, right)
+
+
+def _typeset(text: str) -> str:
+    return "\u2013" if text == "-" else HYPHEN.sub("\u2212", text)
+
+
+def _effects(results: SweepResults, metric: Metric) -> Table:
+    rows = effects_of(results, [metric.name])
+    entries = [
+        [row.condition, row.term, f"{row.low} to {row.high}" if row.is_main else "interaction",
+         interval(row.effect, row.ci95_low, row.ci95_high), str(row.n), row.aliases]
+        for row in rows
+    ]  # fmt: skip
+    caption = (
+        f"Effects on {words.axis(words.within(metric.label), metric.unit)}, paired by repeat, with 95 % intervals."
+    )
+    heads = ["condition", "factor", "levels", "effect [95 %]", "n", "aliased with"]
+    return Table("effects", caption, heads, entries, (4,))
+
+
+def _stated(stated: Sequence[Statement], metric: Metric, rows: Sequence[Comparison]) -> list[Part]:
+    if not stated:
+        return ["There is no comparison to state: see Limits."]
+    significant = [one for one in stated if one.significant]
+    tested = sum(one.significant is not None for one in stated)
+    count = (
+        f"Of {len(stated)} comparisons with {rows[0].baseline} in {words.within(metric.label)}, {len(significant)} are "
+        f"significant and {tested - len(significant)} are not significant (p \u2265 0.05)"
+        f"{f'; for {len(stated) - tested} no difference is tested or stated' * (tested < len(stated))}."
+    )
+    if len(stated) <= MOST_STATEMENTS:
+        return [count, Items([one.text for one in stated])]
+    listed = significant[:MOST_STATEMENTS]
+    rest = f"The table has the {len(stated) - len(listed)} other comparisons."
+    return [count, *([Items([one.text for one in listed])] if listed else []), rest]
+
+
+def _methods(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -> Iterator[str]:
+    study = results.file.study
+    kept = _kept(results)
+    software = _software(results.kept(kept[0])) if kept else ""
+    yield f"Missions were simulated with remoras {results.schedule.version} [@remoras]{software}."
+    yield (
+        f"The study {study.name} ran {words.named_all('scenario', [row.scenario for row in rows])} with "
+        f"{words.named_all('strategy', [row.strategy for row in rows], 'strategies')}, "
+        f"{words.named_all('policy', [row.policy for row in rows], 'policies')} and "
+        f"{words.named_all('channel', [row.channel for row in rows])}."
+    )
+    if metric.censored:
+        ends = sorted({label.duration_s for label in results.schedule.labels})
+        duration = " to ".join(dict.fromkeys(f"{end:g}" for end in (ends[0], ends[-1])))
+        yield (
+            f"A run that did not complete within {duration} s counts with this duration (restricted mean). Intervals "
+            "of restricted means and of their differences allow for further runs that do not complete [@zou2008]."
+        )
+    if any(row.diff_to_baseline is not None for row in rows) and not results.file.factors:
+        yield (
+            f"Treatments were compared with {rows[0].baseline} by the mean of paired differences of equal instances; a "
+            "positive difference means a greater value of the first-named treatment. Intervals hold all shifts that "
+            "sign flips do not reject at 5 % [@hartigan1969] and are of single comparisons."
+        )
+        if any(row.p_holm is not None for row in rows):
+            yield (
+                "The p values are of sign-flip tests, corrected by step-down [@romano2005] over all pairs of "
+                "treatments and all conditions of the study, in this metric and in the success rate."
+            )
+    if any(2 * (row.n_pairs_reached or 0) < row.n_pairs for row in rows if row.n_pairs_reached is not None):
+        yield "Intervals of success rates are Wilson's [@wilson1927]."
+
+
+def _software(run: Results) -> str:
+    used = {"Python": run.manifest.get("python", ""), **run.manifest.get("libraries", {})}
+    listed = [f"{name} {version}" for name, version in used.items() if version]
+    return f", with {', '.join(listed)}" if listed else ""
+
+
+def _limits(results: SweepResults, rows: Sequence[Comparison], stated: Sequence[Statement]) -> Iterator[str]:
+    status = results.status()
+    yield (
+        f"{status.censored} of {len(results.lines)} runs did not complete their mission and {status.failed} failed; "
+        "they count as not completed"
+    )
+    few = [row for row in rows if not row.deterministic and row.n < FEW]
+    if few:
+        yield f"{len(few)} of {len(rows)} configurations have fewer than {FEW} runs, hence no interval of differences"
+    if any(row.ci95_low is None and not row.deterministic for row in rows):
+        yield f"means of fewer than {MANY} runs have no interval"
+    n_not, tested = (sum(one.significant in kinds for one in stated) for kinds in ((False,), (False, True)))
+    if n_not:
+        yield (
+            f"{n_not} of {tested} tested differences are not significant (p \u2265 0.05), which does not show that the "
+            "treatments are equal"
+        )
+    alone = [row for row in rows if row.deterministic]
+    if alone:
+        yield f"{len(alone)} configurations are deterministic (n = 1)"
+    assumed = dict.fromkeys(
+        text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})
+    )
+    yield from (f"assumed: {text}" for text in assumed)
+    yield from (f"{path.name}: its tables are damaged" for path in results.damaged)
+    yield "the statements hold for the simulated scenarios, channels and levels of this design"
+
+
+def _commands(text: str, name: str, metric: str | None) -> list[str]:
+    added = [
+        f" --strategy {line.removeprefix(OPTION).strip()}" for line in text.splitlines() if line.startswith(OPTION)
+    ]
+    of_metric = "" if metric is None else f" --metric {metric}"
+    return [
+        f"remoras sweep {STUDY_TEXT} --out results/{name}{''.join(added)}",
+        f"remoras report results/{name} --out report{of_metric}",
+    ]
