@@ -1,8 +1,8 @@
 """Run benchmarks: modules here with a function ``rows``.
 
-``dividing`` is part of ``organisation``; ``measuring`` holds shared functions. ``printed`` takes options, see ``python
--m benchmarks printed --help``. Separate commands, such as ``python -m benchmarks.tuning``: ``contest``, ``healing``,
-``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``, ``under_loss`` and ``variants``.
+``dividing`` is part of ``organisation``; ``measuring`` holds shared functions. Separate commands, such as ``python -m
+benchmarks.tuning``: ``contest``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``,
+``under_loss`` and ``variants``.
 """
 
 from __future__ import annotations
@@ -15,18 +15,15 @@ import sys
 from typing import Any
 
 import benchmarks
-from benchmarks import printed
 
 NO_BENCHMARKS = {
     "__main__", "contest", "dividing", "healing", "holdings", "intervals", "measuring",
-    "mechanisms", "printed", "site", "tuning", "under_loss", "variants",
+    "mechanisms", "site", "tuning", "under_loss", "variants",
 }  # fmt: skip
 
 
 def main() -> int:
     """Run the named benchmarks, all of them without a name, and print their rows."""
-    if sys.argv[1:2] == ["printed"]:
-        return printed.main(sys.argv[2:])
     modules = {info.name for info in pkgutil.iter_modules(benchmarks.__path__)}
     names = sorted(modules - NO_BENCHMARKS)
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)

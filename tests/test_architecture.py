@@ -146,6 +146,8 @@ TRIES = "remoras.testing"
 INDEPENDENT = "missions.verification"
 """Reads results of all missions with nothing of theirs, so it has their words."""
 DESIGNED = "missions.benchmark", "remoras.cli.benchmark"  # cells of an experiment's design
+MEASURES = "remoras.cli.reproduction"
+"""Measures published results of missions, in their words."""
 BEGINS = "remoras.cli.new"
 """The first scenario of one's own is one of mapping, and the options that it comes from are called so."""
 GENERAL = ("ReturningToArea", "area of operations", "areas of operations", "FocusArea", "focusArea", "focus area")
@@ -374,7 +376,7 @@ def test_imports_for_types_form_few_cycles() -> None:
 
 def own_words(module: str) -> set[str]:
     """Words of the mission that a module belongs to: another one may have the same."""
-    if within(module, INDEPENDENT) or within(module, TRIES):
+    if any(within(module, one) for one in (INDEPENDENT, TRIES, MEASURES)):
         return {word for words in WORDS_OF.values() for word in words}
     if module == BEGINS:
         return {"area", "areas"}

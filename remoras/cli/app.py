@@ -31,6 +31,7 @@ GROUPS = {
     },
     "Compare": {
         "sweep": "sweeps", "compare": "sweeps", "race": "race", "benchmark": "benchmark", "exchange-study": "exchange",
+        "reproduce": "reproduce",
     },
     "Extend": {"new": "new", "check": "benchmark"},
     "Vehicles at sea": {"sea": "exchange", "node": "nodes", "swarm": "nodes"},

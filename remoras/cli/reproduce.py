@@ -1,0 +1,111 @@
+"""Command that measures published results again: reproduce."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from remoras.cli.app import FAILED, Json, aligned, check_known, command, show_json
+
+if TYPE_CHECKING:
+    from remoras.cli.reproduction.entries import Entry, Outcome
+
+QUICK = "quick"
+
+
+@command("reproduce", "remoras reproduce remoras-times", names_code=False)
+def reproduce(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME]...", help="Entries, or pages such as docs/seas.md; default: all quick ones."),
+    ] = None,
+    listed: Annotated[bool, typer.Option("--list", help="List all entries with source, duration and command.")] = False,
+    write: Annotated[bool, typer.Option("--write", help="Put measured figures into the pages of a checkout.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Measure published results again: expected beside measured, verdict, source."""
+    from remoras.cli.reproduction.entries import ROOT, entries
+
+    known = entries()
+    chosen: list[Entry] = []
+    pages = sorted({entry.page for entry in known.values()} - {""})
+    for name in dict.fromkeys(names or ()):
+        if name not in pages:
+            check_known("entry", name, [*known, *pages])
+        chosen += [entry for entry in known.values() if name in (entry.name, entry.page)]
+    if listed:
+        _list(chosen or list(known.values()), as_json)
+        return
+    skipped = [] if names else [entry for entry in known.values() if entry.duration != QUICK]
+    report: list[dict[str, Any]] = []
+    fails = False
+    for entry in chosen or [entry for entry in known.values() if entry.duration == QUICK]:
+        began_s, found = time.process_time(), []
+        if not as_json:
+            print(f"{entry.name}: {entry.origin}", flush=True)
+        for outcome in entry.outcomes():
+            found.append(outcome)
+            fails |= outcome.fails
+            if write and entry.page and outcome.fails:
+                page = ROOT / entry.page
+                text = page.read_text(encoding="utf-8")
+                page.write_text(text.replace(outcome.expected, outcome.measured), encoding="utf-8")
+        if not as_json:
+            print(*_lines(found), "", sep="\n", flush=True)
+        rows, cpu_s = [outcome._asdict() for outcome in found], round(time.process_time() - began_s, 2)
+        about = {"name": entry.name, "source": entry.origin, "command": entry.recipe, "n": entry.n}
+        report.append({**about, "verdict": _verdict(found), "cpu_s": cpu_s, "rows": rows})
+    if as_json:
+        from missions.sweeps.code import program, short
+
+        show_json({"code": short(program()), "entries": report,
+                   "skipped": {entry.name: entry.duration for entry in skipped}})  # fmt: skip
+    else:
+        _sum_up(report, skipped)
+    if fails:
+        raise typer.Exit(FAILED)
+
+
+def _verdict(found: list[Outcome]) -> str:
+    """The verdict of an entry: that of its rows, if they have one verdict; else it deviates."""
+    verdicts = {outcome.verdict for outcome in found}
+    return verdicts.pop() if len(verdicts) == 1 else "deviates"
+
+
+def _lines(found: list[Outcome]) -> Iterator[str]:
+    for outcome in found:
+        if not outcome.expected:
+            yield f"  not measurable: {outcome.reason}"
+            continue
+        if outcome.expected == outcome.measured:
+            yield f"  {outcome.verdict:<9} {outcome.quantity}: {outcome.expected}, as expected"
+        elif len(outcome.expected) + len(outcome.measured) > 60:
+            yield f"  {outcome.verdict:<9} {outcome.quantity}"
+            yield from (f"            {label} {text}" for label, text in (
+                ("expected", outcome.expected), ("measured", outcome.measured)
+            ))  # fmt: skip
+        else:
+            yield f"  {outcome.verdict:<9} {outcome.quantity}: expected {outcome.expected}, measured {outcome.measured}"
+        if outcome.reason:
+            yield f"            because {outcome.reason}"
+
+
+def _list(entries: list[Entry], as_json: bool) -> None:
+    if as_json:
+        show_json([{"name": e.name, "source": e.origin, "duration": e.duration, "command": e.recipe} for e in entries])
+        return
+    print(*aligned([(e.name, e.duration, e.origin, e.recipe) for e in entries]), sep="\n")
+
+
+def _sum_up(report: list[dict[str, Any]], skipped: list[Entry]) -> None:
+    verdicts = [entry["verdict"] for entry in report]
+    counts = {verdict: verdicts.count(verdict) for verdict in ("agrees", "deviates", "not measurable")}
+    print(", ".join(f"{number} {verdict}" for verdict, number in counts.items() if number))
+    if skipped:
+        for duration, of in (("minutes", "up to ten minutes each"), ("hours", "more than ten minutes each")):
+            names = [entry.name for entry in skipped if entry.duration == duration]
+            print(f"skipped, {of}: {', '.join(names)}")
+        print("run one with: remoras reproduce NAME")

@@ -1,0 +1,3 @@
+"""Published results and the documents' tables, measured again by ``remoras reproduce``."""
+
+__all__: list[str] = []
