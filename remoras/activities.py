@@ -10,16 +10,18 @@ from typing import Any, NamedTuple
 
 
 class ActivityType(IntEnum):
-    """Types of activities; a decision holds at most one of each."""
+    """Types of activities; a decision holds at most one of each.
+
+    ORGANISATIONAL ones are perceived, not performed: a leader's information satisfies its role. PLANNING also allocates
+    roles and forms groups. Of the paper's types navigation and control are always on (``remoras.motion``), and survival
+    is the kind vital.
+    """
 
     ORGANISATIONAL = 0
     PLANNING = 1
-    NAVIGATION = 2
-    GUIDANCE = 3
-    CONTROL = 4
-    PRODUCTIVE = 5
-    COMMUNICATION = 6
-    SURVIVAL = 7
+    GUIDANCE = 2
+    PRODUCTIVE = 3
+    COMMUNICATION = 4
 
 
 EFFECTIVE = frozenset({ActivityType.GUIDANCE, ActivityType.PLANNING, ActivityType.COMMUNICATION})

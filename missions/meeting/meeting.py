@@ -2,12 +2,12 @@
 
 Three objectives and their activities (Table II of the REMORAS paper)::
 
-    GroupSupervision  -> OrganisationalPerformanceOptimiser + MissionPlanner | LeaderInformationGathering
-                         | Following (Leader to ...)
+    GroupSupervision  -> MissionPlanner | LeaderInformationGathering | Following (Leader to ...)
     MissionGathering  -> Following (Follower to ...)
     RendezVous(p)     -> Homing(p)
 
-PerformerSubordination and the navigation activities of the table are omitted. LeaderInformationGathering is perceived,
+PerformerSubordination and the navigation activities of the table are omitted. MissionPlanner also optimises the
+organisation: its steps allocate roles, by the strategy. LeaderInformationGathering is perceived,
 not performed; it determines the leader's satisfaction. Leaders hold GroupSupervision initially.
 
 Operators of the leader's HTN planner:
@@ -195,11 +195,10 @@ class Meeting:
                 keys = {("members", group.path(role.name)) for role in group.roles if role.founding} - {head_key}
                 followers = tuple(sorted({name for key in keys for name in facts.get(key)}))
                 following = Activity("Following", ActivityType.GUIDANCE, ("leader", followers, group.name))
-                optimiser = Activity("OrganisationalPerformanceOptimiser", ActivityType.ORGANISATIONAL)
                 planner = Activity("MissionPlanner", ActivityType.PLANNING)
                 watching = Activity("LeaderInformationGathering", ActivityType.ORGANISATIONAL)
                 # Pending planning has priority over all but survival.
-                planning = ActivitySet(objective, ActivityKind.COLLECTIVE, (optimiser, planner), 1.0)
+                planning = ActivitySet(objective, ActivityKind.COLLECTIVE, (planner,), 1.0)
                 return (planning, self._set(objective, watching), self._set(objective, following)), frozenset(keys)
             case "MissionGathering":
                 first, rests_on = self._first(group, vehicle, facts)
@@ -227,7 +226,7 @@ class Meeting:
     def behaviour(self, activity: Activity, data: VehicleData) -> Behaviour | None:
         """Return the behaviour of a rendezvous activity; None for other activities."""
         match activity.name:
-            case "OrganisationalPerformanceOptimiser":
+            case "MissionPlanner":
                 return Planning()
             case "LeaderInformationGathering":
                 return Supervision(self.patience_s)

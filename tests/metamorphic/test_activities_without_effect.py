@@ -43,10 +43,6 @@ class Working(WithIdling):
     type, importance, first = ActivityType.PRODUCTIVE, 1.0, False
 
 
-class Surviving(WithIdling):
-    type, importance, first = ActivityType.SURVIVAL, 0.01, True
-
-
 def of(mission: str | None) -> Run:
     """A run of the scenario, with that mission in the place of its own."""
     own = [] if mission is None else [f"scenario.mission={mission}"]
@@ -61,5 +57,5 @@ def tables(finished: Run) -> dict[str, list[Any]]:
 def test_an_activity_without_effect_changes_no_byte() -> None:
     """Of whatever type and importance, before the others or behind them: it takes no place and dilutes no mean."""
     usual = tables(of(None))
-    for mission in (Organising, Working, Surviving):
+    for mission in (Organising, Working):
         assert tables(of(f"{__name__}:{mission.__name__}")) == usual, mission.__name__

@@ -10,7 +10,8 @@ from samples import activity_set
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.executive.decision import Choice
 
-G, N, P, C = ActivityType.GUIDANCE, ActivityType.NAVIGATION, ActivityType.PRODUCTIVE, ActivityType.COMMUNICATION
+G, P, C = ActivityType.GUIDANCE, ActivityType.PRODUCTIVE, ActivityType.COMMUNICATION
+N = ActivityType.ORGANISATIONAL
 
 
 def one(*activities: tuple[str, ActivityType], needs: str | None = None, vital: bool = False) -> ActivitySet:
@@ -27,7 +28,7 @@ def best(sets: Sequence[ActivitySet], *motivations: float) -> tuple[int, ...]:
 
 
 def test_activities_without_effect_conflict_with_none() -> None:
-    """Both name navigation, which changes nothing of what the vehicle does: they go together."""
+    """Both organise, which changes nothing without planning: they go together."""
     locating = activity_set(("Listening", P), ("Global", N), sensors=())
     homing = activity_set(("Homing", G), ("Global", N), sensors=())
     listening = ActivitySet(None, locating.kind, (Activity("Listening", P, (), ("sonar",)), Activity("Global", N)), 0.5)
