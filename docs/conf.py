@@ -4,7 +4,8 @@ import ast
 import inspect
 import os
 import sys
-from collections.abc import Collection, Iterator
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar
@@ -25,6 +26,7 @@ from missions.runs.metrics import CORE_METRICS  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
 from missions.scenarios.organisation import FORMATION_WORDS  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
+from remoras.cli.reproduction.entries import entries, papers  # noqa: E402
 from remoras.mission import ABILITIES  # noqa: E402
 from worldmodel import core_ontology_paths, ontology_path, read_tbox  # noqa: E402
 from worldmodel.ontology import terms_of  # noqa: E402
@@ -163,6 +165,29 @@ class Metrics(SphinxDirective):
         return [listed]
 
 
+class Papers(SphinxDirective):
+    """The items of the three papers with verdicts, and the entries of ``remoras reproduce``."""
+
+    def run(self) -> list[nodes.Node]:
+        """A sentence with counts, and a table for each section."""
+        sections = papers()
+        verdicts = Counter(item.verdict for items in sections.values() for item in items)
+        counts = ", ".join(f"{number} {verdict}" for verdict, number in verdicts.items())
+        text = f"{verdicts.total()} items: {counts}.\n\n"
+        for title, items in sections.items():
+            rows = [(item.text, item.verdict, f"`{item.command}`" if item.command else item.detail) for item in items]
+            text += f"**{title}**\n\n" + table(("Item", "", "Command or reason"), rows)
+        rows = [(f"`{e.name}`", e.duration, e.origin, f"`{e.recipe}`" if e.recipe else "") for e in entries().values()]
+        text += "**Entries of remoras reproduce**\n\n" + table(("Name", "Duration", "Source", "Recipe"), rows)
+        return self.parse_text_to_nodes(text)
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [heads, ["---"] * len(heads), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines) + "\n"
+
+
 class Public(SphinxDirective):
     """The documented names of a package's ``__all__`` that ``remoras`` does not offer itself."""
 
@@ -208,6 +233,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("terms", Terms)
     app.add_directive("tables", Tables)
     app.add_directive("metrics", Metrics)
+    app.add_directive("papers", Papers)
     app.add_directive("public", Public)
     app.connect("autodoc-process-docstring", keep_first_line, priority=400)  # napoleon has 500
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,15 +1,21 @@
 """Published results and printed tables that ``remoras reproduce`` measures again."""
 
 import json
+import random
+import shlex
+from pathlib import Path
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
+from missions.scenarios import load
 from remoras.cli import app
+from remoras.cli.app import HOMES, OrderedGroup
 from remoras.cli.reproduction import entries as module
 from remoras.cli.reproduction import measures
-from remoras.cli.reproduction.entries import AGREES, DEVIATES, Entry, Row, entries
+from remoras.cli.reproduction.entries import AGREES, DEVIATES, Entry, Row, entries, papers
+from remoras.cli.runs import overrides_of
 
 ENTRIES = entries()
 FIGURES = ("exchange-figure-3", "exchange-figure-4", "exchange-figure-5")
@@ -101,3 +107,53 @@ def test_unknown_name_is_refused_in_one_line() -> None:
     assert result.exit_code == 2
     assert len(result.stderr.splitlines()) == 1
     assert "remoras-times" in result.stderr
+
+
+# Items of the papers --------------------------------------------------------------------------------
+
+ITEMS = [item for items in papers().values() for item in items]
+COMMANDS = sorted({item.command for item in ITEMS if item.command})
+CHEAP = ("explain", "list")
+"""Commands that take milliseconds, so that the usual suite runs them."""
+
+
+def parts(command: str) -> list[list[str]]:
+    """Arguments of each ``remoras`` command of a line."""
+    split = [shlex.split(part) for part in command.split(" && ")]
+    assert all(words[0] == "remoras" for words in split)
+    return [words[1:] for words in split]
+
+
+def test_every_item_has_a_verdict_with_a_command_or_a_reason() -> None:
+    assert {item.verdict for item in ITEMS} == {"works", "deviates", "missing"}
+    assert all(item.detail for item in ITEMS)
+    assert len({item.text for item in ITEMS}) > 0.95 * len(ITEMS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_command_of_an_item_is_accepted(command: str) -> None:
+    """Its options parse, and its scenario loads with them; its key or entry exists."""
+    for name, *arguments in parts(command):
+        assert name in HOMES
+        if "--help" in arguments or name in CHEAP:
+            assert CliRunner().invoke(app, [name, *arguments]).exit_code == 0
+            continue
+        made = OrderedGroup().get_command(None, name)
+        assert made is not None
+        given = made.make_context(name, list(arguments)).params
+        if name == "run":
+            options = (given[key] for key in ("strategy", "policy", "channel", "network", "per"))
+            load(given["scenario"], overrides_of(*options, given["settings"] or []))
+        if name == "reproduce":
+            assert set(given["names"]) <= set(ENTRIES)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "command", random.Random(2011).sample([c for c in COMMANDS if c.split()[1] not in (*CHEAP, "new", "node")], 10)
+)
+def test_command_of_an_item_succeeds(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for arguments in parts(command):
+        result = CliRunner().invoke(app, arguments)
+        assert result.exit_code == 0, result.output

@@ -213,6 +213,25 @@ def entries() -> dict[str, Entry]:
     return {entry.name: entry for entry in read}
 
 
+class Item(NamedTuple):
+    """Term, table or figure of a paper: works, deviates or missing; ``detail`` is the command, or the reason."""
+
+    text: str
+    verdict: Literal["works", "deviates", "missing"]
+    detail: str
+
+    @property
+    def command(self) -> str:
+        """Command that shows it; empty for a reason."""
+        return f"remoras {self.detail}" if self.verdict == "works" else ""
+
+
+def papers() -> dict[str, list[Item]]:
+    """Items of the three papers by section."""
+    read = tomllib.loads((HERE / "papers.toml").read_text(encoding="utf-8"))
+    return {section["title"]: [Item(*item) for item in section["items"]] for section in read["section"]}
+
+
 def _with(text: str, chosen: Mapping[str, str]) -> str:
     for key, value in chosen.items():
         text = text.replace(f"<{key}>", value)
