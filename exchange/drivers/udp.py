@@ -59,6 +59,10 @@ class Socket:
         host, port = self._socket.getsockname()
         return host, port
 
+    def fileno(self) -> int:
+        """Return the descriptor of the port, to wait for several."""
+        return self._socket.fileno()
+
     def wait(self, wait_s: float) -> bool:
         """True as soon as there is a datagram; False after ``wait_s`` (s) without one."""
         return bool(select.select([self._socket], [], [], wait_s)[0])

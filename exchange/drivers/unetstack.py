@@ -1,30 +1,24 @@
-"""Driver for UnetStack modems: physical-layer broadcasts, by JSON over TCP.
+"""Driver for UnetStack modems: physical-layer broadcasts, by the JSON over TCP of ``exchange.drivers.fjage``.
 
-The agents of UnetStack use fjage (JSON Protocol Specifications, https://fjage.readthedocs.io), one JSON object per
-line. A client has a unique name, subscribes to recipients, and receives their messages in objects ``message``:
+A client has a unique name, subscribes to recipients, and receives their messages:
 
     -> {"action": "agentForService", "id": I, "service": "org.arl.unet.Services.PHYSICAL"}
     <- {"inResponseTo": "agentForService", "id": I, "agentID": "phy"}
     -> {"action": "wantsMessagesFor", "agentIDs": [NAME, "#phy__ntf"], ...}            # its notifications
-    -> {"action": "send", "message": {"clazz": "org.arl.unet.phy.TxFrameReq", "data": {"data": [bytes], ...}}}
-    <- {"action": "send", "message": {"clazz": "org.arl.unet.phy.RxFrameNtf", "data": {"data": [bytes], ...}}}
 
-Bytes are base64 in ``{"clazz": "[B", "data": ...}``, or a list of numbers. Frames are of type 2 (data), to 0
-(broadcast), of protocol 32 (the first user protocol); others are ignored.
+Frames are of type 2 (data), to 0 (broadcast), of protocol 32 (the first user protocol); others are ignored.
 """
 
 from __future__ import annotations
 
-import base64
-import json
 import select
 import socket
 import time
 import uuid
-from contextlib import suppress
 from typing import Any
 
 from exchange.drivers.driver import Paced, TimedPacket
+from exchange.drivers.fjage import Lines, line_of, message_in, packed, sending, unpacked
 from exchange.drivers.udp import Address
 from exchange.errors import ConfigurationError
 
@@ -33,8 +27,6 @@ TRANSMIT, HEARD = "TxFrameReq", "RxFrameNtf"
 DATA, EVERYBODY, PROTOCOL = 2, 0, 32
 PATIENCE_S = 5.0
 """Timeout of connection and answers (s)."""
-MOST_BYTES = 1 << 20
-"""Maximum length of a line; longer input is discarded."""
 _ANSWERS: dict[str, dict[str, Any]] = {
     "services": {"services": []},
     "agentForService": {},
@@ -56,7 +48,7 @@ class UnetStack:
             raise ConfigurationError(
                 f"{where}: {error}; allowed is where UnetStack listens, usually port 1100"
             ) from None
-        self._pace, self._rest = pace, b""
+        self._pace, self._input = pace, Lines()
         self._name = f"remoras-{uuid.uuid4().hex[:8]}"
         asked = str(uuid.uuid4())
         self._say({"action": "agentForService", "id": asked, "service": PHYSICAL})
@@ -77,18 +69,8 @@ class UnetStack:
 
     def send(self, data: bytes, now_s: float) -> None:
         """Broadcast a packet."""
-        request = {
-            "msgID": str(uuid.uuid4()),
-            "perf": "REQUEST",
-            "sender": self._name,
-            "recipient": self._agent,
-            "type": DATA,
-            "to": EVERYBODY,
-            "protocol": PROTOCOL,
-            "data": {"clazz": "[B", "data": base64.b64encode(data).decode()},
-        }
-        message = {"clazz": f"org.arl.unet.phy.{TRANSMIT}", "data": request}  # clazz must be the first key
-        self._say({"action": "send", "relay": True, "message": message})
+        frame = {"type": DATA, "to": EVERYBODY, "protocol": PROTOCOL, "data": packed(data)}
+        self._say(sending(f"unet.phy.{TRANSMIT}", self._name, self._agent, "REQUEST", **frame))
 
     def receive(self, until_s: float) -> list[TimedPacket]:
         """Return the received packets; wait until ``until_s`` for the first."""
@@ -112,7 +94,7 @@ class UnetStack:
         if self._socket is None:
             return
         try:
-            self._socket.sendall(json.dumps(value).encode() + b"\n")
+            self._socket.sendall(line_of(value))
         except OSError:  # without the modem the packet is lost
             self._socket.close()
             self._socket = None
@@ -129,16 +111,9 @@ class UnetStack:
             self._socket.close()
             self._socket = None
             return []
-        # A line may arrive in parts: the last one is complete once its end arrives.
-        *lines, self._rest = (self._rest + came).replace(b"\r", b"\n").split(b"\n")
-        self._rest = self._rest if len(self._rest) <= MOST_BYTES else b""
-        messages = []
-        for line in filter(None, lines):
-            with suppress(ValueError, RecursionError):
-                value = json.loads(line)
-                if isinstance(value, dict):
-                    self._answered(value)
-                    messages.append(value)
+        messages = self._input.feed(came)
+        for message in messages:
+            self._answered(message)
         return messages
 
     def _answered(self, query: dict[str, Any]) -> None:
@@ -152,18 +127,7 @@ class UnetStack:
             self._say({"id": query.get("id"), "inResponseTo": action, **_ANSWERS[action]})
 
     def _heard(self, received: dict[str, Any]) -> bytes | None:
-        message = received.get("message")
-        content = message.get("data") if isinstance(message, dict) else None
-        if not isinstance(message, dict) or not isinstance(content, dict):
-            return None
-        if not str(message.get("clazz")).endswith(f".{HEARD}") or content.get("protocol") != PROTOCOL:
-            return None
-        data = content.get("data")
-        try:
-            if isinstance(data, dict):
-                data = base64.b64decode(data["data"], validate=True)
-            elif isinstance(data, list):  # Java bytes are signed
-                data = bytes(byte % 256 for byte in data)
-        except (KeyError, ValueError, TypeError):
-            return None
-        return data if isinstance(data, bytes) and data else None
+        match message_in(received):
+            case (clazz, {"protocol": protocol, "data": data}) if clazz == HEARD and protocol == PROTOCOL:
+                return unpacked(data) or None
+        return None
