@@ -11,7 +11,7 @@ import shutil
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType, TracebackType
 
@@ -39,6 +39,17 @@ def _end(number: int, frame: FrameType | None) -> None:
             os._exit(128 + number)
         frame = frame.f_back
     raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+
+
+@contextmanager
+def instead(end: Callable[[], None]) -> Iterator[None]:
+    """Call ``end`` at an interruption or termination inside the context, so that no step is cut short."""
+    usual = {number: signal.signal(number, lambda *_: end()) for number in SAID}
+    try:
+        yield
+    finally:
+        for number, handler in usual.items():
+            signal.signal(number, handler)
 
 
 QUIET_S = 1.0

@@ -47,11 +47,12 @@ def slot_s(record: Record) -> float | None:
 
 def _check_slots(record: Record, report: CheckReport) -> None:
     owners, length_s = record.by_slot, slot_s(record)
-    is_timed = length_s is not None and record.has_exact_clocks
+    is_timed = length_s is not None and record.has_exact_clocks and record.access != "free"
     if not is_timed:
-        report.skip("times of slots", "clocks are off, or the manifest has no modem profile")
+        report.skip("times of slots", "access is free, clocks are off, or the manifest has no modem profile")
     taken: dict[int, str] = {}
-    for wrong, time_s, sender, slot in report.each("slots", record, "packets", "time_s sender slot"):
+    until_s: dict[str, float] = {}
+    for wrong, time_s, sender, slot, end_s in report.each("slots", record, "packets", "time_s sender slot end_s"):
         if slot in taken:
             wrong(f"slot {slot}", f"none: {taken[slot]} has sent in it")
         taken[slot] = sender
@@ -60,6 +61,9 @@ def _check_slots(record: Record, report: CheckReport) -> None:
             wrong(f"slot {slot}", f"a slot of its own: this is {owner}'s")
         elif is_timed and length_s is not None and abs(time_s - slot * length_s) > CLOSE_S:
             wrong(f"slot {slot} at {time_s:.4f} s", f"{slot * length_s:.4f} s")
+        elif time_s < until_s.get(sender, 0.0) - CLOSE_S:
+            wrong(f"slot {slot} at {time_s:.4f} s", f"none: it sends until {until_s[sender]:.4f} s")
+        until_s[sender] = end_s
 
 
 def _check_sizes(record: Record, report: CheckReport) -> None:

@@ -481,6 +481,11 @@ class Record:
         return not has_own and "clocks" not in self.of("communication")
 
     @property
+    def access(self) -> str:
+        """Access to the channel in a recording of other programs: slots or free; empty for a run."""
+        return str(self.of("mission").get("access", ""))
+
+    @property
     def all_need_all(self) -> bool:
         """True if every vehicle needs all items throughout the run."""
         return self.of("communication").get("needs_follow", "all") == "all" and not self.scenario.get("need")

@@ -34,7 +34,7 @@ GROUPS = {
         "reproduce": "reproduce",
     },
     "Extend": {"new": "new", "check": "benchmark"},
-    "Vehicles at sea": {"sea": "exchange", "node": "nodes", "swarm": "nodes"},
+    "Vehicles at sea": {"sea": "exchange", "serve": "serving", "node": "nodes", "swarm": "nodes"},
 }  # fmt: skip
 """Commands by purpose, each with its module below ``remoras.cli``."""
 HOMES = {name: module for commands in GROUPS.values() for name, module in commands.items()}

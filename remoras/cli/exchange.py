@@ -247,7 +247,7 @@ def sea(
     """
     form = figure_format(file_format, out)
     of_scenario = {"--modem": modem, "--ranges": ranges, "--set": settings}
-    if _is_network(name):
+    if is_network(name):
         if misused := [option for option, value in of_scenario.items() if value is not None]:
             fail(f"{misused[0]}: applies to the modems of a scenario, and {name} is a network")
         _describe_network(name, out, form, as_json)
@@ -270,7 +270,8 @@ def sea(
         _print(reaches)
 
 
-def _is_network(name: str) -> bool:
+def is_network(name: str) -> bool:
+    """True for a network, False for a scenario; fail for an unknown name."""
     from exchange.channel.network import file_in
     from exchange.channel.network import shipped as networks
     from missions.files import has_table, shipped

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -142,7 +143,8 @@ def node(
         fail(f"{modems[0]}: a modem replaces other links; give only one of --serial, --unet, --bind and --peers")
     if modems and begins_s is None:
         fail(f"{modems[0]}: --start-utc is missing; packets of a modem do not say when the mission began")
-    others = _peers(peers, vehicle, [table.name for table in loaded.vehicle])
+    addresses = addresses_in(peers, "--peers", [table.name for table in loaded.vehicle if table.name != vehicle])
+    others = list(addresses.values())
     port = _listening(bind, vehicle) if not modems and seat.modem is None else None
     log: NodeLog | None = None
     if resume and written is not None and written.is_file():
@@ -306,9 +308,14 @@ def _replay(log: Path, vehicle: str, as_json: bool) -> None:
         raise typer.Exit(FAILED)
 
 
-def _check(speed: float, settle: float, drop: float, double: float) -> None:
+def check_speed(speed: float) -> None:
+    """Fail unless a speed is usable."""
     if not 0.0 < speed <= 1e6:
         fail(f"--speed {speed:g}: allowed is more than 0, up to 1000000")
+
+
+def _check(speed: float, settle: float, drop: float, double: float) -> None:
+    check_speed(speed)
     if not 0.0 <= settle <= 1e9:
         fail(f"--settle {settle:g}: allowed are 0 and more seconds")
     for option, share in (("--drop", drop), ("--double", double)):
@@ -329,15 +336,18 @@ def _plans(
     return loaded, [NodePlan.of(loaded, name, seed, until, settle) for name in vehicles or loaded.names_by_slot]
 
 
-def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
+def addresses_in(text: str, option: str, names: Sequence[str]) -> dict[str, Address]:
+    """Parse ``NAME=HOST:PORT,...``; fail for an unknown or repeated name, or an invalid address."""
     from exchange.drivers.udp import address_of
 
     addresses: dict[str, Address] = {}
-    for peer in filter(None, text.split(",")):
-        name, _, address = peer.partition("=")
-        check_known("--peers", name, [name for name in names if name != vehicle])
-        addresses[name] = address_of(address, f"--peers {name}")
-    return list(addresses.values())
+    for entry in filter(None, text.split(",")):
+        name, _, address = entry.partition("=")
+        check_known(option, name, names)
+        if name in addresses:
+            fail(f"{option} {entry}: {name} is there twice; allowed: one address each")
+        addresses[name] = address_of(address, f"{option} {name}")
+    return addresses
 
 
 def _outcome_lines(outcomes: list[NodeOutcome]) -> list[str]:

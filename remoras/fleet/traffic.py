@@ -111,19 +111,8 @@ class Traffic:
             self._heap.schedule(hearing.arrival.time_s, Priority.ARRIVAL, _arrival(hearing))
         if recorder is None:
             return
-        arrival_s = {arrival.receiver: arrival.time_s for arrival in arrivals}
-        receivers: list[str] = []
-        lacking: list[str] = []
-        received_s: list[float] = []
-        for vehicle in vehicles:
-            if vehicle is sender or not vehicle.functional.is_on:
-                continue
-            at_s = arrival_s.get(vehicle.data.node)
-            if at_s is None:
-                lacking.append(vehicle.name)
-            else:
-                receivers.append(vehicle.name)
-                received_s.append(at_s)
+        others = [(v.data.node, v.name) for v in vehicles if v is not sender and v.functional.is_on]
+        receivers, lacking, received_s = fates(arrivals, others)
         recorder.packets.append(
             (
                 slot,
@@ -143,7 +132,7 @@ class Traffic:
             )
         )
         if lost:
-            _note_collisions(lost, [vehicle.name for vehicle in vehicles], recorder)
+            note_collisions(lost, [vehicle.name for vehicle in vehicles], recorder)
 
     def _heard(self, sender: Vehicle, arrivals: Sequence[Arrival], vehicles: Sequence[Vehicle]) -> list[Arrival]:
         if sender.condition.is_mute:
@@ -156,7 +145,16 @@ class Traffic:
         ]
 
 
-def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Recorder) -> None:
+def fates(arrivals: Iterable[Arrival], others: Iterable[tuple[int, str]]) -> tuple[list[str], list[str], list[float]]:
+    """Return the receivers of a packet, those that lost it, and the times (s) of reception; ``others``: node, name."""
+    arrival_s = {arrival.receiver: arrival.time_s for arrival in arrivals}
+    known = list(others)
+    receivers = [(name, arrival_s[node]) for node, name in known if node in arrival_s]
+    lacking = [name for node, name in known if node not in arrival_s]
+    return [name for name, _ in receivers], lacking, [at_s for _, at_s in receivers]
+
+
+def note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Recorder) -> None:
     """Move receivers that lost a packet to a collision, in rows of packets still under way."""
     for hearing in lost:
         slot, sender, receiver = hearing.slot, names[hearing.sender], names[hearing.arrival.receiver]

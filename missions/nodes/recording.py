@@ -1,0 +1,183 @@
+"""Recording of packets of other programs as the results of a run, for ``plot``, ``replay`` and ``verify``.
+
+A station is a vehicle without tasks that moves as its program says. Its scenario has the sea of another scenario, or of
+a measured network.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import tomli_w
+from pydantic import Field
+
+from exchange.channel.models import number_in
+from exchange.channel.modems import modems
+from exchange.channel.network import network_of
+from missions.document import Document
+from missions.errors import ConfigurationError
+from missions.files import LARGEST_BYTES, text_of
+from missions.runs.results import Results, write_results
+from missions.runs.run import Run, is_drawn
+from missions.runs.setup import Setup, resolved
+from missions.scenarios.loading import load, scenario_from
+from missions.scenarios.scenario import Scenario, World
+from remoras.errors import PluginError
+from remoras.htn import Domain, Method
+from remoras.mission import FleetView, Mission, Truth
+from remoras.recorder import Recorder
+from remoras.table import PointM, Section
+
+MODEM = "nanomodem-v3"
+"""Modem in a measured network, unless set."""
+MARGIN_M = 2000.0
+"""Distance from the nodes of a network to the borders of its world."""
+APART_M = 50.0
+"""Distance between stations of a network that states no positions."""
+ENDED = "recording of other programs, without a goal"
+Access = Literal["slots", "free"]
+Trace = Sequence[tuple[float, PointM]]
+"""Positions of a station by time (s), linear between them."""
+COLUMNS = ("time_s", "vehicle", "x_m", "y_m")
+
+
+class StationsTable(Section):
+    """Table ``[mission]`` of a recording."""
+
+    access: Access = Field("free", description="slots: a station sends in its TDMA slots; free: at any time")
+
+
+class StationsScenario(Scenario):
+    """Scenario of a recording."""
+
+    mission: StationsTable = StationsTable.usual()
+
+
+class Unjudged(Truth):
+    """Truth of a recording: nothing is achieved."""
+
+    milestones = ()
+    goal_fraction = 0.0
+    is_over = True
+
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        return False
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        return ENDED
+
+
+class Stations(Mission):
+    """Mission of a recording: none."""
+
+    Scenario = StationsScenario
+    group_missions = ("None",)
+
+    @classmethod
+    def from_scenario(cls, scenario: Any) -> Self:
+        return cls()
+
+    @property
+    def jobs(self) -> dict[str, Any]:
+        return {}
+
+    @property
+    def social_domain(self) -> Domain:
+        return Domain.of((), {"None": [Method("nothing", lambda *asked: [], uses=())]})
+
+    def activity_sets(self, *asked: Any) -> Any:
+        return (), frozenset()
+
+    def behaviour_for(self, *asked: Any) -> Any:
+        raise PluginError("a recording has no activities")
+
+    def truth(self, *asked: Any) -> Unjudged:
+        return Unjudged()
+
+
+Overrides = Sequence[tuple[str, str]]
+
+
+def of_scenario(name: str, access: Access, overrides: Overrides) -> Scenario:
+    """Return the stations of a scenario: its vehicles, with its sea, modem and channel."""
+    sea = load(name, overrides)
+    given = sea.model_dump(mode="json", exclude_none=True)
+    vehicles = [{key: table[key] for key in ("name", "start_m", "depth_m", "slot")} for table in given["vehicle"]]
+    tables = {
+        "world": {key: value for key, value in given["world"].items() if key in World.model_fields},
+        "communication": {key: given["communication"][key] for key in ("modem", "range_m", "transmit_power_w")},
+        "channel": given["channel"],
+        "modem": given.get("modem", {}),
+    }
+    return _stations(sea.scenario.name, access, vehicles, tables)
+
+
+def of_network(name: str, access: Access, stations: Sequence[str], overrides: Overrides) -> Scenario:
+    """Return the stations of a measured network, all nodes by default; ConfigurationError for an unknown one."""
+    network, vehicles = network_of(name), []
+    nodes = {node.name: node for node in network.node}
+    for slot, station in enumerate(stations or network.nodes):
+        if nodes and station not in nodes:
+            raise ConfigurationError.of(name, "--stations", station, f"allowed: {', '.join(nodes)}")
+        node = nodes.get(station)
+        start_m = (node and node.position_m) or (slot * APART_M, 0.0)
+        vehicles.append({"name": station, "start_m": start_m, "depth_m": (node and node.depth_m) or 0.0, "slot": slot})
+    if len(vehicles) < 2:
+        raise ConfigurationError.of(name, "--stations", ",".join(stations), "allowed: two stations or more, as A,B")
+    borders = zip(*(vehicle["start_m"] for vehicle in vehicles), strict=True)
+    (west_m, east_m), (south_m, north_m) = ((min(at_m) - MARGIN_M, max(at_m) + MARGIN_M) for at_m in borders)
+    tables = {
+        "world": {"x_m": [west_m, east_m], "y_m": [south_m, north_m]},
+        "communication": {"modem": MODEM, "range_m": modems()[MODEM].range_m},
+        "channel": {"name": "network", "network": name, "nodes": {v["name"]: v["name"] for v in vehicles if nodes}},
+    }
+    return _stations(network.name, access, vehicles, tables, overrides)
+
+
+def _stations(
+    name: str, access: Access, vehicles: list[dict[str, Any]], tables: dict[str, Any], overrides: Overrides = ()
+) -> Scenario:
+    raw = tomllib.loads(Path(__file__).with_name("stations.toml.txt").read_text(encoding="utf-8"))
+    raw["scenario"]["name"], raw["mission"] = name, {"access": access}
+    raw["rally_point"][0]["position_m"] = vehicles[0]["start_m"]
+    raw["vehicle"] = [raw["vehicle"][0] | vehicle for vehicle in vehicles]
+    raw |= tables | {"communication": raw["communication"] | tables["communication"]}
+    return scenario_from(Document.of_text(tomli_w.dumps(raw), name), overrides)
+
+
+def traces_in(path: Path, scenario: Scenario) -> dict[str, Trace]:
+    """Return the positions in a run's results, or in a CSV file with ``COLUMNS``; ConfigurationError if invalid."""
+    names, (x_min, y_min, x_max, y_max) = scenario.names_by_slot, scenario.world.box_m
+    if path.is_dir():
+        rows: Sequence[Mapping[str, Any]] = Results.read(path).rows("trajectories")
+    else:
+        rows = list(csv.DictReader(text_of(path, LARGEST_BYTES).splitlines(), skipinitialspace=True))
+    traces: dict[str, list[tuple[float, PointM]]] = {name: [] for name in names}
+    for number, row in enumerate(rows, 1):
+        name, *values = (row.get(column) for column in ("vehicle", "time_s", "x_m", "y_m"))
+        time_s, x_m, y_m = (number_in(str(value)) for value in values)
+        is_later = name in traces and time_s > (traces[name][-1][0] if traces[name] else -math.inf)
+        if not (is_later and x_min <= x_m <= x_max and y_min <= y_m <= y_max):
+            allowed = (
+                f"time_s,vehicle,x_m,y_m with vehicles {', '.join(names)}, rising times, "
+                f"x {x_min:g} to {x_max:g}, y {y_min:g} to {y_max:g}"
+            )
+            given = ",".join(str(row.get(column, "")) for column in COLUMNS)
+            raise ConfigurationError.of(str(path), f"row {number}", given, f"allowed: {allowed}")
+        traces[str(name)].append((time_s, (x_m, y_m)))
+    return dict(traces)
+
+
+def written(setup: Setup, seed: int, recorder: Recorder, end_s: float, distance_m: float, folder: Path) -> None:
+    """Write the rows of stations as the results of a run that ends at ``end_s``, a whole number of ticks."""
+    scenario = setup.scenario
+    about = scenario.scenario.model_copy(update={"duration_s": end_s})
+    setup = resolved(scenario.model_copy(update={"scenario": about}))
+    drawn = is_drawn(seed, setup.scenario, setup.strategy)
+    run = Run(setup, seed, recorder, (), 0.0, 0.0, False, ENDED, end_s, 0, distance_m, end_s, drawn=drawn)
+    write_results(run, folder)

@@ -1,0 +1,116 @@
+"""Command that offers the channel to other programs: serve."""
+
+from __future__ import annotations
+
+import ipaddress
+import math
+import sys
+import time
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from remoras.cli import completion
+from remoras.cli.app import Json, aligned, command, fail, show
+from remoras.cli.exchange import is_network
+from remoras.cli.nodes import Speed, addresses_in, check_speed
+from remoras.cli.runs import Seed, Settings
+from remoras.process import instead
+
+ALWAYS = "station", "sent", "received"
+
+
+@command("serve", "remoras serve mission-2012 --port 47000 --seed 3 --out sea")
+def serve(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NETWORK|SCENARIO",
+            help="Measured network, or scenario with its channel and vehicles: a shipped name or a file.",
+            autocompletion=completion.sea,
+        ),
+    ] = "mission-2012",
+    port: Annotated[
+        int, typer.Option(min=0, max=65_535, metavar="N", help="Port of the first station, N + 1 of the next; 0: any.")
+    ] = 47_000,
+    access: Annotated[
+        Literal["free", "slots"],
+        typer.Option(metavar="free|slots", help="Stations send at once, or in their TDMA slots."),
+    ] = "free",
+    stations: Annotated[str, typer.Option(metavar="NAMES", help="Stations in a network; default: all nodes.")] = "",
+    programs: Annotated[
+        str, typer.Option(metavar="NAME=HOST:PORT,...", help="UDP addresses of programs that receive before they send.")
+    ] = "",
+    positions: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE|DIR", help="Positions: CSV with time_s,vehicle,x_m,y_m, or the results of a run."),
+    ] = None,
+    bind: Annotated[
+        str, typer.Option(metavar="HOST", help="Local address; any other than loopback needs --token.")
+    ] = "127.0.0.1",
+    token: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="32, 48 or 64 hexadecimal digits that programs send first.")
+    ] = None,
+    speed: Speed = 1.0,
+    seed: Seed = 1,
+    until: Annotated[float | None, typer.Option(min=0.0, metavar="T", help="End at T s; default: at Ctrl-C.")] = None,
+    settings: Settings = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the recording.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Serve the sea of a network or scenario to other programs, by UDP and the UnetStack API; record their packets."""
+    from exchange.drivers.driver import Paced
+    from missions.disk import check_output
+    from missions.nodes.recording import of_network, of_scenario, traces_in, written
+    from missions.nodes.sea import Sea
+    from missions.nodes.serving import Ports
+    from missions.runs.setup import resolved
+
+    secret = _token(bind, token)
+    check_speed(speed)
+    overrides = [("--set", setting) for setting in settings or ()]
+    if is_network(name):
+        scenario = of_network(name, access, [part for part in stations.split(",") if part], overrides)
+    elif stations:
+        fail(f"--stations: applies to networks; the stations of {name} are its vehicles")
+    else:
+        scenario = of_scenario(name, access, overrides)
+    if out is not None:
+        check_output(out, False)
+    names = scenario.names_by_slot
+    known = addresses_in(programs, "--programs", names)
+    sea = Sea(resolved(scenario), seed, {} if positions is None else traces_in(positions, scenario))
+    ports = Ports(sea, Paced(time.monotonic(), speed), (bind, port), known, secret)
+    for station, number in ports.numbers.items():
+        print(f"remoras: station {station} at {bind}:{number}, UDP and TCP", file=sys.stderr)
+    print("remoras: Ctrl-C ends it", file=sys.stderr)
+    with instead(ports.stop):  # the usual end
+        ports.run(math.inf if until is None else until)
+    end_s = sea.finish()
+    ports.close()
+    if out is not None:
+        written(sea.setup, sea.seed, sea.recorder, end_s, sea.distance_m, out)
+    rows: list[dict[str, Any]] = [{"station": station.data.name, **station.counts} for station in sea.stations]
+    used = list(dict.fromkeys((*ALWAYS, *(key for row in rows for key, count in row.items() if count))))
+    lines = aligned([used, *([str(row.get(key, 0)) for key in used] for row in rows)], right=range(1, len(used)))
+    outcome = {"scenario": scenario.scenario.name, "time_s": end_s, "late_s": round(ports.late_s, 3), "stations": rows}
+    show(outcome, as_json, [*lines, f"behind by at most {ports.late_s:.3f} s"])
+
+
+def _token(host: str, file: Path | None) -> bytes:
+    from exchange.errors import ConfigurationError
+    from exchange.wire.sealing import key_in
+
+    try:
+        is_own = ipaddress.IPv4Address(host).is_loopback
+    except ValueError:
+        fail(f"--bind {host}: allowed is an IPv4 address of this machine, such as 127.0.0.1")
+    if file is None:
+        if not is_own:
+            fail(f"--bind {host}: other machines can reach it; add --token FILE, of 32, 48 or 64 hexadecimal digits")
+        return b""
+    try:
+        return key_in(file).hex().encode()
+    except ConfigurationError as error:
+        fail(f"--token {file}: {error}")
