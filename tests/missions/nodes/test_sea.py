@@ -11,9 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exchange.channel.loss import uniform
+from exchange.drivers.fjage import line_of
 from missions.errors import ConfigurationError
 from missions.nodes.recording import Access, Trace, of_network, of_scenario, traces_in, written
 from missions.nodes.sea import MOST_QUEUED, Packet, Received, Sea
+from missions.nodes.unet import UnetProgram
 from missions.runs.setup import Setup, resolved
 from missions.verification import verify
 
@@ -193,3 +195,44 @@ def test_networks_of_ranges_need_names_of_stations():
         of_network("ahoi", "free", ["A", "A"], [])
     near = of_network("ahoi", "free", ["A", "B"], [("--set", "vehicle.B.start_m=[46.0,0.0]")])
     assert [vehicle.start_m for vehicle in near.vehicle] == [(0.0, 0.0), (46.0, 0.0)]
+
+
+WORDS = (
+    "node", "phy", "ranging", "location", "address", "MTU", "ParameterReq", "DatagramReq", "TxFrameReq", "RangeReq",
+    "AddressResolutionReq", "send", "agentForService", "wantsMessagesFor", "agents", "[B", "PHYSICAL",
+)  # fmt: skip
+KEYS = (
+    "action", "id", "message", "clazz", "data", "recipient", "sender", "msgID", "param", "value", "requests", "to",
+    "protocol", "reliability", "service", "agentIDs", "agentID", "name", "alive", "inResponseTo", "index",
+)  # fmt: skip
+LEAVES = st.none() | st.booleans() | st.integers() | st.just(10**400) | st.floats() | st.sampled_from(WORDS)
+VALUES = st.recursive(
+    LEAVES,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(KEYS), inner, max_size=6),
+    max_leaves=12,
+)
+TABLES = st.dictionaries(st.sampled_from(KEYS), VALUES, max_size=6)
+HEAD = {"sender": "me", "msgID": "1"}
+MESSAGES = st.builds(
+    lambda name, data, to: {
+        "action": "send",
+        "message": {"clazz": f"org.arl.unet.{name}", "data": {**data, **HEAD, "recipient": to}},
+    },
+    st.sampled_from(WORDS),
+    TABLES,
+    st.sampled_from(WORDS[:3]),
+)
+
+
+@given(st.lists(MESSAGES | TABLES, max_size=8))
+@settings(max_examples=150, deadline=None)
+def test_no_request_of_a_program_ends_the_service(requests):
+    sea, said = Sea(setup("free"), 1), []
+    program = UnetProgram(sea, sea.stations[0], lambda value: said.append(line_of(value)), 0.0)
+    for request in requests:
+        program.take(request)
+    sea.advance(60.0)
+    asked = Packet(b"still served")
+    assert sea.offer(sea.stations[1], asked) == ""
+    sea.advance(120.0)
+    assert sea.stations[1].counts["sent"] > 0

@@ -2,11 +2,14 @@
 
 import json
 import socket
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +21,7 @@ from missions.nodes.serving import Ports
 from missions.runs.setup import Setup, resolved
 
 HOST = "127.0.0.1"
+EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
 FAST = "modem.fast={payload_bytes=64,rate_bps=1e6,range_m=2000.0}"
 """Modem by which tests are short: a packet takes half a millisecond."""
 PATIENCE_S = 10.0
@@ -239,3 +243,21 @@ def test_with_a_token_only_programs_that_know_it_are_served():
         stranger.close()
         knows.close()
     assert counted(ports, "sent") == 1
+
+
+def test_the_examples_exchange_data_through_a_measured_sea():
+    def started(name: str, *arguments: object) -> subprocess.Popen[str]:
+        command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+    with served(measured(), 3) as ports:
+        shore = started("shore.py", ports.numbers["29"], PATIENCE_S)
+        try:
+            time.sleep(1.0)  # it may start later: its first answers are then missing
+            said, _ = started("buoy.py", ports.numbers["21"], 1.0).communicate(timeout=60.0)
+        finally:
+            shore.kill()
+    answers = sum("21" in row[6] for row in ports.sea.recorder.packets if row[2] == "29")
+    assert len(said.splitlines()) == 10
+    assert said.count("received sample") == answers
+    assert 0 < answers < 10
