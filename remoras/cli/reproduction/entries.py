@@ -28,7 +28,7 @@ import string
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -160,8 +160,7 @@ class Entry(BaseModel):
                 yield line.outcome(self._values(line.runs))
             if self.lines:
                 return
-            values = getattr(measures, self.measure)() if self.measure else {}
-            values |= self._values(self.runs)
+            values = {**(_measured(getattr(measures, self.measure)) if self.measure else {}), **self._values(self.runs)}
         except CannotMeasureError as error:
             yield Outcome(self.name, "", "", UNMEASURED, str(error))
             return
@@ -230,6 +229,11 @@ def papers() -> dict[str, list[Item]]:
     """Items of the three papers by section."""
     read = tomllib.loads((HERE / "papers.toml").read_text(encoding="utf-8"))
     return {section["title"]: [Item(*item) for item in section["items"]] for section in read["section"]}
+
+
+@cache  # several figures rest on one measurement
+def _measured(measure: Callable[[], measures.Values]) -> measures.Values:
+    return measure()
 
 
 def _with(text: str, chosen: Mapping[str, str]) -> str:
