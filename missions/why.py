@@ -248,7 +248,7 @@ class Causes:
         parts = f"stimulus {won['stimulus']:.2f}"
         if won["external"] > 0.0:
             weight = f" of weight {self._decision['weight_external']:g}" if "weight_external" in self._decision else ""
-            parts += f", own {won['own']:.2f}, {won['external']:.2f} by a signal{weight}"
+            parts += f", own {won['own']:.2f}, {won['external']:.2f} by a call{weight}"
         text = f"{self._name(won)} won at {_s(time_s)} with motivation {_motivation(won):.2f} ({parts}){_mean(won)}"
         lost = "nothing else had a stimulus"
         if rival is not None:
@@ -290,33 +290,33 @@ class Causes:
         return lines + (self._news(vehicle, at_s, won["argument"]) or self._news(vehicle, at_s))
 
     def _signal(self, turn: Turn, won: Row, seen: set[tuple[str, float]]) -> list[Line]:
-        """Return the signal that moved a vehicle, and the causes of its sender's act."""
-        vehicle, source, group = turn.vehicle, won["source"], won["group"]
-        roles = [
-            row["role"] for row in turn.decision.rows if (row["group"], row["activities"]) == (group, won["activities"])
-        ]
-        sent = (row for row in self._packets if (row["slot"], row["sender"]) == (won["slot"], source))
-        packet = next((row for row in sent if _heard_s(row, vehicle) is not None and _calls(row, group, roles)), None)
-        if packet is None:  # help was granted by an auction
-            return [Line(f"{vehicle} answered {source}'s request for help at {_s(turn.time_s)}.", turn.time_s, vehicle)]
-        slot, sent_s, heard_s = packet["slot"], packet["time_s"], _heard_s(packet, vehicle) or turn.time_s
-        value, role = min(_calls(packet, group, roles))
-        text = f"{vehicle} received {source}'s signal at {_s(heard_s)} in slot {slot}: {value} as"
-        lines = [
-            Line(f"{text} {self._role(group, role)}{self._weaker(turn, source, group, roles)}.", heard_s, vehicle, slot)
-        ]
+        """Return the signal, or award of help, that moved a vehicle, and the causes of its sender's act."""
+        vehicle, source, group, acts = turn.vehicle, won["source"], won["group"], won["activities"]
+        roles = [row["role"] for row in turn.decision.rows if (row["group"], row["activities"]) == (group, acts)]
+        sent = [row for row in self._packets if (row["slot"], row["sender"]) == (won["slot"], source)]
+        heard = [(at_s, row) for row in sent if (at_s := _heard_s(row, vehicle)) is not None]
+        if not heard:
+            return [Line(f"{vehicle} answered {source}'s call at {_s(turn.time_s)}.", turn.time_s, vehicle)]
+        heard_s, packet = heard[0]
+        slot, sent_s, role = packet["slot"], packet["time_s"], ""
+        what, value = "request for help", ""
+        if calls := _calls(packet, group, roles):
+            what, role = "signal", min(calls)[1]
+            value = f": {min(calls)[0]} as {self._role(group, role)}{self._weaker(turn, source, group, roles)}"
+        text = f"{vehicle} received {source}'s {what} at {_s(heard_s)} in slot {slot}{value}."
+        lines = [Line(text, heard_s, vehicle, slot)]
         decisions = _until(self._decisions[source], sent_s)
-        acts = decisions[-1].acts if decisions else {}
-        key = next((key for key in acts if key[:2] == (group, role)), None)
-        text = f"{source} sent it at {_s(sent_s)}" + (f" while it performed {self._name(acts[key])}" if key else "")
+        doing = decisions[-1].acts if decisions else {}
+        key = next((key for key in doing if key[:2] == (group, role)), None)
+        text = f"{source} sent it at {_s(sent_s)}" + (f" while it performed {self._name(doing[key])}" if key else "")
         unmoved_s: float | None = None
         for row in reversed(_until(self._rows("satisfaction")[source], sent_s)):
             if (row["group"], row["role"]) == (group, role):
                 if row["value"] >= 0:
                     break
                 unmoved_s = row["time_s"]
-        text += f", dissatisfied since {_s(unmoved_s)}" if unmoved_s is not None else ""
-        lines.append(Line(f"{text}.", sent_s, source, slot))
+        since = "" if unmoved_s is None else f", dissatisfied since {_s(unmoved_s)}"
+        lines.append(Line(f"{text}{since}.", sent_s, source, slot))
         began = [one for one in _until(self._turns[source], sent_s) if key in one.begun]
         if began and (source, began[-1].time_s) not in seen:
             at_s = began[-1].time_s

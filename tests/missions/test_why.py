@@ -6,6 +6,7 @@ sentence of no known grammar fails.
 
 import random
 import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from missions.scenarios import load
 from missions.why import MOST_LINES, NEEDED, Answer, Causes, Line, why
 
 LOST = "fault=[{vehicle='AUV01',kind='lost',at_s=90.0,until_s=200.0},{vehicle='AUV02',kind='joins',at_s=60.0}]"
+LIFTS = "scenario.duration_s=700"
 RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "paper": ("mapping-rendezvous", 1, ("channel.name=perfect",)),
     "deaf to signals": ("mapping-rendezvous", 1, ("channel.name=perfect", "decision.weight_external=0")),
@@ -29,12 +31,13 @@ RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "faults": ("mapping-rendezvous", 1, (LOST, "scenario.duration_s=400")),
     "services": ("pandora-inspection", 2, ("channel.per=0.3",)),
     "survey": ("trident-intervention", 2, ("channel.per=0.3",)),
-    "lifts": ("recovery-field", 1, ("scenario.duration_s=700",)),
+    "lifts": ("recovery-field", 1, (LIFTS,)),
+    "auction": ("recovery-field", 3, ("strategy.name=central", "strategy.parameters.help=auction", LIFTS)),
     "search": ("arrows-archaeology", 1, ("scenario.duration_s=500",)),
     "no energy": ("mapping-rendezvous", 1, ("vehicle.AUV01.energy_j=60000", "scenario.duration_s=400")),
 }
 
-LONG = {"deaf to signals", "lossy", "no radio", "instant", "bids", "services", "survey", "search"}
+LONG = {"deaf to signals", "lossy", "no radio", "instant", "bids", "services", "survey", "auction", "search"}
 
 
 @cache
@@ -63,12 +66,13 @@ FORMS = [
 GRAMMAR = {
     "turn": rf"(\w+) ((?:left|began|ended|waited).*?) at {T}{DONE}"
     rf"(?:; this lasted until (?:{T}|the run's end at {T}))?\.",
-    "won": rf"(.+?) won at {T} with motivation {N} \(stimulus {N}(?:, own {N}, {N} by a signal of weight {N})?\)"
+    "won": rf"(.+?) won at {T} with motivation {N} \(stimulus {N}(?:, own {N}, {N} by a call of weight {N})?\)"
     rf"(?:, mean {N})?; (?:nothing else had a stimulus|the best that lost, (.+?), had {N}(?:, mean {N})?)\.",
     "vital": rf"(\w+) is vital and precedes all else; its stimulus at {T} was {N}\.",
     "idle": rf"No activity of (\w+)'s roles had a stimulus at {T}\.",
     "satisfied": rf"(\w+)'s satisfaction, -128 to 127, was (.+) in its slot at {T}\.",
     "signal": rf"(\w+) received (\w+)'s signal at {T} in slot (\d+): (-\d+) as ([\w ]+)(?:; weaker: (.+))?\.",
+    "request": rf"(\w+) received (\w+)'s request for help at {T} in slot (\d+)\.",
     "sent": rf"(\w+) sent it at {T}(?: while it performed ({ACTS}))?(?:, dissatisfied since {T})?\.",
     "plan": rf"(\w+)'s (?:plan for|step (.+?) of) (\w+)\((.+?)\) as (.+?) was (\w+) at {T}(?:: (.+))?\.",
     "ran": rf"(\w+)'s step (.+) ran from {T} on\.",
@@ -84,6 +88,8 @@ GRAMMAR = {
     "out": rf"(\w+) was out of the mission from {T} to (?:{T}|the end): (.+)\.",
     "undecided": rf"(\w+) had made no decision since {T}; (?:its next was at {T}|it made none in this run)\.",
 }
+OF_OTHERS = {"won", "vital", "news", "order", "ruled", "agreed"}
+"""Sentences that begin with something else than the vehicle of their line."""
 
 
 class Checked:
@@ -100,6 +106,7 @@ class Checked:
         found = {kind: match for kind, text in GRAMMAR.items() if (match := re.fullmatch(text, line.text))}
         assert found, f"no known sentence: {line.text}"
         kind, match = next(iter(found.items()))
+        assert kind in OF_OTHERS or match[1] == line.vehicle
         assert getattr(self, kind)(line, *match.groups()), (kind, match.groups())
         assert near(line.time_s, *re.findall(rf" {T}", line.text)) or kind == "agreed"
         self.kinds.add(kind)
@@ -176,6 +183,11 @@ class Checked:
             for of, name in zip(packet["signal_values"], packet["signal_roles"], strict=True)
         ]
 
+    def request(self, line, who, source, heard, slot) -> bool:
+        (packet,) = self.some("packets", slot=int(slot), sender=source)
+        told = [uid for uid in packet["status_uids"] if self.some("items", uid=uid, attribute="isToHelp", subject=who)]
+        return bool(told) and near(dict(zip(packet["receivers"], packet["arrivals_s"], strict=True))[who], heard)
+
     def sent(self, line, who, time, acts, since) -> bool:
         (packet,) = self.some("packets", slot=line.slot, sender=who)
         before = [row["time_s"] for row in self.some("decisions", vehicle=who) if row["time_s"] <= packet["time_s"]]
@@ -206,10 +218,11 @@ class Checked:
     def noted(self, line, who, time, kind, detail) -> bool:
         return bool(self.some("faults", vehicle=who, time_s=time, kind=kind, detail=detail))
 
-    def carried(self, uid, origin, sender, sent, slot, who, heard) -> bool:
+    def carried(self, line, uid, sender, sent, slot, who, heard) -> bool:
         """True if the item reached a vehicle so; without packets, at once."""
         if who is None:
-            return True
+            return bool(self.some("items", uid=uid, origin=line.vehicle))
+        assert who == line.vehicle
         if sender is None:
             return bool(self.some("knowledge", vehicle=who, item=uid, time_s=heard)) or not rows(self.name, "packets")
         (packet,) = self.some("packets", slot=int(slot), sender=sender)
@@ -218,14 +231,14 @@ class Checked:
 
     def news(self, line, origin, time, attribute, subject, value, *how) -> bool:
         items = self.some("items", origin=origin, recorded_s=time, attribute=attribute, subject=subject, value=value)
-        return any(self.carried(item["uid"], origin, *how) for item in items)
+        return any(self.carried(line, item["uid"], *how) for item in items)
 
     def order(self, line, issuer, time, words, *how_and_since) -> bool:
         *how, since = how_and_since
         for word, attribute, subject, value in assigned(words):
             items = self.some("items", origin=issuer, recorded_s=time, attribute=attribute)
             items = [one for one in items if one["subject"].endswith(subject) and one["value"].endswith(value)]
-            assert any(self.carried(item["uid"], issuer, *how) for item in items), word
+            assert any(self.carried(line, item["uid"], *how) for item in items), word
         return self.ruled(line, issuer, words, since)
 
     def ruled(self, line, issuer, words, time) -> bool:
@@ -267,7 +280,7 @@ def same(value: Any, wanted: Any) -> bool:
 def assigned(words: str) -> list[tuple[str, str, str, str]]:
     """Words, attribute, subject and value of each assignment in a sentence."""
     found = []
-    for word in re.split(r" and (?=[\w. ]+ is for )", words):
+    for word in re.split(r" and (?=[^()]+ is for )", words):
         if plays := re.fullmatch(r"(\w+) plays (?:\w+\.)?(.+)", word):
             found.append((word, "playsRole", plays[1], f".{plays[2]}"))
         else:
@@ -286,6 +299,7 @@ NEEDED_KINDS = {
     "services": {"plan", "noted"},
     "survey": {"ran", "order"},
     "lifts": {"signal", "sent"},
+    "auction": {"request"},
     "no energy": {"vital"},
 }
 """Sentences that answers of a run must contain, so that none goes unchecked."""
@@ -310,6 +324,31 @@ def test_each_fact_of_an_answer_is_in_the_tables(name: str) -> None:
                 assert all(abs(from_s - at_s) >= 1.0 for from_s in moments[vehicle])
                 assert answer.lines[1:] == tuple(causes.lines(vehicle, holds_s)[: MOST_LINES - 1])
     assert checked.kinds >= NEEDED_KINDS.get(name, set())
+
+
+def altered(text: str, vehicles: list[str]) -> Iterator[str]:
+    """The sentence with one number or one vehicle exchanged for another."""
+    for found in re.finditer(r"(?<![\w.-])-?\d+(?:\.\d+)?(?! to 127)(?<!to 127)", text):
+        n_digits = len(found[0].partition(".")[2])
+        number = float(found[0]) + (1.0 if n_digits < 2 else 0.1)
+        yield f"{text[: found.start()]}{number:.{n_digits}f}{text[found.end() :]}"
+    for found in re.finditer("|".join(vehicles), text):
+        other = next(name for name in vehicles if name != found[0])
+        yield f"{text[: found.start()]}{other}{text[found.end() :]}"
+
+
+def test_check_of_facts_finds_altered_sentences() -> None:
+    causes, checked = Causes(recorded("paper")), Checked("paper")
+    n_found = n_altered = 0
+    for line in sorted({line for _, _, lines in causes.moments() for line in lines}):
+        for text in altered(line.text, causes.vehicles):
+            n_altered += 1
+            try:
+                checked(line._replace(text=text))
+            except (AssertionError, IndexError, KeyError, StopIteration, ValueError):
+                n_found += 1
+    assert n_altered > 200
+    assert n_found >= 0.98 * n_altered, n_found / n_altered
 
 
 def texts(answer: Answer) -> str:
