@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from missions.comparison.baseline import Comparison
+from missions.comparison.effects import ALL, MainEffect
 from missions.comparison.treatments import MISSION_TIME, SIGNIFICANT
 from missions.metric import Metric
 from missions.statistics import FEW, detectable, least_p
@@ -97,7 +98,7 @@ class Wording:
             )
         names = f"{subject} and {other}"
         if row.diff_to_baseline == 0.0 and row.diff_spread in (0.0, None):
-            text = f"{names} were equal in {self.label}{where} (n = {row.n_pairs} instances, paired)."
+            text = f"{names} were equal in {self.label}{where} ({instances(row.n_pairs)}, paired)."
             return Statement(subject, text, False)
         significant = row.p_holm is not None and row.p_holm < SIGNIFICANT
         sign = -1.0 if significant and row.diff_to_baseline < 0.0 else 1.0
@@ -110,7 +111,7 @@ class Wording:
         )
         bounds = sorted(sign * bound for bound in (low, high) if bound is not None)
         shown, *ends = self.amount(sign * row.diff_to_baseline, *bounds)
-        parts = [f"95 % CI {ends[0]} to {ends[1]}" if ends else "no interval", f"n = {row.n_pairs} instances", "paired"]
+        parts = [f"95 % CI {ends[0]} to {ends[1]}" if ends else "no interval", instances(row.n_pairs), "paired"]
         if n_both < row.n_pairs:
             parts += [f"both completed {n_both} of {row.n_pairs} pairs, restricted mean"]
         evidence = ", ".join([*parts, self._p(row)])
@@ -138,6 +139,29 @@ class Wording:
         least = least_p(row.n_pairs)
         few = f", and {row.n_pairs} pairs allow none below {least:.2g}" if least >= SIGNIFICANT else ""
         return f"step-down p {'< 0.001' if row.p_holm < 0.001 else f'= {row.p_holm:.2g}'}{few}"
+
+
+def instances(n: int) -> str:
+    """Return the number of instances, such as ``n = 8 instances``."""
+    return f"n = {n} instance{'s' * (n != 1)}"
+
+
+def effect_statements(metric: Metric, rows: Sequence[MainEffect]) -> list[Statement]:
+    """Return the statements on the main effects of a factorial study; significant by their own interval."""
+    found = []
+    for row in (row for row in rows if row.is_main):
+        wording = Wording(metric, ())
+        shown, *ends = wording.amount(row.effect, *(b for b in (row.ci95_low, row.ci95_high) if b is not None))
+        significant = None if row.ci95_low is None or row.ci95_high is None else row.ci95_low > 0 or row.ci95_high < 0
+        verdict = {None: "without a test", False: "not significant", True: "significant"}[significant]
+        interval = f"95 % CI {ends[0]} to {ends[1]}" if ends else "no interval"
+        sign, condition = "+" * (row.effect > 0.0), "all conditions" if row.condition == ALL else row.condition
+        text = (
+            f"{row.term} from {row.low} to {row.high} changed {wording.label} by {sign}{shown}{wording.unit} "
+            f"({condition}; {interval}, {instances(row.n)}, paired, no correction): {verdict}."
+        )
+        found.append(Statement(row.term, text, significant))
+    return found
 
 
 def statements(metric: Metric, rows: Sequence[Comparison]) -> list[Statement]:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
-from synthetic_sweeps import FEW, HORIZON_S, SEVEN, Sweep, law
+from synthetic_sweeps import FEW, HORIZON_S, SEVEN, TEN, Sweep, law
 
 import remoras
 from missions.comparison import compare
@@ -21,7 +21,7 @@ from missions.sweeps.folder import STUDY_TEXT, SweepResults
 from remoras.cli.report import _of_run
 from visualisation.page import DrawnPage
 from visualisation.report import study_report, write_report
-from visualisation.report.document import REFERENCES, Report, latex, tex_text
+from visualisation.report.document import REFERENCES, Items, Report, Table, latex, tex_text
 
 ROOT = Path(__file__).parents[2]
 ENDS = re.compile(r"\\(begin|end)\{(\w+)\}")
@@ -81,7 +81,9 @@ def check_tex(text: str) -> None:
         depth += {"{": 1, "}": -1}.get(character, 0)
         assert depth >= 0
     assert depth == 0
-    for columns, body in re.findall(r"\\begin\{tabular\}\{(\w+)\}(.*?)\\end\{tabular\}", plain, flags=re.DOTALL):
+    for columns, body in re.findall(
+        r"\\begin\{(?:tabular|longtable)\}\{(\w+)\}(.*?)\\end\{(?:tabular|longtable)\}", plain, flags=re.DOTALL
+    ):
         rows = re.findall(r"^(.*) \\\\$", body, flags=re.MULTILINE)
         assert rows
         assert {len(re.findall(r"(?<!\\)&", row)) for row in rows} == {len(columns) - 1}
@@ -178,14 +180,35 @@ def test_question_without_a_comment_names_the_factors(tmp_path: Path) -> None:
     assert "--metric n_bytes" in texts_of(report)
 
 
-def test_effects_of_a_factorial_study_are_reported(tmp_path: Path) -> None:
+def slower_fleets(*given: Any) -> dict[str, Any]:
+    """The law; a fleet of four takes 100 s longer than one of two, the range has no effect."""
+    own = law(*given[:4], {})
+    return {**own, "completed": True, "mission_time_s": 1500.0 + 50.0 * given[4]["fleet.size"] + 10.0 * given[3] ** 0.5}
+
+
+def test_effects_of_a_factorial_study_are_stated(tmp_path: Path) -> None:
     factors = {"fleet.size": [2, 4], "communication.range_m": [100, 200]}
-    results = studied(tmp_path / "sweep", strategies=["remoras"], factorial=factors)
-    report, _ = study_report(results, None, no_map)
-    assert {"effects", "design"} == {
-        part.name for parts in report.sections.values() for part in parts if hasattr(part, "heads")
-    }
+    results = studied(tmp_path / "sweep", strategies=["remoras"], factorial=factors, summary=slower_fleets)
+    report, notes = study_report(results, None, no_map)
+    assert notes == []
+    tables = {part.name for parts in report.sections.values() for part in parts if isinstance(part, Table)}
+    assert tables == {"effects", "design"}
     check_tex(tex_text(report))
+    text = texts_of(report)
+    assert "fleet.size from 2 to 4 changed mission time by +100 s (" in text
+    assert "Of 8 effects on mission time, 4 are significant" in text
+
+
+def test_long_table_runs_over_pages(tmp_path: Path) -> None:
+    report, _ = study_report(
+        studied(tmp_path / "sweep", channels=[("bernoulli", TEN, {})], strategies=SEVEN), None, no_map
+    )
+    tex = tex_text(report)
+    check_tex(tex)
+    assert tex.count(r"\begin{longtable}") == 1
+    [listed] = [part for part in report.sections["Statistical statements"] if isinstance(part, Items)]
+    assert all("did not differ" not in text for text in listed.texts)
+    assert "other comparisons." in texts_of(report)
 
 
 def test_report_of_a_run_has_its_changes_and_the_command_that_repeats_it(tmp_path: Path) -> None:

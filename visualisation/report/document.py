@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 PAGE, LATEX = "report.html", "latex"
 LONG_TEXT = 30  # number of characters from which a table may break a text
+MOST_ROWS = 45  # maximum number of rows of a table on one page
 WIDEST_IN = 6.5  # maximum width of a figure in true size on the page of the document
 
 
@@ -249,7 +250,7 @@ PREAMBLE = r"""\documentclass[10pt]{article}
 \usepackage[utf8]{inputenc}
 \usepackage[T1]{fontenc}
 \usepackage[margin=2.2cm]{geometry}
-\usepackage{booktabs,graphicx}
+\usepackage{booktabs,graphicx,longtable}
 \sloppy
 """
 
@@ -275,13 +276,17 @@ def tex_text(report: Report) -> str:
 
     def of_table(table: Table) -> str:
         columns = "".join("r" if number in table.right else "l" for number in range(len(table.heads)))
-        rows = [" & ".join(map(of_text, row)) + r" \\" for row in table.rows]
+        head, *rows = (" & ".join(map(of_text, row)) + r" \\" for row in (table.heads, *table.rows))
+        look, caption = r"\scriptsize\setlength{\tabcolsep}{3pt}", rf"\caption{{{of_text(table.caption)}}}"
+        caption += rf"\label{{tab:{table.name}}}"
+        if len(rows) > MOST_ROWS:
+            return "\n".join([
+                rf"{{{look}", rf"\begin{{longtable}}{{{columns}}}", rf"{caption}\\", r"\toprule", head, r"\midrule",
+                r"\endhead", *rows, r"\bottomrule", r"\end{longtable}}",
+            ])  # fmt: skip
         return "\n".join([
-            r"\begin{table}[htb]", r"\centering\scriptsize\setlength{\tabcolsep}{3pt}",
-            rf"\caption{{{of_text(table.caption)}}}", rf"\label{{tab:{table.name}}}",
-            rf"\begin{{tabular}}{{{columns}}}", r"\toprule", " & ".join(map(of_text, table.heads)) + r" \\",
-            r"\midrule", *rows, r"\bottomrule",
-            r"\end{tabular}", r"\end{table}",
+            r"\begin{table}[htb]", rf"\centering{look}", caption, rf"\begin{{tabular}}{{{columns}}}", r"\toprule",
+            head, r"\midrule", *rows, r"\bottomrule", r"\end{tabular}", r"\end{table}",
         ])  # fmt: skip
 
     forms: dict[type, Callable[..., str]] = {

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from missions.comparison.baseline import Comparison, compare
-from missions.comparison.effects import effects_of
-from missions.comparison.sentences import Statement, power, statements
+from missions.comparison.effects import MainEffect, effects_of
+from missions.comparison.sentences import Statement, effect_statements, power, statements
 from missions.comparison.table import NUMBERS, interval, notes, table
 from missions.comparison.treatments import check_name
 from missions.errors import OutputError
@@ -52,17 +52,18 @@ def study_report(
     measured, rows = results.metrics[name], compare(results, [name])
     if not rows:
         raise OutputError(f"{results.folder}: no run has a value of {name}")
-    stated = [] if results.file.factors else statements(measured, rows)
+    effects = effects_of(results, [name]) if results.file.factors else []
+    stated = effect_statements(measured, effects) if effects else statements(measured, rows)
     lacking = list(_lacking(results, stated))
     figures, no_figure = _figures(results, name)
-    limits = [*lacking, *no_figure, *_limits(results, rows, stated)]
+    limits = [*lacking, *no_figure, *_limits(results, measured, rows, stated)]
     text = text_of(results.folder / STUDY_TEXT)
     sections: dict[str, Sequence[Part]] = {
         "Question": [_question(text, results, measured)],
         "Scenario": _map(results, map_of),
         "Design": list(_design(results, measured, rows)),
-        "Results": [*figures, _effects(results, measured) if results.file.factors else _table(results, measured, rows)],
-        "Statistical statements": _stated(stated, measured, rows),
+        "Results": [*figures, _effects(effects, measured) if effects else _table(results, measured, rows)],
+        "Statistical statements": _stated(stated, measured, rows, bool(effects)),
         "Methods": [" ".join(_methods(results, measured, rows))],
         "Limits": [Items([_sentence(limit) for limit in limits])],
         "To repeat": [Commands(_commands(text, results.file.study.name, metric))],
@@ -76,7 +77,7 @@ def _lacking(results: SweepResults, stated: Sequence[Statement]) -> Iterator[str
     status = results.status()
     if status.remaining:
         yield f"the study is not finished: {len(results.lines)} of {status.planned} runs are made"
-    if not stated and not results.file.factors:
+    if not stated:
         yield "no two treatments share conditions and repeats, so the report has means and no comparison"
 
 
@@ -110,7 +111,10 @@ def _factors(results: SweepResults) -> dict[str, list[str]]:
         kind = channel.get("name", "")
         factors.setdefault("channel", []).append(kind)
         for key, value in dotted({key: value for key, value in channel.items() if key != "name"}):
-            factors[f"{RATE if key == 'per' else key} ({kind})"] = value if isinstance(value, list) else [value]
+            name = RATE if key == "per" else key
+            factors[f"{name}, {kind}" if len(file.channel) > 1 else name] = (
+                value if isinstance(value, list) else [value]
+            )
     for tables in (file.grid, file.factors, file.latin):
         factors |= {key: value if isinstance(value, list) else [value] for key, value in dotted(tables)}
     for point in file.point:
@@ -157,7 +161,7 @@ def _design(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -
     status = results.status()
     yield words.joined(
         f"The design has {len(results.schedule.labels)} configurations and {status.planned} runs at most, of which "
-        f"{len(results.lines)} have been made; n = {n} instances of each configuration.",
+        f"{len(results.lines)} have been made; n = {n} instance{'s' * (n != '1')} of each configuration.",
         f"The master seed is {design.seed}; the k-th instance of every configuration has the same seed, hence the same "
         "losses and draws.",
         "Configurations without random draws have one run, marked as deterministic."
@@ -194,11 +198,13 @@ def _table(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) ->
     equal = [n for n, head in enumerate(heads) if head in CONSTANT and len(set(columns[n])) == 1]
     kept = [n for n in range(len(heads)) if n not in equal]
     same = [f"{heads[n]} {columns[n][0]}" for n in equal]
-    few = metric.censored is False and any(row.ci95_low is None for row in rows)
+    few = any(row.ci95_low is None and row.least < row.largest for row in rows)
     sentences = [
         f"{words.capital(words.axis(metric.label, metric.unit))} of all configurations.",
         f"All rows: {', '.join(same)}." if same else "",
-        f"In brackets 95 % intervals{f'; in parentheses least and largest value below {MANY} runs' * few}.",
+        f"In brackets 95 % intervals{'; in parentheses least and largest value' * few}."
+        if any("[" in text for entry in entries for text in entry)
+        else "In parentheses least and largest value." * few,
         f"Differences are to {rows[0].baseline} in the same instance, with intervals from {FEW} pairs on; p by sign "
         "flips with step-down."
         if any(row.n_pairs for row in rows)
@@ -217,30 +223,30 @@ def _typeset(text: str) -> str:
     return "\u2013" if text == "-" else HYPHEN.sub("\u2212", text)
 
 
-def _effects(results: SweepResults, metric: Metric) -> Table:
-    rows = effects_of(results, [metric.name])
+def _effects(rows: Sequence[MainEffect], metric: Metric) -> Table:
     entries = [
         [row.condition, row.term, f"{row.low} to {row.high}" if row.is_main else "interaction",
          interval(row.effect, row.ci95_low, row.ci95_high), str(row.n), row.aliases]
         for row in rows
     ]  # fmt: skip
-    caption = (
-        f"Effects on {words.axis(words.within(metric.label), metric.unit)}, paired by repeat, with 95 % intervals."
-    )
+    label = words.axis(words.within(metric.label), metric.unit)
+    caption = f"Effects on {label}: mean at the second level minus mean at the first, paired by repeat."
     heads = ["condition", "factor", "levels", "effect [95 %]", "n", "aliased with"]
     return Table("effects", caption, heads, entries, (4,))
 
 
-def _stated(stated: Sequence[Statement], metric: Metric, rows: Sequence[Comparison]) -> list[Part]:
+def _stated(stated: Sequence[Statement], metric: Metric, rows: Sequence[Comparison], is_factorial: bool) -> list[Part]:
     if not stated:
         return ["There is no comparison to state: see Limits."]
     significant = [one for one in stated if one.significant]
-    tested = sum(one.significant is not None for one in stated)
-    count = (
-        f"Of {len(stated)} comparisons with {rows[0].baseline} in {words.within(metric.label)}, {len(significant)} are "
-        f"significant and {tested - len(significant)} are not significant (p \u2265 0.05)"
-        f"{f'; for {len(stated) - tested} no difference is tested or stated' * (tested < len(stated))}."
-    )
+    numbers = {
+        "are significant": len(significant),
+        "are not significant (p \u2265 0.05)": sum(one.significant is False for one in stated),
+        "are stated without a test": sum(one.significant is None for one in stated),
+    }
+    shown = words.listed([f"{number} {what}" for what, number in numbers.items() if number])
+    of = "effects on" if is_factorial else f"comparisons with {rows[0].baseline} in"
+    count = f"Of {len(stated)} {of} {words.within(metric.label)}, {shown}."
     if len(stated) <= MOST_STATEMENTS:
         return [count, Items([one.text for one in stated])]
     listed = significant[:MOST_STATEMENTS]
@@ -262,16 +268,22 @@ def _methods(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) 
     if metric.censored:
         ends = sorted({label.duration_s for label in results.schedule.labels})
         duration = " to ".join(dict.fromkeys(f"{end:g}" for end in (ends[0], ends[-1])))
-        yield (
-            f"A run that did not complete within {duration} s counts with this duration (restricted mean). Intervals "
-            "of restricted means and of their differences allow for further runs that do not complete [@zou2008]."
-        )
+        yield f"A run that did not complete within {duration} s counts with this duration (restricted mean)."
+        if any(row.ci95_low is not None for row in rows):
+            yield (
+                "Intervals of restricted means and of their differences allow for further runs that do not complete "
+                "[@zou2008]."
+            )
     if any(row.diff_to_baseline is not None for row in rows) and not results.file.factors:
         yield (
             f"Treatments were compared with {rows[0].baseline} by the mean of paired differences of equal instances; a "
-            "positive difference means a greater value of the first-named treatment. Intervals hold all shifts that "
-            "sign flips do not reject at 5 % [@hartigan1969] and are of single comparisons."
+            "positive difference means a greater value of the first-named treatment."
         )
+        if any(row.diff_reached_ci95_low is not None or row.diff_ci95_low is not None for row in rows):
+            yield (
+                "Intervals of differences hold all shifts that sign flips do not reject at 5 % [@hartigan1969] and are "
+                "of single comparisons."
+            )
         if any(row.p_holm is not None for row in rows):
             yield (
                 "The p values are of sign-flip tests, corrected by step-down [@romano2005] over all pairs of "
@@ -287,7 +299,9 @@ def _software(run: Results) -> str:
     return f", with {', '.join(listed)}" if listed else ""
 
 
-def _limits(results: SweepResults, rows: Sequence[Comparison], stated: Sequence[Statement]) -> Iterator[str]:
+def _limits(
+    results: SweepResults, metric: Metric, rows: Sequence[Comparison], stated: Sequence[Statement]
+) -> Iterator[str]:
     status = results.status()
     yield (
         f"{status.censored} of {len(results.lines)} runs did not complete their mission and {status.failed} failed; "
@@ -295,8 +309,8 @@ def _limits(results: SweepResults, rows: Sequence[Comparison], stated: Sequence[
     )
     few = [row for row in rows if not row.deterministic and row.n < FEW]
     if few:
-        yield f"{len(few)} of {len(rows)} configurations have fewer than {FEW} runs, hence no interval of differences"
-    if any(row.ci95_low is None and not row.deterministic for row in rows):
+        yield f"{len(few)} of {len(rows)} configurations have fewer than {FEW} runs, hence no intervals"
+    if not metric.censored and any(row.ci95_low is None and not row.deterministic for row in rows):
         yield f"means of fewer than {MANY} runs have no interval"
     n_not, tested = (sum(one.significant in kinds for one in stated) for kinds in ((False,), (False, True)))
     if n_not:
@@ -311,7 +325,8 @@ def _limits(results: SweepResults, rows: Sequence[Comparison], stated: Sequence[
         text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})
     )
     yield from (f"assumed: {text}" for text in assumed)
-    yield from (f"{path.name}: its tables are damaged" for path in results.damaged)
+    if damaged := len(results.damaged):
+        yield f"the tables of {damaged} of {len(results.lines)} runs are damaged or missing"
     yield "the statements hold for the simulated scenarios, channels and levels of this design"
 
 
