@@ -14,6 +14,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import takewhile
 from typing import Any, NamedTuple
 
 from missions.errors import OutputError
@@ -309,13 +310,10 @@ class Causes:
         doing = decisions[-1].acts if decisions else {}
         key = next((key for key in doing if key[:2] == (group, role)), None)
         text = f"{source} sent it at {_s(sent_s)}" + (f" while it performed {self._name(doing[key])}" if key else "")
-        unmoved_s: float | None = None
-        for row in reversed(_until(self._rows("satisfaction")[source], sent_s)):
-            if (row["group"], row["role"]) == (group, role):
-                if row["value"] >= 0:
-                    break
-                unmoved_s = row["time_s"]
-        since = "" if unmoved_s is None else f", dissatisfied since {_s(unmoved_s)}"
+        told = reversed(_until(self._rows("satisfaction")[source], sent_s))
+        own = (row for row in told if (row["group"], row["role"]) == (group, role))
+        low = [row["time_s"] for row in takewhile(lambda row: row["value"] < 0, own)]
+        since = f", dissatisfied since {_s(low[-1])}" if low else ""
         lines.append(Line(f"{text}{since}.", sent_s, source, slot))
         began = [one for one in _until(self._turns[source], sent_s) if key in one.begun]
         if began and (source, began[-1].time_s) not in seen:
@@ -389,11 +387,9 @@ class Causes:
         aim = "given", objective, argument
         aimed = [row for row in rows if (row["event"], row["objective"], row["argument"]) == aim]
         words = f"{vehicle} plays {name}", f"{name} is for {objective}({argument})"
-        facts = (PLAYS, vehicle, path), (f"{OBJECTIVE}{objective}", path, argument)
-        found = [
-            self._order(vehicle, rows[-1], fact, text)
-            for rows, fact, text in zip((given, aimed), facts, words, strict=True) if rows
-        ]  # fmt: skip
+        found = [self._order(vehicle, row, (PLAYS, vehicle, path), words[0]) for row in given[-1:]]
+        fact = f"{OBJECTIVE}{objective}", path, argument
+        found += [self._order(vehicle, row, fact, words[1]) for row in aimed[-1:]]
         if len(found) == 2 and found[0].text.replace(words[0], words[1]) == found[1].text:
             return [found[0]._replace(text=found[0].text.replace(words[0], f"{words[0]} and {words[1]}"))]
         return sorted(found, key=lambda line: -line.time_s)
