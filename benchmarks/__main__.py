@@ -1,8 +1,8 @@
 """Run benchmarks: modules here with a function ``rows``.
 
 ``dividing`` is part of ``organisation``; ``measuring`` holds shared functions. Separate commands, such as ``python -m
-benchmarks.tuning``: ``contest``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``,
-``under_loss`` and ``variants``.
+benchmarks.tuning``: ``contest``, ``crossing``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``,
+``tuning``, ``under_loss`` and ``variants``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 import benchmarks
 
 NO_BENCHMARKS = {
-    "__main__", "contest", "dividing", "healing", "holdings", "intervals", "measuring",
+    "__main__", "contest", "crossing", "dividing", "healing", "holdings", "intervals", "measuring",
     "mechanisms", "site", "tuning", "under_loss", "variants",
 }  # fmt: skip
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import json
 import statistics as plain
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -124,44 +124,76 @@ def compare(
     for metric in names:
         check_name("--metric", metric, results.metrics)
     design = results.file.study
-    strategies = list(dict.fromkeys([*(design.strategies or ()), *(treated.strategy for treated in treatments)]))
-    policies = list(dict.fromkeys([*(design.policies or ()), *(treated.policy for treated in treatments)]))
+    strategies, policies = _named(results, treatments)
     # The default baseline is of the kind that the study varies.
     first = strategies[0] if len(strategies) > 1 or len(policies) == 1 else policies[0]
-    baseline = baseline or design.baseline or first
-    settings = dict.fromkeys(f"{key}={value}" for treated in treatments for key, value in treated.settings)
-    check_name("--baseline", baseline, [*strategies, *policies, *settings])
-    kind = "strategy" if baseline in strategies else "policy" if baseline in policies else "setting"
+    side = side_of(results, treatments, baseline or design.baseline or first, "--baseline")
     declared = results.metrics
-    return [row for metric in names for row in _rows(treatments, declared, metric, baseline, kind, results.bounds)]
+    return [row for metric in names for row in _rows(treatments, declared, metric, side, results.bounds)]
+
+
+@dataclass(frozen=True)
+class Side:
+    """Named treatment of a comparison; ``kind`` is ``strategy``, ``policy``, or empty for a level of ``key``."""
+
+    name: str
+    kind: str
+
+    @property
+    def key(self) -> str:
+        """Varied key, or empty."""
+        return "" if self.kind else self.name.partition("=")[0]
+
+    @property
+    def level(self) -> str:
+        """Name without the key."""
+        return self.name if self.kind else self.name.partition("=")[2]
+
+    def of(self, treatment: Treatment) -> Treatment:
+        """Return the treatment that differs only in this strategy, policy or level."""
+        change: dict[str, Any] = {self.kind: self.name}
+        return replace(treatment, **change) if self.kind else treatment.at(self.name)
+
+
+def _named(results: SweepResults, treatments: Iterable[Treatment]) -> tuple[list[str], list[str]]:
+    design, treated = results.file.study, list(treatments)
+    strategies = dict.fromkeys([*(design.strategies or ()), *(treatment.strategy for treatment in treated)])
+    return list(strategies), list(dict.fromkeys([*(design.policies or ()), *(one.policy for one in treated)]))
+
+
+def side_of(results: SweepResults, treatments: Iterable[Treatment], name: str, option: str) -> Side:
+    """Return the strategy, policy or level ``KEY=VALUE`` of this name; raise OutputError for an unknown one."""
+    treated = list(treatments)
+    strategies, policies = _named(results, treated)
+    settings = dict.fromkeys(f"{key}={value}" for treatment in treated for key, value in treatment.settings)
+    check_name(option, name, [*strategies, *policies, *settings])
+    return Side(name, "strategy" if name in strategies else "policy" if name in policies else "")
 
 
 def _rows(
     treatments: Mapping[Treatment, Outcomes],
     declared: Mapping[str, Metric],
     name: str,
-    baseline: str,
-    kind: str,
+    side: Side,
     bounds: Collection[str],
 ) -> list[Comparison]:
     metric = declared[name]
     values = {treated: sample for treated, runs in treatments.items() if (sample := measured(runs, metric)).values}
     columns = columns_of(treatments, metric, declared[SUCCESS])
     family = family_of(columns)
-    tested = family_of(columns_of(treatments, metric, declared[SUCCESS], baseline)) if kind == "setting" else family
+    tested = family_of(columns_of(treatments, metric, declared[SUCCESS], side.name)) if side.key else family
     # No strategy reaches an upper bound, so none is measured by its success.
     contenders = [own for column in columns if (own := without(column, bounds))]
     behind = {treatment for own in contenders for treatment in of_less_success(own, family)}
     compared: dict[Treatment, Paired] = {}
     p: dict[Treatment, float | None] = {}
-    change: dict[str, Any] = {kind: baseline}
     for treatment, sample in values.items():
-        other = treatment.at(baseline) if kind == "setting" else replace(treatment, **change)
+        other = side.of(treatment)
         if other != treatment and other in values and (paired := paired_with(sample, values[other])):
             compared[treatment], p[treatment] = paired, tested.p(treatment, other)
     return [
         replace(
-            _row(treatment, metric, baseline, sample, treatments[treatment], compared.get(treatment)),
+            _row(treatment, metric, side.name, sample, treatments[treatment], compared.get(treatment)),
             p_holm=p.get(treatment),
             unequal_success=treatment in behind,
         )

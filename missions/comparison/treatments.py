@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics as plain
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +23,7 @@ from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
 from missions.sweeps.study import FAULT
+from missions.sweeps.study_file import StudyFile
 from worldmodel import suggestion
 
 SIGNIFICANT = 0.05
@@ -130,11 +131,12 @@ Outcomes = Mapping[int, RunOutcome]  # outcomes of a treatment by repeat
 def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome]]:
     """Outcomes by treatment and repeat in a fixed order; raises OutputError if no run has finished."""
     file = results.file
-    cases = {key for case in file.unforeseen for key, _ in (*dotted(case.set), (FAULT, None))}
-    # Settings common to all runs do not distinguish treatments.
-    constant = {key for key, _ in dotted(file.set)}
     place = {case.name: number for number, case in enumerate(file.unforeseen)}
-    grouped = _grouped(results.lines.values(), {*OWN_COLUMNS, *constant, *cases, UNFORESEEN})
+    grouped: dict[Treatment, dict[int, RunOutcome]] = {}
+    left_out = _alike(file)
+    for line in results.lines.values():
+        outcome = RunOutcome(line["summary"], line["status"] != DONE, line["duration_s"])
+        grouped.setdefault(_treatment(line, left_out), {})[line["repeat"]] = outcome
     if not grouped:
         raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
     in_order = sorted(
@@ -165,17 +167,22 @@ def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
     return all(other == first for other in others)
 
 
-def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, RunOutcome]]:
-    outcomes: dict[Treatment, dict[int, RunOutcome]] = {}
-    for line in lines:
-        summary = line["summary"]
-        settings = tuple((key, str(value)) for key, value in sorted(line["settings"].items()) if key not in left_out)
-        scenario, strategy, policy, channel, per = (summary[key] for key in FIELDS)
-        case = line["settings"].get(UNFORESEEN, "")
-        treatment = Treatment(scenario, strategy, policy, channel, per, settings, case)
-        outcome = RunOutcome(summary, line["status"] != DONE, line["duration_s"])
-        outcomes.setdefault(treatment, {})[line["repeat"]] = outcome
-    return outcomes
+def treatment_of(line: Line, file: StudyFile) -> Treatment:
+    """Return the treatment of a run of a study."""
+    return _treatment(line, _alike(file))
+
+
+def _alike(file: StudyFile) -> set[str]:
+    """Settings that do not distinguish treatments: own columns, those common to all runs, those of a case."""
+    cases = {key for case in file.unforeseen for key, _ in (*dotted(case.set), (FAULT, None))}
+    return {*OWN_COLUMNS, *(key for key, _ in dotted(file.set)), *cases, UNFORESEEN}
+
+
+def _treatment(line: Line, left_out: Collection[str]) -> Treatment:
+    settings = tuple((key, str(value)) for key, value in sorted(line["settings"].items()) if key not in left_out)
+    scenario, strategy, policy, channel, per = (line["summary"][key] for key in FIELDS)
+    case = line["settings"].get(UNFORESEEN, "")
+    return Treatment(scenario, strategy, policy, channel, per, settings, case)
 
 
 def _in_order(treatment: Treatment) -> tuple[Any, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,13 +17,14 @@ from remoras.process import Progress
 
 if TYPE_CHECKING:
     from missions.comparison import Comparison
+    from missions.comparison.crossing import Crossing
     from missions.comparison.effects import MainEffect
+    from missions.runs.two_runs import RunDifference
     from missions.sweeps.folder import SweepResults
     from missions.sweeps.study import Study
 
 PARTLY_DONE = 3
 SUMMARY = "summary.json"
-Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")]
 
 
 @command("sweep", "remoras sweep strategies-quick --out results/quick --jobs 2")
@@ -134,7 +135,10 @@ def _show_status(folder: Path, as_json: bool) -> None:
 
 @command("compare", "remoras compare results/quick --metric mission_time_s --baseline remoras")
 def compare(
-    folder: Folder,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep, or results of a run.")],
+    other: Annotated[
+        Path | None, typer.Argument(metavar="[DIR2]", help="Results of another run, compared with the first.")
+    ] = None,
     metrics: Annotated[
         list[str] | None,
         typer.Option(
@@ -154,28 +158,53 @@ def compare(
     of_factors: Annotated[
         bool, typer.Option("--effects", help="Main effects and interactions of a factorial study, paired by seed.")
     ] = False,
+    crossing: Annotated[
+        str | None,
+        typer.Option(
+            metavar="A,B", help="Where B overtakes A: strategies, policies, or levels KEY=VALUE,VALUE; with interval."
+        ),
+    ] = None,
+    axis: Annotated[
+        str, typer.Option(metavar="KEY", help="Crossing: per, the mean loss rate, or a varied key with numbers.")
+    ] = "per",
+    where: Annotated[
+        list[str] | None, typer.Option(metavar="KEY=VALUE", help="Crossing: only under this condition.")
+    ] = None,
+    refine: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Crossing: make N more pairs of runs where they narrow the interval."),
+    ] = None,
+    jobs: Jobs = N_JOBS,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the rows to this CSV file.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare the configurations of a sweep: means, intervals, paired differences to a baseline.
+    """Compare the configurations of a sweep, or two runs: means, intervals, paired differences to a baseline.
 
     For a single run, print the named metrics.
     """
-    if (folder / SUMMARY).is_file():
-        if out is not None or baseline is not None or of_factors:
-            fail(f"{folder}: holds a single run; --baseline, --effects and --out apply to sweeps")
-        _show_metrics(folder, metrics or (), as_json)
+    names = tuple(dict.fromkeys(metrics or ()))
+    if crossing is None and (axis != "per" or where or refine is not None):
+        fail("--axis, --where and --refine: apply to --crossing A,B, which is missing")
+    if other is not None or (folder / SUMMARY).is_file():
+        if out is not None or baseline is not None or of_factors or crossing is not None:
+            fail(f"{folder}: holds a single run; --baseline, --effects, --crossing and --out apply to sweeps")
+        if other is None:
+            _show_metrics(folder, names, as_json)
+        else:
+            _show_two_runs(folder, other, names, as_json)
+        return
+    if crossing is not None:
+        if out is not None or baseline is not None or of_factors or len(names) > 1:
+            fail(f"--crossing {crossing}: takes one --metric, and no --baseline, --effects or --out")
+        metric = names[0] if names else "mission_time_s"
+        _show_crossings(folder, (crossing, metric, axis, where or ()), refine, jobs, as_json)
         return
     from missions.comparison.baseline import compare as compared
     from missions.comparison.effects import effects_of
     from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
-    names = tuple(dict.fromkeys(metrics or ()))
-    state = results.status()
-    if state.failed or state.remaining > 0:
-        counted = f"{state.failed} runs failed and count as not completed, {state.remaining} still to run"
-        print(f"remoras: {counted}; only finished runs are compared", file=sys.stderr)
+    _note_on_state(results)
     if of_factors:
         if baseline is not None:
             fail(f"--baseline {baseline}: effects compare the two levels of each factor; leave it out")
@@ -186,6 +215,114 @@ def compare(
     rows = compared(results, names, baseline)
     _written(rows, out)
     show([asdict(row) for row in rows], as_json, [] if as_json else _comparison_lines(rows, results.bounds))
+
+
+def _note_on_state(results: SweepResults) -> None:
+    state = results.status()
+    if state.failed or state.remaining > 0:
+        counted = f"{state.planned - state.remaining} of {state.planned} runs have finished, only these are compared"
+        failed = f"; {state.failed} failed and count as not completed" if state.failed else ""
+        print(f"remoras: {counted}{failed}", file=sys.stderr)
+
+
+def _show_crossings(
+    folder: Path, of: tuple[str, str, str, Sequence[str]], n_refined: int | None, jobs: int, as_json: bool
+) -> None:
+    from missions.comparison.crossing import crossings, refine
+    from missions.sweeps.driver import PartlyDoneError
+    from missions.sweeps.folder import SweepResults
+
+    results = SweepResults.read(folder)
+    _note_on_state(results)
+    if n_refined is not None:
+        with Progress(f"refine {folder}", 1, "runs") as progress:
+            try:
+                refine(results, n_refined, *of, jobs=jobs, progress=progress.of)
+            except PartlyDoneError as error:
+                fail(f"{error}; finished runs are kept in {folder}, the same command resumes", PARTLY_DONE)
+    rows = crossings(results, *of)
+    show([asdict(row) for row in rows], as_json, [] if as_json else _crossing_lines(rows))
+
+
+def _crossing_lines(rows: Sequence[Crossing]) -> Iterator[str]:
+    first = rows[0]
+    yield f"Crossing along {first.axis} by the mean paired difference of {first.metric}; each line has 95 % confidence."
+    table = [("condition", "crossing [95 %]", "ahead, from low to high", "pairs per level", "probability", "note")]
+    for row in rows:
+        where = " ".join(f"{key}={value}" for key, value in row.condition.items()) or "all"
+        pairs = f"{row.n_least}" if row.n_least == row.n_most else f"{row.n_least} to {row.n_most}"
+        share = "-" if row.probability is None else f"{row.probability:.2g}"
+        table.append((where, _crossed(row), " > ".join(row.leaders) or "none", pairs, share, row.note))
+    yield from aligned(table)
+
+
+def _crossed(row: Crossing) -> str:
+    if row.note and not row.at:
+        return "-"
+    low, high = f"{row.low:g}", f"{row.high:g}"
+    parts = [
+        f"{low + ' or less' if row.open_low and a == row.low else f'{a:.3g}'} to "
+        f"{high + ' or more' if row.open_high and b == row.high else f'{b:.3g}'}"
+        for a, b in row.ci95
+    ]
+    bounds = ", ".join(parts)
+    if not row.at:
+        return f"not in {low} to {high}" + (f"; not excluded: {bounds}" if bounds else "")
+    found = ", ".join(f"{level:.3g}" for level in row.at)
+    unique = " (not unique)" if len(row.at) > 1 else ""
+    return f"{found}{unique}" + (f" [{bounds}]" if bounds else "")
+
+
+def _show_two_runs(folder: Path, other: Path, names: Sequence[str], as_json: bool) -> None:
+    from missions.comparison.treatments import check_name
+    from missions.runs.two_runs import difference_of
+    from missions.runs.results import Results
+
+    found = difference_of(Results.read(folder), Results.read(other))
+    for name in names:
+        check_name("--metric", name, found.metrics)
+    wanted = {name: found.metrics[name] for name in names} or {
+        name: values for name, values in found.metrics.items() if values[0] != values[1]
+    }
+    table = {**asdict(found), "metrics": wanted} if names else asdict(found)
+    show(table, as_json, [] if as_json else _difference_lines(found, wanted, bool(names)))
+
+
+def _difference_lines(found: RunDifference, metrics: Mapping[str, tuple[Any, Any]], named: bool) -> Iterator[str]:
+    ours, theirs = found.missions
+    if ours != theirs:
+        yield f"different missions, {ours} and {theirs}: common metrics and tables are compared"
+    keys = [(key, _short(first), _short(other)) for key, (first, other) in found.keys.items()]
+    yield from aligned([("key", "first", "second"), *keys]) if keys else ["the configurations and seeds are equal"]
+    if metrics:
+        rows = [(name, _short(a), _short(b), _less(a, b)) for name, (a, b) in metrics.items()]
+        yield from ["", *aligned([("metric", "first", "second", "difference"), *rows], (1, 2, 3))]
+    if not named:
+        yield f"{len(found.metrics) - len(metrics)} of {len(found.metrics)} common metrics are equal"
+    for run, names in (("first", found.only_first), ("second", found.only_other)):
+        if names:
+            yield f"tables of the {run} run only: {', '.join(names)}"
+    if (event := found.event) is None:
+        yield f"no event differs{', all bytes of the tables are equal' if found.same_bytes else ''}"
+        return
+    yield f"\nfirst event that differs: {event.time_s:g} s, table {event.table}"
+    for run, row, opposite in (("first", event.first, event.other), ("second", event.other, event.first)):
+        shown = {key: value for key, value in (row or {}).items() if opposite is None or value != opposite[key]}
+        name = str((row or {}).get("vehicle", (row or {}).get("sender", "")))
+        of = f"{name}: " if name else ""
+        yield f"  {run:6}  {of}{', '.join(f'{k} {_short(v)}' for k, v in shown.items())}" if row else f"  {run:6}  none"
+    yield f"  cause   {event.cause}"
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, list):
+        return " ".join(map(_short, value)) or "-"
+    return f"{value:.6g}" if isinstance(value, float) else "-" if value is None else str(value)
+
+
+def _less(first: Any, other: Any) -> str:
+    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (first, other))
+    return f"{other - first:+.6g}" if numbers else ""
 
 
 def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
