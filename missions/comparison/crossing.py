@@ -133,7 +133,7 @@ class Pairs:
 
     @cached_property
     def crossings(self) -> list[tuple[int, float]]:
-        """Cell of the grid and level of each change of sign, in ascending order."""
+        """Step of the grid and level of each change of sign, in ascending order."""
         signs = np.sign(self.mean)
         known = np.flatnonzero(signs)
         found = []

@@ -275,8 +275,8 @@ def _crossed(row: Crossing) -> str:
 
 def _show_two_runs(folder: Path, other: Path, names: Sequence[str], as_json: bool) -> None:
     from missions.comparison.treatments import check_name
-    from missions.runs.two_runs import difference_of
     from missions.runs.results import Results
+    from missions.runs.two_runs import difference_of
 
     found = difference_of(Results.read(folder), Results.read(other))
     for name in names:
