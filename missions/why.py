@@ -62,7 +62,7 @@ class Decision(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """Decision that changed the acts, and the one ``before`` it; None for the first, also after an absence."""
+    """Decision that changed the acts, and the one ``before`` it; None for the first, also after a restart."""
 
     vehicle: str
     decision: Decision
@@ -132,8 +132,8 @@ class Causes:
     def _turns_of(self, vehicle: str) -> Iterator[Turn]:
         before: Decision | None = None
         for decision in self._decisions[vehicle]:
-            if before and any(before.time_s < at_s <= decision.time_s for at_s, _ in self._absences[vehicle]):
-                before = None
+            if any(at_s == decision.time_s for at_s, _ in self._absences[vehicle]):
+                before = None  # it has restarted
             if before is None or decision.acts.keys() != before.acts.keys():
                 yield Turn(vehicle, decision, before)
             before = decision
@@ -179,10 +179,12 @@ class Causes:
             until_s = next((_s(end_s) for end_s, _ in self._absences[vehicle] if end_s > since_s), "the end")
             text = f"{vehicle} was out of the mission from {_s(since_s)} to {until_s}: {how}."
             lines.insert(0, Line(text, since_s, vehicle))
-        elif not past or past[-1].time_s < since_s:
-            later_s = next((turn.time_s for turn in self._turns[vehicle] if turn.time_s > at_s), None)
-            next_one = "it made none in this run" if later_s is None else f"its next was at {_s(later_s)}"
-            return [Line(f"{vehicle} had made no decision since {_s(since_s)}; {next_one}.", since_s, vehicle)]
+        elif not past:
+            return [Line(f"{vehicle} had made no decision by {_s(at_s)}.", at_s, vehicle)]
+        elif past[-1].time_s < since_s:  # its choice outlasted the absence
+            acts = self._names(past[-1].decision.acts.values()) or "waiting"
+            text = f"{vehicle} was back in the mission at {_s(since_s)} and went on with {acts}."
+            lines.insert(0, Line(text, since_s, vehicle))
         return lines[:MOST_LINES]
 
     # What it did ---------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
+from zlib import decompress
 
 import pytest
 
@@ -18,6 +19,7 @@ from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from missions.why import MOST_LINES, NEEDED, Answer, Causes, Line, why
+from remoras import stepping
 
 LOST = "fault=[{vehicle='AUV01',kind='lost',at_s=90.0,until_s=200.0},{vehicle='AUV02',kind='joins',at_s=60.0}]"
 LIFTS = "scenario.duration_s=700"
@@ -86,7 +88,7 @@ GRAMMAR = {
     "ruled": rf"(\w+) decided that (.+?), in effect at {T}\.",
     "agreed": r"Agreed before the mission: (.+)\.",
     "out": rf"(\w+) was out of the mission from {T} to (?:{T}|the end): (.+)\.",
-    "undecided": rf"(\w+) had made no decision since {T}; (?:its next was at {T}|it made none in this run)\.",
+    "back": rf"(\w+) was back in the mission at {T} and went on with ({ACTS})\.",
 }
 OF_OTHERS = {"won", "vital", "news", "order", "ruled", "agreed"}
 """Sentences that begin with something else than the vehicle of their line."""
@@ -256,8 +258,10 @@ class Checked:
             row["kind"] in how for row in self.some("faults", vehicle=who, time_s=since)
         )
 
-    def undecided(self, line, who, since, later) -> bool:
-        return later is None or bool(self.some("decisions", vehicle=who, time_s=later))
+    def back(self, line, who, time, acts) -> bool:
+        before = [row["time_s"] for row in self.some("decisions", vehicle=who) if row["time_s"] < line.time_s]
+        self.acts(who, before[-1], acts)
+        return bool(self.some("faults", vehicle=who, time_s=time, detail="over"))
 
 
 def parted(act: str) -> tuple[str, str]:
@@ -293,7 +297,7 @@ def assigned(words: str) -> list[tuple[str, str, str, str]]:
 NEEDED_KINDS = {
     "paper": {"turn", "won", "idle", "satisfied", "signal", "sent", "plan", "news", "order", "agreed", "ceased"},
     "lossy": {"signal", "sent"},
-    "faults": {"out", "undecided"},
+    "faults": {"out", "back"},
     "no radio": {"plan", "agreed"},
     "instant": {"news"},
     "services": {"plan", "noted"},
@@ -369,6 +373,23 @@ def test_answer_names_the_signal_that_called_the_leader_off() -> None:
     assert heard.time_s == dict(zip(packet["receivers"], packet["arrivals_s"], strict=True))["AUV00"]
     assert (sent.vehicle, sent.time_s, sent.slot) == (row["source"], packet["time_s"], row["slot"])
     assert "milestone mapping_stopped" in texts(answer)
+
+
+def test_page_on_causes_prints_lines_of_the_answer() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "howto" / "replay.md").read_text(encoding="utf-8")
+    printed = page.partition("```text\n")[2].partition("```")[0].splitlines()
+    assert printed
+    assert {*printed} <= {line.text for line in why(recorded("paper"), "AUV00", 1906).lines}
+
+
+def test_act_of_a_run_under_way_lasts() -> None:
+    with stepping("mapping-rendezvous", set=LIFTS) as steps:
+        next(state for state in steps if state.time_s >= 60.0)
+        page = steps.shown()
+    text = decompress(page, -15).decode(errors="replace")
+    assert "AUV00 began Mapping (Cartographer)" in text
+    assert "; this lasts." in text
+    assert "until the run's end" not in text
 
 
 @pytest.mark.slow
