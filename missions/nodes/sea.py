@@ -75,7 +75,7 @@ class Station:
         self.data, self.address, self.trace = data, address, trace
         self.at_m: Point = data.start_m
         self.target_m: Point = data.start_m
-        self.heading_rad = self.energy_j = self.free_s = 0.0
+        self.heading_rad = self.energy_j = 0.0
         self.n_started = 0
         self.is_sending = False
         self.queue: deque[Packet] = deque()
@@ -157,7 +157,7 @@ class Sea:
         return end_s
 
     def _await(self, station: Station) -> None:
-        node, schedule, start_s = station.data.node, self.setup.schedule, max(self.now_s, station.free_s)
+        node, schedule, start_s = station.data.node, self.setup.schedule, self.now_s
         slot = station.n_started * schedule.n_nodes + node
         if self._has_slots:
             slot = schedule.slot_at(start_s)
@@ -174,7 +174,7 @@ class Sea:
             return
         packet, now_s, node, name = station.queue.popleft(), self.now_s, station.data.node, station.data.name
         size_bits, schedule = 8 * len(packet.data), self.setup.schedule
-        end_s = station.free_s = now_s + self.setup.modem.packet_s(size_bits)
+        end_s = now_s + self.setup.modem.packet_s(size_bits)
         station.energy_j += self.setup.scenario.communication.transmit_power_w * (end_s - now_s)
         positions = [other.at_m for other in self.stations]
         arrivals = self._channel.transmit(slot, node, packet.data, now_s, positions)

@@ -19,6 +19,7 @@ from exchange.drivers.udp import Address
 from exchange.errors import ConfigurationError
 from missions.nodes.sea import Packet, Received, Sea, Station
 from missions.nodes.unet import UnetProgram
+from remoras.process import rare_collections
 
 DATAGRAMS_AT_ONCE, BYTES_AT_ONCE = 8, 4096
 """Input that one port gives before the others have their turn."""
@@ -178,6 +179,7 @@ class Ports:
         """End ``run`` within ``LONGEST_WAIT_S``; a signal handler may call it."""
         self._is_stopped = True
 
+    @rare_collections()  # a full one takes a tenth of a second
     def run(self, until_s: float) -> None:
         """Serve until a time of the sea (s) or a call of ``stop``."""
         while (now_s := self.pace.now_s) < until_s and not self._is_stopped:

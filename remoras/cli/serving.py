@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import math
 import sys
 import time
 from pathlib import Path
@@ -19,6 +18,8 @@ from remoras.cli.runs import Seed, Settings
 from remoras.process import instead
 
 ALWAYS = "station", "sent", "received"
+LONGEST_S = 604_800.0
+"""Longest duration of a scenario, so of a recording: a week."""
 
 
 @command("serve", "remoras serve mission-2012 --port 47000 --seed 3 --out sea")
@@ -54,7 +55,9 @@ def serve(
     ] = None,
     speed: Speed = 1.0,
     seed: Seed = 1,
-    until: Annotated[float | None, typer.Option(min=0.0, metavar="T", help="End at T s; default: at Ctrl-C.")] = None,
+    until: Annotated[
+        float, typer.Option(min=0.0, max=LONGEST_S, metavar="T", help="End at T s, unless Ctrl-C comes first.")
+    ] = LONGEST_S,
     settings: Settings = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the recording.")] = None,
     as_json: Json = False,
@@ -86,7 +89,7 @@ def serve(
         print(f"remoras: station {station} at {bind}:{number}, UDP and TCP", file=sys.stderr)
     print("remoras: Ctrl-C ends it", file=sys.stderr)
     with instead(ports.stop):  # the usual end
-        ports.run(math.inf if until is None else until)
+        ports.run(until)
     end_s = sea.finish()
     ports.close()
     if out is not None:

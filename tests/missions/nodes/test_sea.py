@@ -48,7 +48,7 @@ def played(sea: Sea, offers: Sequence[tuple[float, int, int]], until_s: float = 
 
 
 @given(OFFERS, st.integers(0, 1000))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_losses_are_the_draws_of_the_simulator_whatever_the_times(offers, seed):
     """Independently: the n-th packet of a station is that of its n-th slot, lost where its draw is below per."""
     sea = Sea(lossy(), seed)
@@ -69,7 +69,7 @@ def test_losses_are_the_draws_of_the_simulator_whatever_the_times(offers, seed):
 
 
 @given(OFFERS, st.integers(0, 1000))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_in_slots_nothing_collides_and_programs_receive_what_is_recorded(offers, seed):
     sea = Sea(lossy("slots"), seed)
     heard = played(sea, offers)
@@ -225,7 +225,7 @@ MESSAGES = st.builds(
 
 
 @given(st.lists(MESSAGES | TABLES, max_size=8))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_no_request_of_a_program_ends_the_service(requests):
     sea, said = Sea(setup("free"), 1), []
     program = UnetProgram(sea, sea.stations[0], lambda value: said.append(line_of(value)), 0.0)

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from exchange.drivers import Paced
+from exchange.errors import ConfigurationError
 from missions.nodes import serving
 from missions.nodes.recording import of_network, of_scenario
 from missions.nodes.sea import Sea
@@ -40,9 +41,9 @@ def measured() -> Setup:
 
 
 @contextmanager
-def served(setup: Setup, seed: int = 1, token: bytes = b"") -> Iterator[Ports]:
-    """Ports of a sea in a thread, at free numbers."""
-    ports = Ports(Sea(setup, seed), Paced(time.monotonic()), (HOST, 0), {}, token)
+def served(setup: Setup, seed: int = 1, token: bytes = b"", port: int = 0) -> Iterator[Ports]:
+    """Ports of a sea in a thread, at free numbers or from ``port`` on."""
+    ports = Ports(Sea(setup, seed), Paced(time.monotonic()), (HOST, port), {}, token)
     thread = threading.Thread(target=ports.run, args=(1e6,))
     thread.start()
     try:
@@ -245,11 +246,12 @@ def test_with_a_token_only_programs_that_know_it_are_served():
     assert counted(ports, "sent") == 1
 
 
-def test_the_examples_exchange_data_through_a_measured_sea():
-    def started(name: str, *arguments: object) -> subprocess.Popen[str]:
-        command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
-        return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+def started(name: str, *arguments: object) -> subprocess.Popen[str]:
+    command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 
+
+def test_the_examples_exchange_data_through_a_measured_sea():
     with served(measured(), 3) as ports:
         shore = started("shore.py", ports.numbers["29"], PATIENCE_S)
         try:
@@ -261,3 +263,17 @@ def test_the_examples_exchange_data_through_a_measured_sea():
     assert len(said.splitlines()) == 10
     assert said.count("received sample") == answers
     assert 0 < answers < 10
+
+
+def test_the_example_of_unetpy_exchanges_data_through_a_measured_sea():
+    """It takes stations 21 and 29 at ports that are four apart."""
+    pytest.importorskip("unetpy")
+    for first in range(47_600, 47_700, 5):  # free ones
+        with suppress(ConfigurationError), served(measured(), 3, port=first) as ports:
+            said, _ = started("unet_pair.py", ports.numbers["21"]).communicate(timeout=60.0)
+            break
+    lines = said.splitlines()
+    assert lines[0] == "MTU 64"
+    received = {row[0] for row in ports.sea.recorder.packets if row[2] == "21" and "29" in row[6]}
+    assert lines[1:11] == [f"sample {n}" if 5 * n in received else f"sample {n} lost" for n in range(10)]
+    assert lines[11] in ("365.9 m", "no answer")  # hypot(199, 307) m
