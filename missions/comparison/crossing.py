@@ -43,7 +43,7 @@ from missions.document import Document
 from missions.errors import OutputError, StudyChangedError
 from missions.files import dotted
 from missions.metric import Better, Metric
-from missions.statistics import FEW, RESAMPLES, Array, Interval, NoInterval, generator, sign_flips
+from missions.statistics import FEW, RESAMPLES, Array, Interval, NoInterval, generator, sign_flips, step_down_p
 from missions.sweeps.driver import ReportProgress, sweep
 from missions.sweeps.folder import CODE_CHANGED, STUDY, STUDY_TEXT, SweepResults, record_of
 from missions.sweeps.plan import ConfigurationLabel, SweepPlan, seed_of
@@ -65,7 +65,8 @@ class Crossing:
         leaders: treatments ahead below, between and above the crossings; empty if all differences are zero.
         ci95: 95 % confidence set as intervals; it may exist without an estimate. Empty if ``note`` gives the reason.
         open_low, open_high: the set may extend beyond the axis.
-        probability: of at least one crossing; None without confidence set.
+        probability: of at least one crossing; near 1 also for differences about zero, then see ``note``. None without
+            confidence set.
         n_least, n_most: fewest and most pairs at a level.
     """
 
@@ -163,6 +164,17 @@ class Pairs:
         fitted = np.linalg.solve(np.einsum("bn,nij->bij", weights, grams), (weights @ sums)[..., None])[..., 0]
         return float(np.mean((fitted.min(axis=1) < 0.0) & (fitted.max(axis=1) > 0.0)))
 
+    @property
+    def significant(self) -> tuple[bool, bool]:
+        """Whether the first and the second treatment are significantly ahead at a level of the study (step-down)."""
+        own = np.unique(self.repeats[self.repeats < SEEDS])
+        table = np.zeros((len(own), len(self.knots)))
+        for number, knot in enumerate(self.knots):
+            rows = (self.levels == knot) & (self.repeats < SEEDS)
+            table[np.searchsorted(own, self.repeats[rows]), number] = self.differences[rows]
+        leads = table.sum(axis=0)[np.array(step_down_p(table)) < SIGNIFICANT]
+        return bool(np.any(leads < 0.0)), bool(np.any(leads > 0.0))
+
     def next_level(self, whole: bool = False) -> float:
         """Return the most informative level, rounded if ``whole``; OutputError if no level may be the crossing."""
         if min(self.counts) >= FEW and not self.confidence_set:
@@ -250,12 +262,14 @@ def _row(contest: Contest, pairs: Pairs, names: tuple[str, str], metric: Metric,
         return replace(row, note=NoInterval.DETERMINISTIC.value)
     if min(counts) < FEW:
         return replace(row, note=NoInterval.TOO_FEW.value)
+    unsure = [name for name, sure in zip(names, pairs.significant, strict=True) if name in row.leaders and not sure]
     return replace(
         row,
         ci95=tuple(pairs.confidence_set),
         open_low=bool(pairs.p[0] >= SIGNIFICANT),
         open_high=bool(pairs.p[-1] >= SIGNIFICANT),
         probability=pairs.probability,
+        note=f"nowhere significantly ahead: {', '.join(unsure)}" if unsure else "",
     )
 
 
@@ -372,10 +386,10 @@ def refine(
         (contest,) = found
         key = KEY_OF_PER if axis == PER else axis
         labels = _labels(results, next(iter(contest.treatments.values())))
-        settings = dict(labels[0].settings)
-        if key not in settings:
+        if key not in dict(labels[0].settings):
             raise OutputError(f"--refine: the study does not set {key} by itself; name the varied key with --axis")
-        whole = isinstance(settings[key], int)
+        varied = [value for label in results.schedule.labels for own, value in label.settings if own == key]
+        whole = all(isinstance(value, int) for value in varied)
         level = contest.pairs(_sign(declared)).next_level(whole)
         _make(results, labels, (key, int(level) if whole else level), min(n, FEW), jobs, progress)
         n -= FEW

@@ -257,7 +257,7 @@ def _crossing_lines(rows: Sequence[Crossing]) -> Iterator[str]:
 
 
 def _crossed(row: Crossing) -> str:
-    if row.note and not row.at:
+    if row.probability is None and not row.at:
         return "-"
     low, high = f"{row.low:g}", f"{row.high:g}"
     parts = [

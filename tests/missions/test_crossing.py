@@ -103,6 +103,13 @@ def test_the_next_level_is_near_the_crossing_and_not_where_much_is_known():
     assert width < before
 
 
+def test_noise_about_zero_is_no_crossing_with_significant_leaders():
+    assert balanced(list(SWAY), [-value for value in SWAY]).significant == (False, False)
+    above, below = [9.0 + sway for sway in SWAY], [-9.0 + sway for sway in SWAY]
+    assert balanced(above, list(SWAY)).significant == (False, True)
+    assert balanced(above, below).significant == (True, True)
+
+
 def made_up(task: RunTask) -> FinishedRun:
     """A run in which mps-ack is slower by 10 s at a loss of 0.1, and faster by 30 s at 0.5."""
     loss = task.scenario.channel.per
