@@ -11,6 +11,7 @@ from missions.metric import Better, Metric
 from remoras.activities import Activity, Objective
 from remoras.behaviours import Behaviour, Standing
 from remoras.database import VehicleData
+from remoras.htn import Domain, FactsLike, Method, Operator, Task
 from remoras.mission import FleetView, Mission
 from remoras.recorder import TIME, Column, Table
 from remoras.testing.sample_worlds import Visit
@@ -21,10 +22,14 @@ class Partial(Mission):
 
 
 class Wordless(VisitingMission):
-    """Speaks of an objective that its vocabulary does not have."""
+    """Assigns an objective that its vocabulary does not have."""
 
-    def founding_objectives(self) -> Sequence[Objective]:
-        return [*super().founding_objectives(), Objective("Team", "Head", "Daydreaming", "Team")]
+    @property
+    def social_domain(self) -> Domain:
+        def dream(facts: FactsLike, group: str) -> list[Task]:
+            return [Task("AssignObjective", (group, "Head", "Daydreaming", group))]
+
+        return Domain.of([Operator("AssignObjective")], {"Visiting": [Method("dream", dream)]})
 
 
 class Misdirected(VisitingMission):

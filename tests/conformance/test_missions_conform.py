@@ -9,6 +9,7 @@ from missions.fieldwork import EscortMission, FerryMission, RecoveryMission, Res
 from missions.mapping import MappingMission
 from missions.minehunting import MinehuntingMission
 from missions.pandora import PandoraMission
+from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.trident import TridentMission
 from remoras.mission import Mission
@@ -47,6 +48,13 @@ def test_shipped_missions_conform(name: str, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(conformance, "check_free_of_hashes", lambda scenario: None)
     mission, keys = SHIPPED[name]
     conformance.check(mission, load(name, [("--set", key) for key in (SHORT, *keys)]))
+
+
+def test_words_and_activities_of_finds_conform() -> None:
+    """No plan assigns an inspection, so it needs no word; it has no activity before a find is known."""
+    setup = resolved(load("mapping-inspection"))
+    conformance.check_words(setup)
+    assert conformance.check_activities(setup)[1] == ["Inspecting"]
 
 
 @pytest.mark.slow
