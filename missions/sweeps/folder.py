@@ -48,8 +48,9 @@ DAMAGED = "lost or changed since it was written; repeat the sweep with the same 
 MOST_DIFFERENCES = 20
 CODE_CHANGED = "the code that makes the runs has changed: continue with --accept-code, which marks its runs; or "
 DECLARATIONS, CONFIGURATIONS, IDENTITY, OWN = "metrics", "configurations", "id", "own_metrics"
+REPEATS_OF = "repeats_of"  # of each configuration, if not those of the study
 """Keys of the record that may differ when a sweep resumes."""
-UNCOMPARED = (DECLARATIONS, CONFIGURATIONS, IDENTITY, OWN)
+UNCOMPARED = (DECLARATIONS, CONFIGURATIONS, IDENTITY, OWN, REPEATS_OF)
 FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
 """Keys that must not differ when a sweep resumes."""
 REPEATS = "study.study.repeats"
@@ -68,6 +69,7 @@ class StudyRecord(BaseModel):
     metrics: tuple[dict[str, Any], ...]
     own_metrics: tuple[str, ...] = ()
     configurations: tuple[ConfigurationLabel, ...]
+    repeats_of: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,7 @@ class SweepResults:
     def schedule(self) -> RunSchedule:
         """Study with the keys of its runs; raises OutputError if ``study.json`` is damaged or of another version."""
         record = self._record
-        return RunSchedule(record.version, record.study, record.configurations, self.metrics)
+        return RunSchedule(record.version, record.study, record.configurations, self.metrics, record.repeats_of)
 
     @property
     def file(self) -> StudyFile:
@@ -415,7 +417,8 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         CONFIGURATIONS: [vars(label) for label in plan.schedule.labels],
     }
     loaded: dict[str, Any] = json.loads(json.dumps(record))
-    return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded}
+    asked = {} if plan.repeats_of is None else {REPEATS_OF: list(plan.repeats_of)}
+    return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded, **asked}
 
 
 def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False) -> Iterator[str]:
