@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -30,10 +31,11 @@ from missions.scenarios.fleet import (
 from missions.scenarios.knowledge import KEY as ONTOLOGIES
 from missions.scenarios.knowledge import with_ontologies
 from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
-from missions.scenarios.parts import mission_class, with_files_found
+from missions.scenarios.parts import mission_class, strategy_named, with_files_found
 from missions.scenarios.scenario import About, Scenario
 from remoras.errors import PluginError
 from remoras.mission import Mission
+from remoras.strategies import parameters
 
 
 def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
@@ -61,12 +63,14 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     # Before the overrides: the settings of the scenario's own channel may stay beside another name.
     own_channel = document.raw.get("channel")
     own_name = own_channel.get("name") if isinstance(own_channel, dict) else None
+    own_strategy = deepcopy(document.raw.get("strategy"))
     others = (override for override in overrides if override not in chosen)
     faults += [fault for option, text in others if (fault := _override(document.raw, option, text)) is not None]
     faults += leave_aside(own_name, document.raw.get("channel"), options)
     document, more = with_modem_read(document, folder("communication.modem"))
     faults += more
     raw = with_files_found(document.raw, Path(document.path).parent, options)
+    leave_parameters_aside(own_strategy, raw.get("strategy"), options)
     written = specified(raw)
     faults += written.faults
     if faults:
@@ -88,6 +92,19 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     if faults:
         raise document.error(written.attributed(of_copies(faults, completed, copies)), options)
     return completed.model_copy(update={"fleet": None, "organisation": None})
+
+
+def leave_parameters_aside(own: Any, strategy: Any, overridden: Collection[str]) -> None:
+    """Remove parameters of the scenario's ``own`` strategy that another one, named by an override, does not have."""
+    if not (isinstance(own, dict) and isinstance(strategy, dict) and own.get("name") != strategy.get("name")):
+        return
+    settings, name = strategy.get("parameters"), strategy.get("name")
+    if isinstance(settings, dict) and isinstance(own.get("parameters"), dict) and isinstance(name, str):
+        with suppress(PluginError):  # an unknown strategy is reported with its key
+            known = {parameter.name for parameter in parameters(strategy_named(name))}
+            for key in own["parameters"].keys() - known:
+                if not {"strategy", "strategy.parameters", f"strategy.parameters.{key}"} & {*overridden}:
+                    settings.pop(key, None)
 
 
 def _with_files_read(

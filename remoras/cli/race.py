@@ -21,6 +21,7 @@ from remoras.process import Progress
 
 if TYPE_CHECKING:
     from missions.comparison.race import RaceLine
+    from missions.scenarios import Scenario
 
 RUNS_PER_LOSS, MOST_PER_LOSS = 150, 2000  # default budget, without and with --time
 TIME = re.compile(r"(\d+(?:\.\d+)?)([smh]?)")
@@ -88,6 +89,8 @@ def race(
     limit_s = _seconds(time)
     runs = budget or (RUNS_PER_LOSS if limit_s is None else MOST_PER_LOSS) * max(1, len(rates))
     study = race_study(scenario, [*others, *own], [float(rate) for rate in rates], seed, runs)
+    for line in _not_applied(load(scenario), [part.scenario for part in study.configurations]):
+        print(f"remoras: {line}", file=sys.stderr)
     with TemporaryDirectory() if out is None else nullcontext(str(out)) as folder:
         with Progress(f"race {scenario}", 1, "runs") as progress:
             try:
@@ -100,6 +103,14 @@ def race(
     if failed:
         print(*[f"remoras: {line}" for line in failed], sep="\n", file=sys.stderr)
         raise typer.Exit(FAILED)
+
+
+def _not_applied(own: Scenario, racing: Sequence[Scenario]) -> Iterator[str]:
+    """Yield a line per parameter in the scenario's file that strategies lack."""
+    for key in own.strategy.parameters:
+        tables = (scenario.strategy for scenario in racing)
+        if lacking := dict.fromkeys(table.name for table in tables if key not in table.parameters):
+            yield f"strategy.parameters.{key} is not applied to {', '.join(lacking)}: no such parameter"
 
 
 def _seconds(text: str | None) -> float | None:

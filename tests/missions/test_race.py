@@ -17,6 +17,7 @@ from missions.comparison.treatments import Treatment
 from missions.metric import Metric
 from missions.runs.metrics import CORE_METRICS
 from missions.statistics import FEW
+from missions.sweeps.folder import SweepResults
 from remoras.cli import app
 
 TIME = next(metric for metric in CORE_METRICS if metric.name == "mission_time_s")
@@ -151,6 +152,7 @@ def test_a_race_gives_the_same_report_for_any_jobs_and_resumes(tmp_path: Path) -
     """A race with half of the runs, continued in its folder, reports as one without interruption."""
     whole = race_of(tmp_path, *THREE, "--budget", 40, "--within", 0, "--jobs", 1)
     assert race_of(tmp_path, *THREE, "--budget", 24, "--within", 0, "--jobs", 2, "--out", tmp_path / "out") != whole
+    assert SweepResults.read(tmp_path / "out").status().remaining == 0  # the rest of the budget is no missing run
     assert race_of(tmp_path, *THREE, "--budget", 40, "--within", 0, "--jobs", 2, "--out", tmp_path / "out") == whole
     assert race_of(tmp_path, *THREE, "--budget", 40, "--within", 0, "--seed", 2) != whole
 
@@ -170,3 +172,16 @@ def test_a_strategy_that_never_completes_is_reported(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["race", str(tmp_path / "brief.toml"), *idle, "--only", "--strategy", "central"])
     assert done.exit_code == 0, done.output
     assert "none: no run completes" in done.stdout
+
+
+@pytest.mark.slow
+def test_parameters_of_the_scenario_race_with_the_strategies_that_have_them(tmp_path: Path) -> None:
+    """Both allocators have a queue, only central joins others' jobs."""
+    own = '[strategy]\nname = "central"\nparameters = {queue = 3, join_s = 90.0}\n'
+    (tmp_path / "set.toml").write_text(SMALL.replace('[strategy]\nname = "remoras"\n', own), encoding="utf-8")
+    command = ["race", str(tmp_path / "set.toml"), "--only", *THREE[:4], "--budget", "16", "--out", str(tmp_path / "o")]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    assert [line for line in done.stderr.splitlines() if line.startswith("remoras: ")] == [
+        "remoras: strategy.parameters.join_s is not applied to contract-net: no such parameter"
+    ]

@@ -9,6 +9,7 @@ from small_mission import SMALL, faults_of, line_of
 
 from missions.errors import ConfigurationError
 from missions.scenarios import Scenario, load, shipped
+from remoras.strategies import parameters, strategies
 
 
 def test_shipped_name_and_its_file_give_the_same_scenario():
@@ -115,3 +116,18 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
 def test_setting_changes_its_key(setting: str, read: Callable[[Scenario], bool]):
     assert not read(load("mapping-rendezvous"))
     assert read(load("mapping-rendezvous", [("--set", setting)]))
+
+
+@pytest.mark.parametrize("name", strategies())
+def test_another_strategy_takes_the_parameters_that_it_has(tmp_path: Path, name: str) -> None:
+    """Of the scenario's own parameters; one given with the strategy must be its own."""
+    file = tmp_path / "set.toml"
+    own = '[strategy]\nname = "central"\nparameters = {queue = 3, join_s = 90.0}\n'
+    file.write_text(SMALL.replace('[strategy]\nname = "remoras"\n', own), encoding="utf-8")
+    has = {parameter.name for parameter in parameters(strategies()[name])}
+    asked = ("--strategy", f"strategy.name={name}")
+    left = load(str(file), [asked]).strategy.parameters
+    assert left == {key: value for key, value in {"queue": 3, "join_s": 90.0}.items() if key in has}
+    for key in {"queue", "join_s"} - has:
+        with pytest.raises(ConfigurationError, match=f"strategy.parameters.{key}"):
+            load(str(file), [asked, ("--set", f"strategy.parameters.{key}=3")])
