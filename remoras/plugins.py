@@ -4,6 +4,8 @@ With ``REMORAS_NO_PLUGINS``, inherited by worker processes, only shipped objects
 serves all imports: a library's ``import orjson`` would get a file of that name. Plug-in folders are therefore not on
 the path. A finder after all others loads from them only the module that is ``asked_for`` and imports made by modules
 that came from a folder. Installed packages take precedence.
+
+A distribution names its plug-ins by entry points ``KIND.NAME = package.module:object``. A scenario stores the object.
 """
 
 from __future__ import annotations
@@ -15,7 +17,9 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
 from types import ModuleType
 from typing import Any, Final, TypeVar
 
@@ -24,6 +28,53 @@ from remoras.errors import PluginError
 NO_PLUGINS = "REMORAS_NO_PLUGINS"
 """Environment variable that allows only shipped code, if not empty."""
 SHIPPED = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
+
+
+GROUP = "remoras.plugins"
+"""Group of entry points."""
+INSTALLED_KINDS = (
+    "strategy", "mission", "sensor", "metric", "figure", "channel", "policy", "fault", "feature",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, order=True)
+class Installed:
+    """Plug-in of an installed distribution (name and version); ``reference`` names its object."""
+
+    kind: str
+    name: str
+    reference: str
+    distribution: str
+
+    def __str__(self) -> str:
+        return f"{self.reference} of {self.distribution}"
+
+
+def installed_plugins() -> tuple[Installed, ...]:
+    """Return the plug-ins of installed distributions, sorted; none if only shipped code is allowed."""
+    files = (file for folder in sys.path for file in Path(folder).glob("*-info/entry_points.txt"))
+    # Reading the metadata of all distributions takes four times as long.
+    if os.environ.get(NO_PLUGINS) or not any(f"[{GROUP}]".encode() in file.read_bytes() for file in files):
+        return ()
+    from importlib.metadata import entry_points
+
+    return tuple(
+        sorted(
+            Installed(*point.name.partition(".")[::2], point.value, f"{point.dist.name} {point.dist.version}")
+            for point in entry_points(group=GROUP)
+            if point.dist is not None
+        )
+    )
+
+
+def installed(kind: str, name: str) -> str:
+    """Return the reference of an installed plug-in, ``name`` itself if there is none; PluginError for two."""
+    if ":" in name:
+        return name
+    found = [plugin for plugin in installed_plugins() if (plugin.kind, plugin.name) == (kind, name)]
+    if len(found) > 1:
+        raise PluginError(f"{kind} {name} is {' and '.join(map(str, found))}; name one of the objects, or remove one")
+    return found[0].reference if found else name
 
 
 def refuse_unshipped(module: str, named: str) -> None:
@@ -52,15 +103,21 @@ def named_object(reference: str) -> Any:
     return named
 
 
-def known_or_named(name: str, known: Mapping[str, Any], *more: str) -> Any:
+def known_or_named(kind: str, name: str, known: Mapping[str, Any], *more: str) -> Any:
     """Return the object ``known`` by a name, or named by its module; else raise PluginError."""
     if ":" in name:
         return named_object(name)
     if name not in known:
-        from worldmodel import suggestion  # loaded for mistyped names only
-
-        raise PluginError(f"allowed: {', '.join([*known, *more])}{suggestion(name, known)}")
+        raise PluginError(f"allowed: {allowed_names(kind, name, known, *more)}")
     return known[name]
+
+
+def allowed_names(kind: str, name: str, known: Iterable[str], *more: str) -> str:
+    """List the shipped and installed names of a kind of plug-in, with the one nearest to ``name``."""
+    from worldmodel import suggestion  # loaded for mistyped names only
+
+    names = list(dict.fromkeys((*known, *(plugin.name for plugin in installed_plugins() if plugin.kind == kind))))
+    return f"{', '.join([*names, *more])}{suggestion(name, names)}"
 
 
 def refuse(what: str, faults: Iterable[str]) -> None:

@@ -83,7 +83,7 @@ def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
 def code_of(contest: Contest, place: int) -> str:
     """Return the digest of the code behind the runs: this program and the strategy's sources."""
     scenario = contest.study.configurations[contest.suite.number(0, place)].scenario
-    return short(fingerprint(references([scenario.model_dump(mode="json")])))
+    return short(fingerprint(references([scenario])))
 
 
 def card_text(card: Mapping[str, Any]) -> str:

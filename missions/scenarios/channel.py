@@ -177,7 +177,7 @@ def _is_share(value: Any) -> bool:
 
 def model_named(name: str) -> type[ChannelModel]:
     """Return a shipped or plug-in (``package.module:Class``) model, or raise PluginError."""
-    model: type[ChannelModel] = known_or_named(name, CHANNELS)
+    model: type[ChannelModel] = known_or_named("channel", name, CHANNELS)
     if name in CHANNELS:
         return model
     refuse_other(model, ChannelModel, "exchange.channel.models.ChannelModel")

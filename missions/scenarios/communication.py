@@ -178,7 +178,7 @@ VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby
 
 def value_rule_of(name: str) -> ValueRule:
     """Return a value rule by name, or an instance of package.module:object; raise PluginError if invalid."""
-    loaded = known_or_named(name, VALUE_RULES)
+    loaded = known_or_named("", name, VALUE_RULES)
     rule: ValueRule = loaded() if isinstance(loaded, type) else loaded
     refuse("a value rule", faults_of(rule, ValueRule, ("name", "place", "value")))
     return rule
@@ -186,7 +186,7 @@ def value_rule_of(name: str) -> ValueRule:
 
 def policy_of(name: str) -> AckPolicy:
     """Return a shipped or plug-in (``package.module:object``) policy, or raise PluginError."""
-    policy: AckPolicy = known_or_named(name, POLICIES)
+    policy: AckPolicy = known_or_named("policy", name, POLICIES)
     if name in POLICIES:
         return policy
     try:

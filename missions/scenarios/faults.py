@@ -292,7 +292,7 @@ class FaultOfSensors(DeclaredFault):
 
 def kind_named(name: str) -> type[DeclaredFault]:
     """Return a shipped or plug-in (``package.module:Class``) kind, or raise PluginError."""
-    kind: type[DeclaredFault] = known_or_named(name, kinds(), "package.module:Class")
+    kind: type[DeclaredFault] = known_or_named("fault", name, kinds(), "package.module:Class")
     if name not in kinds():
         refuse_other(kind, DeclaredFault, "remoras.DeclaredFault")
         refuse("a fault kind", kind.faults_of_kind())

@@ -1,18 +1,22 @@
 """Features of scenarios: keys that they add to tables, and effects on vehicles and water.
 
-A feature (``missions.feature.Feature``) is ``Any`` here, since features depend on scenarios, not vice versa.
+A feature is ``Any`` here, since its hooks take scenarios, which depend on this module.
 """
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
+from multiprocessing import parent_process
 from typing import Any, TypeVar
 
 from pydantic import create_model
 
+from remoras.errors import PluginError
+from remoras.plugins import faults_of, installed_plugins, named_object, refuse
 from remoras.table import Sparse
 
 FOLDER = "missions.features"
@@ -21,23 +25,49 @@ Table = TypeVar("Table", bound=Sparse)
 
 @cache  # 0.3 s of imports, asked by each check
 def features() -> dict[str, Any]:
-    """Return the existing features by name, sorted."""
+    """Return the shipped features by name, sorted, then installed ones by reference."""
     names = sorted(module.name for module in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
-    return {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
+    known = {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
+    plugins = [plugin for plugin in installed_plugins() if plugin.kind == "feature"]
+    for plugin in plugins:
+        # A faulty one affects no scenario: its keys are unknown.
+        try:
+            twice = [other.reference for other in plugins if other.name == plugin.name and other != plugin]
+            refuse("its name", [f"{text} has it, too" for text in (*twice, *{plugin.name} & known.keys())])
+            known[plugin.reference] = _accepted(named_object(plugin.reference), known.values())
+        except PluginError as error:
+            if parent_process() is None:  # workers would repeat the line
+                print(f"remoras: feature {plugin.name} is left out, {plugin}: {error}", file=sys.stderr)
+    return known
 
 
-def used_in(scenario: Sparse) -> tuple[Any, ...]:
-    """Return the features with a key off its default."""
+def _accepted(feature: Any, known: Iterable[Any]) -> Any:
+    members = ("keys", "observer", "checks", "metrics", "last_metrics", "states", "for_all")
+    refuse("no missions.feature.Feature", faults_of(feature, type(feature), members))
+    taken = {(place, key) for other in known for place in other.keys for key in other.keys[place]}
+    own = ((place, key) for place in feature.keys for key in feature.keys[place])
+    refuse("its keys", [f"{key} is one of another feature" for place, key in own if (place, key) in taken])
+    return feature
+
+
+def names_used_in(scenario: Sparse) -> tuple[str, ...]:
+    """Return the names of the features with a key off its default."""
 
     def says(place: str, key: str) -> bool:
         value = getattr(scenario, place) if place else scenario
         tables = value if isinstance(value, tuple) else [value]
         return any(getattr(table, key) != type(table).model_fields[key].default for table in tables)
 
-    known = features().values()
     return tuple(
-        feature for feature in known if any(says(place, key) for place in feature.keys for key in feature.keys[place])
+        name
+        for name, feature in features().items()
+        if any(says(place, key) for place in feature.keys for key in feature.keys[place])
     )
+
+
+def used_in(scenario: Sparse) -> tuple[Any, ...]:
+    """Return the features with a key off its default."""
+    return tuple(features()[name] for name in names_used_in(scenario))
 
 
 def slower_by(scenario: Sparse) -> tuple[float, str]:

@@ -275,7 +275,7 @@ def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> ty
     """Return the settings class named by a sensor's ``type``, the first of ``kinds`` if empty; PluginError if none."""
     if not reference and kinds:
         return next(iter(kinds.values()))
-    kind: type[SensorSettings] = known_or_named(reference, kinds, "package.module:Class")
+    kind: type[SensorSettings] = known_or_named("sensor", reference, kinds, "package.module:Class")
     if not makes_sensors(kind):
         raise PluginError("a subclass of remoras.SensorSettings that defines make(data)")
     return kind

@@ -12,6 +12,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from exchange.channel.shipped import CHANNELS
+from exchange.policy.policies import POLICIES
+from missions import fault
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Figure, faults_of_figure
 from missions.files import is_file, is_named, shown
@@ -20,15 +23,50 @@ from missions.scenarios.fleet import makes_sensors
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
 from remoras.mission import Mission
-from remoras.plugins import asked_for, faults_of, look_in, named_object, refuse, refuse_unshipped
+from remoras.plugins import (
+    allowed_names,
+    asked_for,
+    faults_of,
+    installed,
+    look_in,
+    named_object,
+    refuse,
+    refuse_unshipped,
+)
 from remoras.recorder import Table
-from remoras.strategies import configured, shipped, strategies
+from remoras.strategies import configured, names_of_strategies, shipped, strategies
 from remoras.strategy import Strategy, faults_of_strategy
-from worldmodel import suggestion
 
 METRICS = "scenario.metrics"
 OBJECT_OF_FILE = re.compile(r"\S.*\.py:\w+")
 TRACKS = "trajectories"
+KIND_OF_KEY = {
+    "scenario.mission": "mission", "scenario.metrics": "metric", "strategy.name": "strategy",
+    "study.strategies": "strategy", "communication.policy": "policy", "study.policies": "policy",
+    "channel.name": "channel", "sensor.type": "sensor", "fault.kind": "fault",
+}  # fmt: skip
+"""Kind of the plug-in that a key names, by the last two parts of the key."""
+
+
+def shipped_names(kind: str, tables: Mapping[str, Any]) -> Collection[str]:
+    """Return the shipped names of a kind of plug-in; those of sensors depend on the mission in ``tables``."""
+    match kind:
+        case "strategy":
+            return names_of_strategies()
+        case "policy":
+            return POLICIES
+        case "channel":
+            return CHANNELS
+        case "fault":
+            return fault.kinds()
+        case "sensor":
+            return mission_class(installed("mission", str(tables["scenario"]["mission"]))).sensors
+    return ()
+
+
+def stored(kind: str, name: str) -> str:
+    """Return a plug-in that a user names as scenarios store it: a shipped name, or as ``importable``."""
+    return name if name in shipped_names(kind, {}) else importable(installed(kind, name))
 
 
 def importable(reference: str, folder: Path | None = None) -> str:
@@ -89,6 +127,8 @@ def with_figures(
     names: list[str] = []
     figures = list(declared)
     for kind in kinds:
+        if isinstance(kind, str) and kind not in {*taken, *(f.name for f in figures if isinstance(f, Figure))}:
+            kind = installed("figure", kind)  # noqa: PLW2901
         if isinstance(kind, str) and not is_named(kind):
             names.append(kind)
             continue
@@ -108,15 +148,20 @@ def with_figures(
 
 
 def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collection[str] = ()) -> dict[str, Any]:
-    """Replace file references in tables by module references, as workers and results use."""
+    """Replace files and names of installed plug-ins in tables by module references, as workers and results use."""
 
     def resolved(value: Any, key: str) -> Any:
         if isinstance(value, dict):
             return {name: resolved(part, f"{key}.{name}".lstrip(".")) for name, part in value.items()}
         if isinstance(value, list):
             return [resolved(part, key) for part in value]
-        if not (isinstance(value, str) and OBJECT_OF_FILE.fullmatch(value)):
+        if not isinstance(value, str):
             return value
+        if not OBJECT_OF_FILE.fullmatch(value):
+            kind = KIND_OF_KEY.get(".".join(key.split(".")[-2:]), "")
+            # Sensors of a study are resolved with its scenario, whose mission names others.
+            is_open = kind and not (kind == "sensor" and "scenario" not in raw)
+            return installed(kind, value) if is_open and value not in shipped_names(kind, raw) else value
         # Paths in a file are relative to it, those of an option to the current folder.
         is_set = any(f"{key}.".startswith(f"{option}.") for option in overridden)
         # An unresolved reference stays, since the check of its key names the reason.
@@ -196,8 +241,7 @@ def strategy_named(name: str) -> Strategy:
     """Return a shipped or plug-in strategy, a class instantiated, or raise PluginError."""
     if not is_named(name):
         if (of_name := shipped(name)) is None:
-            known = strategies()
-            raise PluginError(f"{', '.join(known)}{suggestion(name, known)}")
+            raise PluginError(allowed_names("strategy", name, strategies()))
         return of_name
     loaded: Any = named_object(importable(name))
     if isinstance(loaded, type):
@@ -216,7 +260,7 @@ def entrants(references: Iterable[str]) -> tuple[str, ...]:
     named = []
     for reference in references:
         try:
-            named.append(importable(reference))
+            named.append(stored("strategy", reference))
             strategy_named(named[-1])
         except PluginError as error:
             raise PluginError(f'--strategy "{reference}": allowed: {error}') from error

@@ -14,9 +14,10 @@ from functools import cache
 from importlib.metadata import version
 from modulefinder import ModuleFinder
 from pathlib import Path
-from typing import Any
 
 from missions.files import is_reference, texts
+from missions.scenarios import Scenario
+from missions.scenarios.features import names_used_in
 from remoras.plugins import asked_for
 
 MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")  # packages that make runs
@@ -49,9 +50,15 @@ def program() -> dict[str, str]:
     return digests
 
 
-def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
-    """Return the texts of scenarios that may name a plug-in object."""
-    return frozenset(text for scenario in scenarios for text in texts(scenario) if is_reference(text))
+def references(scenarios: Iterable[Scenario]) -> frozenset[str]:
+    """Return the texts of scenarios that may name a plug-in object, and the objects of installed features in use."""
+    used = (
+        text
+        for scenario in scenarios
+        for text in (*texts(scenario.model_dump(mode="json")), *names_used_in(scenario))
+        if is_reference(text)
+    )
+    return frozenset(used)
 
 
 def code_digests(named: Iterable[str]) -> dict[str, str]:
@@ -67,7 +74,10 @@ def code_digests(named: Iterable[str]) -> dict[str, str]:
 
 
 def _imported(module: str, top: Path) -> Iterator[Path]:
-    finder = ModuleFinder([str(top)])
+    others: set[str] = set()
+    if any(top.glob("*-info")):  # other distributions lie beside an installed one
+        others = {path.name.partition(".")[0] for path in top.iterdir()} - {module.partition(".")[0]}
+    finder = ModuleFinder([str(top)], excludes=others)
     # A faulty plug-in has at least its own file in the digest; its fault appears on loading.
     with suppress(ImportError, SyntaxError, ValueError):
         finder.import_hook(module)

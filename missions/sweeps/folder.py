@@ -37,6 +37,7 @@ from missions.sweeps.ledger import (
 )
 from missions.sweeps.plan import ConfigurationLabel, RunSchedule
 from missions.sweeps.study_file import StudyFile
+from remoras.plugins import installed
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
@@ -109,6 +110,8 @@ class SweepResults:
         names: list[str] = []
         new: dict[str, Metric] = {}
         for metric_or_name in named:
+            if isinstance(metric_or_name, str) and metric_or_name not in self.metrics:
+                metric_or_name = installed("metric", metric_or_name)  # noqa: PLW2901
             if isinstance(metric_or_name, str) and not is_named(metric_or_name):
                 names.append(metric_or_name)
                 continue
@@ -411,7 +414,7 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         "version": plan.schedule.version,
         "study": study.file.model_dump(mode="json"),
         "scenario": scenarios,
-        "code": fingerprint(references(part.scenario.model_dump(mode="json") for part in study.configurations)),
+        "code": fingerprint(references(part.scenario for part in study.configurations)),
         DECLARATIONS: [metric.written() for metric in study.metrics.values()],
         OWN: list(study.own_metrics),
         CONFIGURATIONS: [vars(label) for label in plan.schedule.labels],

@@ -48,6 +48,7 @@ from missions.sweeps.study_file import (
     is_axis,
 )
 from remoras.errors import PluginError
+from remoras.plugins import installed
 from worldmodel import suggestion
 
 Settings = tuple[StudySetting, ...]
@@ -211,6 +212,10 @@ def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
     configurations, bases, faults = _resolved(file, folder, own)
     metrics, of_metrics = _metrics(bases)
     if metrics:
+        unknown = (name for name in file.study.metrics or () if name not in metrics)
+        if found := {name: reference for name in unknown if (reference := installed("metric", name)) != name}:
+            design = {**document.raw[STUDY], "metrics": [found.get(n, n) for n in document.raw[STUDY]["metrics"]]}
+            return study_of(replace(document, raw={**document.raw, STUDY: design}), strategies)
         of_metrics += _metric_faults(file, metrics)
     if faults or of_metrics:
         raise document.error([*faults, *of_metrics])

@@ -83,7 +83,7 @@ def _finished(
         "error": error,
         "replay": task.replay if error else "",
         "tables": tables_digest(files),
-        "code": short(fingerprint(references([task.scenario.model_dump(mode="json")]))),
+        "code": short(fingerprint(references([task.scenario]))),
         "machine": {
             "wall_s": wall_s,
             "cpu_s": cpu_s,

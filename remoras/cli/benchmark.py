@@ -200,9 +200,9 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Run all conformance checks of a plug-in."""
-    from missions.scenarios.parts import importable
+    from missions.scenarios.parts import stored
     from remoras.testing import KINDS
 
     check_known("kind", kind, KINDS)
-    passed = _checks(kind, name if kind == "mission" else importable(name))
+    passed = _checks(kind, name if kind == "mission" else stored(kind, name))
     show({"passed": passed}, as_json, [f"ok  {text}" for text in passed])

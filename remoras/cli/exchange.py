@@ -67,10 +67,10 @@ def named(policies: Iterable[str]) -> list[str | AckPolicy]:
     """Resolve external policies and expand ``all`` to the six of the paper; shipped names stay."""
     from exchange.policy.policies import PAPER_POLICIES
     from missions.scenarios.communication import policy_of
-    from missions.scenarios.parts import importable
+    from missions.scenarios.parts import stored
 
-    names = [name for part in policies for name in (PAPER_POLICIES if part == "all" else (part,))]
-    return [policy_of(importable(name)) if ":" in name else name for name in names]
+    names = [stored("policy", name) for part in policies for name in (PAPER_POLICIES if part == "all" else (part,))]
+    return [policy_of(name) if ":" in name else name for name in names]
 
 
 @command("exchange-study", "remoras exchange-study --nodes 8 --per 0.1,0.5 --trials 300")

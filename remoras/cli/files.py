@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -19,12 +18,13 @@ from missions.errors import LONGEST_VALUE, cut
 from missions.files import shipped_abouts, shipped_studies
 from remoras.cli import completion
 from remoras.cli.app import Json, check_known, command, fail, show, show_json
-from remoras.strategies import bounds, factors_of, parameters, strategies
+from remoras.plugins import INSTALLED_KINDS, installed_plugins
+from remoras.strategies import factors_of, parameters, strategies, titles
 
-KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "studies")
+KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "plugins", "studies")
 
 
-@command("list", "remoras list strategies", names_code=False)
+@command("list", "remoras list strategies")
 def list_(
     kind: Annotated[
         str,
@@ -36,7 +36,7 @@ def list_(
     ] = "",
     as_json: Json = False,
 ) -> None:
-    """List scenarios, strategies, policies, channels, modems and networks; or studies.
+    """List scenarios, strategies, policies, channels, modems, networks and installed plug-ins; or studies.
 
     For strategies, show source, factors, messages and parameters too.
     """
@@ -55,6 +55,8 @@ def list_(
         show_json(rows[kind] if kind else rows)
         return
     for name, entries in listed.items():
+        if not entries and not kind:
+            continue
         print(f"{name}:")
         width = max((len(key) for key in entries), default=0)
         for key, text in entries.items():
@@ -300,12 +302,6 @@ def _scenarios() -> dict[str, str]:
     return {name: str(table.get("title", "")) for name, table in shipped_abouts().items()}
 
 
-def _strategies() -> dict[str, str]:
-    docs = {name: sys.modules[type(strategy).__module__].__doc__ or "" for name, strategy in strategies().items()}
-    upper = bounds()
-    return {name: "(bound) " * (name in upper) + doc.strip().splitlines()[0] for name, doc in docs.items()}
-
-
 def _of_strategy(name: str) -> dict[str, Any]:
     strategy = strategies()[name]
     return {
@@ -317,8 +313,21 @@ def _of_strategy(name: str) -> dict[str, Any]:
     }
 
 
-def _policies() -> dict[str, str]:
-    return {policy.name: policy.title for policy in POLICIES.values()}
+def _plugins() -> dict[str, str]:
+    from missions.scenarios.parts import shipped_names
+
+    listed: dict[str, str] = {}
+    for plugin in installed_plugins():
+        name = f"{plugin.kind}.{plugin.name}"
+        if name in listed:
+            listed[name] += f"; refused: {plugin} has the same name"
+            continue
+        listed[name] = str(plugin)
+        if plugin.kind not in INSTALLED_KINDS:
+            listed[name] += f"; not used: allowed kinds are {', '.join(INSTALLED_KINDS)}"
+        elif plugin.kind != "sensor" and plugin.name in shipped_names(plugin.kind, {}):
+            listed[name] += f"; not used: a shipped {plugin.kind} has this name"
+    return listed
 
 
 def _modems() -> dict[str, str]:
@@ -366,11 +375,12 @@ def _first_sentence(text: str) -> str:
 
 LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
     "scenarios": _scenarios,
-    "strategies": _strategies,
-    "policies": _policies,
+    "strategies": titles,
+    "policies": lambda: {name: policy.title for name, policy in POLICIES.items()},
     "channels": lambda: {name: model.title for name, model in CHANNELS.items()},
     "modems": _modems,
     "networks": lambda: {name: network.title for name, network in shipped_networks().items()},
+    "plugins": _plugins,
     "studies": _studies,
 }
 

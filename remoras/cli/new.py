@@ -25,6 +25,25 @@ PLUGINS: dict[str, tuple[str, ...]] = {
     "metric": ("closest.py",),
 }
 """Templates per kind of plug-in, in reading order."""
+OBJECTS = {"strategy": "NEAREST", "mission": "BuoyMission", "sensor": "ThermometerSettings", "metric": "CLOSEST"}
+"""Object of each template that scenarios name."""
+PYPROJECT = """\
+[build-system]
+requires = ["setuptools>=77"]
+build-backend = "setuptools.build_meta"
+
+[project]
+name = "{distribution}"
+version = "0.1.0"
+dependencies = ["remoras-sim"]
+
+[project.entry-points."remoras.plugins"]
+"{kind}.{name}" = "{name}:{object}"
+
+[tool.setuptools]
+packages = ["{name}"]
+package-data = {{ {name} = ["*.ttl", "*.toml"] }}
+"""
 KINDS = (SCENARIO, *PLUGINS)
 EXAMPLES = (SCENARIO, "study", "organisation")
 OFFERED = tuple(dict.fromkeys((*KINDS, *EXAMPLES)))
@@ -69,6 +88,9 @@ def new(
             min=0, metavar="N", help="Scenario: number of AUVs that fail during the mission, 0 to 15.  [default: 0]"
         ),
     ] = None,
+    package: Annotated[
+        bool, typer.Option("--package", help="Plug-in: write a folder that pip installs, with pyproject.toml.")
+    ] = False,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")] = Path(),
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
     example: Annotated[
@@ -87,6 +109,8 @@ def new(
         fail(f"NAME is missing; allowed: new {kind} NAME; a commented file is printed by: new scenario --example")
     options = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
     chosen: dict[str, Any] = {option: value for option, value in options.items() if value is not None}
+    if package and kind == SCENARIO:
+        fail(f"--package: applies to plug-ins; allowed: {', '.join(PLUGINS)}")
     if kind == SCENARIO:
         from exchange.channel.modems import modems
         from missions.mapping.new_scenario import scenario_text
@@ -100,9 +124,12 @@ def new(
     else:
         if chosen:
             fail(f"--{next(iter(chosen))}: applies to scenarios; a {kind} has no such option")
-        _check_plugin_name(name, out)
-        files = dict(plugin_files(kind, name))
-        trial = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"
+        folder = out / _distribution(name)
+        _check_plugin_name(name, folder / name if package else out)
+        files = dict((package_files if package else plugin_files)(kind, name))
+        trial = f"python -m pytest -q {as_typed(out / next(file for file in files if 'test_' in file))}"
+        trial = f"pip install {as_typed(folder)} && {trial}" if package else trial
+        trial += f"  # {AUTHORS} has what it needs"
     written = [out / file for file in files]
     # A dangling link does not exist, but writing would follow it.
     existing = [str(path) for path in written if path.exists() or path.is_symlink()]
@@ -136,9 +163,27 @@ def plugin_files(kind: str, name: str) -> Iterator[tuple[str, str]]:
     stem = PLUGINS[kind][0].removesuffix(".py")
     for file in (*PLUGINS[kind], f"test_{stem}.py"):
         text = (TEMPLATES / file).read_text(encoding="utf-8")
-        for old, its in ((stem, name), (stem.upper(), name.upper()), (stem.capitalize(), _capitals(name))):
-            text = text.replace(old, its)
-        yield file.replace(stem, name), text
+        yield file.replace(stem, name), _renamed(text, stem, name)
+
+
+def package_files(kind: str, name: str) -> Iterator[tuple[str, str]]:
+    """Yield path and text of each file of a distribution with a new plug-in."""
+    folder, stem = _distribution(name), PLUGINS[kind][0].removesuffix(".py")
+    its_object = _renamed(OBJECTS[kind], stem, name)
+    yield f"{folder}/pyproject.toml", PYPROJECT.format(distribution=folder, kind=kind, name=name, object=its_object)
+    for file, text in plugin_files(kind, name):
+        place = "tests" if file.startswith("test_") else name
+        yield f"{folder}/{place}/{'__init__.py' if file == f'{name}.py' else file}", text
+
+
+def _distribution(name: str) -> str:
+    return f"remoras-{name.replace('_', '-')}"
+
+
+def _renamed(text: str, stem: str, name: str) -> str:
+    for old, its in ((stem, name), (stem.upper(), name.upper()), (stem.capitalize(), _capitals(name))):
+        text = text.replace(old, its)
+    return text
 
 
 def _capitals(name: str) -> str:

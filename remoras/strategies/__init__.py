@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import pkgutil
+import sys
 import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from worldmodel import suggestion
 
 __all__ = [
     "Declaration", "Factors", "Parameter", "Strategy", "bounds", "configured", "factors_of", "faults_of_settings",
-    "parameters", "shipped", "strategies",
+    "names_of_strategies", "parameters", "shipped", "strategies", "titles",
 ]  # fmt: skip
 
 
@@ -31,25 +32,33 @@ class Parameter:
 
 def strategies() -> dict[str, Strategy]:
     """Return the shipped strategies by name."""
-    return {name: strategy for name in _names() if (strategy := _loaded(name)) is not None}
+    return {name: strategy for name in names_of_strategies() if (strategy := _loaded(name)) is not None}
 
 
 def shipped(name: str) -> Strategy | None:
     """Return the shipped strategy of a name, or None; load no other."""
-    return _loaded(name) if name in _names() else None
+    return _loaded(name) if name in names_of_strategies() else None
 
 
 def _loaded(name: str) -> Strategy | None:
     return getattr(importlib.import_module(f"{__name__}.{name.replace('-', '_')}"), "STRATEGY", None)
 
 
-def _names() -> list[str]:
+def names_of_strategies() -> list[str]:
+    """Return the names of the shipped strategies, and load none."""
     return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(__path__))
 
 
 def bounds() -> frozenset[str]:
     """Names of the shipped upper bounds: shown beside the other strategies, never ranked."""
     return frozenset(name for name, strategy in strategies().items() if strategy.declaration.sharing is not None)
+
+
+def titles() -> dict[str, str]:
+    """Return a line on each shipped strategy, bounds marked."""
+    known, upper = strategies(), bounds()
+    docs = {name: sys.modules[type(strategy).__module__].__doc__ or "" for name, strategy in known.items()}
+    return {name: "(bound) " * (name in upper) + doc.strip().splitlines()[0] for name, doc in docs.items()}
 
 
 def parameters(strategy: Strategy) -> tuple[Parameter, ...]:

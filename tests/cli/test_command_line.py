@@ -93,7 +93,7 @@ def test_plug_in_names_are_listed_and_described(kind: str, among: str):
 
 def test_list_shows_every_kind_and_the_subject_of_studies():
     everything = json.loads(remoras("list", "--json").stdout)
-    assert list(everything) == ["scenarios", "strategies", "policies", "channels", "modems", "networks"]
+    assert list(everything) == ["scenarios", "strategies", "policies", "channels", "modems", "networks", "plugins"]
     found = {row["name"]: row["description"] for row in json.loads(remoras("list", "studies", "--json").stdout)}
     assert list(found) == list(shipped_studies())
     assert found["strategies-quick"].startswith("The study strategies-under-loss in little")

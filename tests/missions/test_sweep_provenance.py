@@ -12,6 +12,7 @@ from sweeping import HERE, Serial, environment, outcome, study_text, written
 from typer.testing import CliRunner
 
 from missions.errors import OutputError, StudyChangedError
+from missions.scenarios import load
 from missions.sweeps import code
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import KEPT, STUDY, SweepResults
@@ -20,6 +21,7 @@ from missions.sweeps.study import Study, load_study
 from remoras.cli import app
 
 OWN = """
+import another
 from my_project import tuning
 from remoras.strategies.remoras import Remoras
 
@@ -69,7 +71,12 @@ def test_digest_of_a_plugin_covers_its_project_imports_only(tmp_path: Path, monk
         ("own", OWN),
     ):  # fmt: skip
         (project / f"{name}.py").write_text(text)
-    scenario = {"strategy": {"name": "my_project.own:MINE"}}
+    (tmp_path / "another").mkdir()
+    (tmp_path / "another-1.0.dist-info").mkdir()  # as beside an installed plug-in, which imports another distribution
+    (tmp_path / "another" / "__init__.py").touch()
+    base = load("mapping-rendezvous")
+    table = base.strategy.model_copy(update={"name": "my_project.own:MINE"})
+    scenario = base.model_copy(update={"strategy": table})
     found = code.code_digests(code.references([scenario]))
     assert set(found) == {f"my_project/{name}.py" for name in ("__init__", "own", "tuning", "deeper")}
     (project / "deeper.py").write_text("RATE = 2\n")

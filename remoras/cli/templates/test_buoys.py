@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from buoys import BuoyMission
+import buoys
 
 from missions.scenarios import load
 from remoras.testing import check_mission
 
 
 def test_buoys():
-    check_mission(BuoyMission, load(str(Path(__file__).with_name("buoys.toml"))))
+    check_mission(buoys.BuoyMission, load(str(Path(buoys.__file__).with_name("buoys.toml"))))
