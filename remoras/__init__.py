@@ -4,7 +4,8 @@
 >>> run = remoras.run("mapping-rendezvous", per=0.6, seed=3)  # doctest: +SKIP
 >>> run.summary["mission_time_s"], run.table("roles"), run.plot("trajectories")  # doctest: +SKIP
 
-``scenarios`` lists the shipped scenarios; ``load``, ``run`` and ``stepping`` take one; ``open`` reads results;
+``scenarios``, ``policies`` and ``metrics`` list the shipped ones, ``remoras.strategies.titles`` the strategies;
+``load``, ``run`` and ``stepping`` take a scenario; ``open`` reads results;
 ``sweep`` makes the runs of a study, ``compare`` compares them; ``exchange_study`` compares acknowledgement policies
 without a mission; ``network`` returns a measured network as a graph. The other names are plug-in interfaces: missions,
 strategies, sensors, faults, metrics and figures. Every name is imported at its first use.
@@ -25,7 +26,21 @@ if TYPE_CHECKING:
     from missions.scenarios import Scenario
     from missions.scenarios.faults import DeclaredFault
     from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-    from remoras.api import Run, Sweep, compare, exchange_study, load, network, open, run, scenarios, stepping, sweep
+    from remoras.api import (
+        Run,
+        Sweep,
+        compare,
+        exchange_study,
+        load,
+        metrics,
+        network,
+        open,
+        policies,
+        run,
+        scenarios,
+        stepping,
+        sweep,
+    )
     from remoras.behaviours import (
         ADVANCING,
         DONE,
@@ -66,7 +81,7 @@ __all__ = [
     "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run",
     "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Stepping", "Strategy", "Sweep", "Table",
     "Truth", "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load",
-    "network", "open", "run", "scenarios", "stepping", "sweep",
+    "metrics", "network", "open", "policies", "run", "scenarios", "stepping", "sweep",
 ]  # fmt: skip
 
 

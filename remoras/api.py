@@ -15,12 +15,14 @@ from missions.files import dotted, is_named, keys_of_options, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
+from remoras.plugins import installed
 from remoras.process import Progress, is_watched
 from remoras.table import Figures, Records, card, number_text
 from worldmodel import suggestion
 
 # Functions import the heavy libraries that they need themselves, so that ``import remoras`` stays fast.
 if TYPE_CHECKING:
+    import xarray
     from pandas import DataFrame
 
     import missions.runs.knowledge_at
@@ -78,13 +80,39 @@ def _settings(keys: Settings | None) -> list[tuple[str, str]]:
 
 def scenarios() -> DataFrame:
     """Return title and longest duration (s) of the shipped scenarios, by name."""
-    import pandas as pd
-
     from missions.files import shipped_abouts
 
-    abouts = shipped_abouts()
-    rows = [{"title": table.get("title", ""), "duration_s": table["duration_s"]} for table in abouts.values()]
-    return pd.DataFrame(rows, index=pd.Index(list(abouts), name="scenario"))
+    abouts = {name: {"title": "", **table} for name, table in shipped_abouts().items()}
+    return _listed("scenario", abouts)[["title", "duration_s"]]
+
+
+def policies() -> DataFrame:
+    """Return the titles of the shipped acknowledgement policies, by name.
+
+    >>> policies().index[:3].tolist()
+    ['ack', 'ack-repeat', 'm-ack']
+    """
+    from exchange.policy.policies import POLICIES
+
+    return _listed("policy", {name: {"title": policy.title} for name, policy in POLICIES.items()})
+
+
+def metrics(scenario: str | Path | Scenario = "mapping-rendezvous") -> DataFrame:
+    """Return unit, label and better direction of the metrics of a scenario's runs, by name; errors as in ``load``.
+
+    >>> metrics().loc["energy_j", ["unit", "better"]].tolist()
+    ['J', 'lower']
+    """
+    from missions.runs.metrics import metrics_of
+
+    known = metrics_of(scenario if isinstance(scenario, Scenario) else load(scenario))
+    return _listed("metric", {name: metric.written() for name, metric in known.items()})[["unit", "label", "better"]]
+
+
+def _listed(kind: str, rows: Mapping[str, Mapping[str, Any]]) -> DataFrame:
+    import pandas as pd
+
+    return pd.DataFrame(list(rows.values()), index=pd.Index(list(rows), name=kind))
 
 
 def run(
@@ -292,6 +320,31 @@ class Run:
         return Figures(self._results.summary, self._units)
 
     @property
+    def seed(self) -> int:
+        """Seed of the run."""
+        return int(self.summary["seed"])
+
+    @property
+    def completed(self) -> bool:
+        """True if the mission was completed."""
+        return bool(self.summary["completed"])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the trajectories by vehicle and time (s): ``position_m`` by axis, and the other columns of the table.
+
+        Units are attributes. Raises ImportError without xarray (extra ``xarray``).
+        """
+        frame = self.table("trajectories")
+        data = frame.set_index(["vehicle", "time_s"]).to_xarray().rename(time_s="time")
+        data["position_m"] = data[["x_m", "y_m"]].to_dataarray("axis").transpose("vehicle", "time", "axis")
+        data = data.drop_vars(["x_m", "y_m"]).assign_coords(axis=["x", "y"])
+        units = {**frame.attrs["units"], "position_m": "m", "time": "s"}
+        for name in data.variables:
+            data[name].attrs.update({"units": units[name]} if name in units else {})
+        names = ("scenario", "strategy", "policy", "channel", "per", "seed")
+        return data.assign_attrs({name: self.summary[name] for name in names})
+
+    @property
     def milestones(self) -> list[dict[str, Any]]:
         """Milestones (name, vehicle, group, time_s), in time order."""
         return Records(self._results.summary["milestones"])
@@ -347,6 +400,8 @@ class Run:
         from missions.runs.reader import value_of
         from missions.scenarios.parts import metric_given
 
+        if isinstance(metric, str) and metric not in self.summary:
+            metric = installed("metric", metric)
         if isinstance(metric, str) and not is_named(metric):
             known = [name for name, value in self.summary.items() if value is None or isinstance(value, float | int)]
             if metric not in known:
@@ -452,6 +507,18 @@ class Sweep:
         """Return a row per finished run: key, configuration, summary."""
         rows: DataFrame = self._results.runs()
         return rows
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the metrics by scenario, varied keys and repeat, with units; ImportError without xarray."""
+        frame, metrics = self.runs(), self._results.metrics
+        keys = sorted({name for line in self._results.lines.values() for name in line["settings"]})
+        for name in keys:  # a key that some configurations do not set
+            frame[name] = frame[name].where(frame[name].notna(), "")
+        names = [name for name in metrics if name in frame]
+        data = frame.set_index(["scenario", *keys, "repeat"])[names].to_xarray()
+        for name in names:
+            data[name].attrs["units"] = metrics[name].unit
+        return data
 
     def compare(self, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
         """Return a row per configuration and metric: mean, interval, difference to the baseline.

@@ -18,6 +18,8 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from worldmodel import suggestion
+
 BETWEEN_KEYS = "between_keys"
 """Error type of keys that contradict each other."""
 Positive = Annotated[float, Field(gt=0.0)]
@@ -165,6 +167,9 @@ class Figures(dict[str, Any]):
     def __init__(self, values: Mapping[str, Any], units: Callable[[], Mapping[str, str]] = dict) -> None:
         super().__init__(values)
         self._units = units
+
+    def __missing__(self, name: str) -> Any:
+        raise KeyError(f"no figure {name!r}{suggestion(name, self)}")
 
     def _repr_html_(self) -> str:
         units = self._units()

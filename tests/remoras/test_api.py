@@ -43,6 +43,30 @@ def test_tables_are_data_frames_with_units(short: remoras.Run) -> None:
         short.table("trajectory")
 
 
+def test_names_are_listed_and_a_mistyped_figure_has_the_nearest(short: remoras.Run) -> None:
+    assert (short.seed, short.completed) == (3, False)
+    known = remoras.metrics()
+    assert set(known.index) >= set(known.index) & set(short.summary) >= {"mission_time_s", "coverage_fraction"}
+    assert remoras.load("mapping-rendezvous").communication.policy in remoras.policies().index
+    assert "mapping-rendezvous" in remoras.scenarios().index
+    with pytest.raises(KeyError, match="no figure 'mision_time_s'; did you mean 'mission_time_s'"):
+        short.summary["mision_time_s"]
+
+
+def test_trajectories_by_vehicle_time_and_axis(short: remoras.Run) -> None:
+    pytest.importorskip("xarray")
+    data, frame = short.to_xarray(), short.table("trajectories")
+    assert data.position_m.dims == ("vehicle", "time", "axis")
+    assert {name: data[name].attrs["units"] for name in ("position_m", "speed_mps", "time")} == {
+        "position_m": "m", "speed_mps": "m/s", "time": "s",
+    }  # fmt: skip
+    for row in frame.iloc[::37].itertuples():
+        at = data.sel(vehicle=row.vehicle, time=row.time_s)
+        assert at.position_m.values.tolist() == [row.x_m, row.y_m]
+        assert float(at.depth_m) == row.depth_m
+    assert data.attrs["seed"] == 3
+
+
 def test_saved_results_equal_those_in_memory(short: remoras.Run, tmp_path: Path) -> None:
     short.save(tmp_path / "run")
     opened = remoras.open(tmp_path / "run")
