@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from pandas import DataFrame
 
+    from missions.figure import Place
     from missions.scenarios import Scenario
     from remoras.fleet.fleet import Fleet
     from remoras.strategy import Strategy
@@ -48,12 +49,14 @@ class VehicleNow:
 
 @dataclass(frozen=True, repr=False)
 class MissionState:
-    """Immutable state after a motion tick: share of the goal, 0..1, and new milestones."""
+    """Immutable state after a motion tick: share of the goal, 0..1, and new milestones; ``is_over`` at the end."""
 
     time_s: float
     goal_fraction: float
     vehicles: Mapping[str, VehicleNow]
     milestones: tuple[Milestone, ...]
+    completed: bool
+    is_over: bool
 
     def __repr__(self) -> str:
         return (
@@ -118,7 +121,7 @@ class Stepping:
         self._setup = resolved(scenario.for_seed(self._seed), strategy)
         self._fleet = assemble(self._setup, self._seed)
         self._spent_s = 0.0
-        self._n_milestones = 0
+        self._n_earlier = 0  # milestones before the last step
         self._final: MemoryResults | None = None
         self._is_whole = True
         self._is_closed = False
@@ -134,9 +137,14 @@ class Stepping:
         if self._final or not self._fleet.running:
             self.run()
             raise StopIteration
+        self._n_earlier = len(self._fleet.truth.milestones)
         self._step()
-        milestones = self._fleet.truth.milestones
-        new, self._n_milestones = milestones[self._n_milestones :], len(milestones)
+        return self.state
+
+    @property
+    def state(self) -> MissionState:
+        """State after the last step."""
+        fleet = self._fleet
         vehicles = {
             vehicle.name: VehicleNow(
                 *vehicle.position_m,
@@ -145,9 +153,23 @@ class Stepping:
                 tuple(sorted(f"{role.group}.{role.role}" for role in vehicle.organisation.roles_of(vehicle.name))),
                 vehicle.performed if vehicle.is_alive else (),
             )
-            for vehicle in self._fleet.view.vehicles
+            for vehicle in fleet.view.vehicles
         }
-        return MissionState(self._fleet.now_s, self._fleet.truth.goal_fraction, vehicles, tuple(new))
+        milestones = tuple(fleet.truth.milestones[self._n_earlier :])
+        how = fleet.completed, not fleet.running
+        return MissionState(fleet.now_s, fleet.truth.goal_fraction, vehicles, milestones, *how)
+
+    def position_ages_s(self, vehicle: str) -> dict[str, float]:
+        """Return the ages (s) of the newest positions of all others that a vehicle knows; 0 s is the start."""
+        fleet = self._fleet
+        observed_s = fleet.named(vehicle).beliefs.observed_s
+        others = (name for name in fleet.names if name != vehicle)
+        return {name: fleet.now_s - (observed_s(("position", name)) or 0.0) for name in others}
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Areas and points of the mission."""
+        return self._setup.mission.places
 
     def _step(self) -> None:
         if not self._is_whole:

@@ -19,6 +19,13 @@ from remoras.recorder import Recorder
 from remoras.truth import FleetView, HolderCount, Truth
 
 
+def release(model: Model) -> None:
+    """Remove the reference by which Mesa 3.3 keeps a model alive; no agents can be added later."""
+    ids = getattr(Agent, "_ids", None)
+    if isinstance(ids, dict):
+        ids.pop(model, None)
+
+
 class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
     """Mission run; ``truth`` observes and ends it, ``nature`` changes the world."""
 
@@ -109,9 +116,7 @@ class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
     def close(self) -> None:
         """Release vehicles and record at once; otherwise Mesa's references keep the model alive."""
         self.remove_all_agents()
-        ids = getattr(Agent, "_ids", None)
-        if isinstance(ids, dict):
-            ids.pop(self, None)
+        release(self)
         self.vehicles = ()
         self.view = FleetView(())
         self._on_tick = self._on_slot = self._on_received = self._on_frame_end = self._on_restart = ()
