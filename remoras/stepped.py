@@ -168,7 +168,7 @@ class Stepping:
 
     @property
     def places(self) -> Sequence[Place]:
-        """Areas and points of the mission."""
+        """Places of the mission."""
         return self._setup.mission.places
 
     def _step(self) -> None:

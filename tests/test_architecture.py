@@ -114,13 +114,13 @@ HULL = {
     "remoras.fleet.traffic", "remoras.truth",
 }  # fmt: skip
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
-KNOW_MESA = {"remoras.fleet.fleet", "remoras.fleet.standalone", "remoras.fleet.vehicle"}
+KNOW_MESA = {"remoras.mesa", "remoras.fleet.fleet", "remoras.fleet.standalone", "remoras.fleet.vehicle"}
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors", "remoras.table"},
     "remoras.htn": {"remoras.errors", "remoras.process"},
     "remoras.executive.decision": {"remoras.activities", "remoras.table"},
 }
-FACE = "remoras", "remoras.api", "remoras.stepped"
+FACE = "remoras", "remoras.api", "remoras.mesa", "remoras.stepped"
 ROOFS = ("remoras.cli", "remoras.testing")
 ENTRY = "remoras.__main__"
 TOGETHER = {
@@ -240,7 +240,7 @@ def broken_rules(found: Import) -> Iterator[str]:
     if (target == "random" or target.startswith("random.")) and not within(module, TRIES):
         yield "draws come from the keyed streams, not from random"
     if of == "mesa" and module not in KNOW_MESA:
-        yield "only the fleet, the vehicle and a vehicle by itself know Mesa"
+        yield "only the fleet, the vehicle, a vehicle by itself and the model for users know Mesa"
     if of not in OURS or target in FOR_ALL or in_roof(module) or module in (*FACE, ENTRY):
         return
     if in_roof(target):
