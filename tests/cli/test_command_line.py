@@ -348,7 +348,7 @@ def test_the_organisation_is_drawn_for_a_time_and_a_view(results: Path, swept: P
     )
     assert "applies to the figure organisation only" in refused("plot", results, "roles", "--at", "5")
     assert "applies to the figure organisation only" in refused("plot", results, "--viewer", "AUV01", "roles")
-    assert "the organisation of a single run" in refused("plot", swept, "--at", "5")
+    assert "figures of a single run" in refused("plot", swept, "--at", "5")
 
 
 @pytest.mark.slow
