@@ -27,7 +27,7 @@ def reproduce(
     as_json: Json = False,
 ) -> None:
     """Measure published results again: expected beside measured, verdict, source."""
-    from remoras.cli.reproduction.entries import ROOT, entries
+    from remoras.cli.reproduction.entries import MISSING, ROOT, entries
 
     known = entries()
     chosen: list[Entry] = []
@@ -49,7 +49,7 @@ def reproduce(
         for outcome in entry.outcomes():
             found.append(outcome)
             fails |= outcome.fails
-            if write and entry.page and outcome.fails:
+            if write and entry.page and outcome.fails and outcome.measured != MISSING:
                 page = ROOT / entry.page
                 text = page.read_text(encoding="utf-8")
                 page.write_text(text.replace(outcome.expected, outcome.measured), encoding="utf-8")

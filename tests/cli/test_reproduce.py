@@ -95,6 +95,14 @@ def test_command_fails_if_a_result_does_not_agree(monkeypatch: pytest.MonkeyPatc
     assert "deviates  step 7: weight once sent: expected 0, measured 6" in result.stdout
 
 
+def test_milestone_that_is_not_reached_deviates() -> None:
+    """Without weight of signals AUV00 never gives up: the entry of the six times fails and names the value."""
+    values = {"run": module.Measured([{"milestones": [], "mission_time_s": 2145.0}])}
+    rows = ENTRIES["remoras-times"].rows
+    assert {row.outcome(values).measured for row in rows} == {"none"}
+    assert all(row.outcome(values).fails for row in rows)
+
+
 def test_result_out_of_reach_says_why() -> None:
     result = called("contract-net-auctions", "measured-seas")
     assert result.exit_code == 0

@@ -45,6 +45,8 @@ COMMAND = [sys.executable, "-c", "from remoras.cli import main; main()"]
 FIGURE = r"-?[0-9][0-9 ]*(?:\.[0-9]+)?(?:e-?[0-9]+)?"
 """A number as pages print it."""
 AGREES, DEVIATES, UNMEASURED = "agrees", "deviates", "not measurable"
+MISSING = "none"
+"""Measured text where a run has no such value, such as a milestone that was not reached."""
 Source = tuple[str, int]
 """Arguments of ``remoras run``, and a seed; or of runs of a study or a mechanism, see the text of this module."""
 Summary = dict[str, Any]
@@ -83,7 +85,8 @@ class Row(BaseModel):
 
     def outcome(self, values: Mapping[str, Any]) -> Outcome:
         """Compare with the measured values by name."""
-        measured = self.value.format(**values)
+        if (measured := _filled(self.value, values)) == MISSING:
+            return Outcome(self.quantity, f"{self.expected}", MISSING, DEVIATES)
         if isinstance(self.expected, str):
             return self._judged(self.expected, measured, measured == self.expected)
         number = float(measured)
@@ -200,7 +203,7 @@ class PrintedLine(NamedTuple):
 
     def outcome(self, values: Mapping[str, Any]) -> Outcome:
         """Compare the line of the page with the measured one."""
-        before, made = self.printed(), self.template.format(**values)
+        before, made = self.printed(), _filled(self.template, values)
         return Outcome(self.page, before, made, AGREES if before == made else DEVIATES)
 
 
@@ -234,6 +237,13 @@ def papers() -> dict[str, list[Item]]:
 @cache  # several figures rest on one measurement
 def _measured(measure: Callable[[], measures.Values]) -> measures.Values:
     return measure()
+
+
+def _filled(template: str, values: Mapping[str, Any]) -> str:
+    try:
+        return template.format(**values)
+    except KeyError:
+        return MISSING
 
 
 def _with(text: str, chosen: Mapping[str, str]) -> str:
