@@ -28,7 +28,13 @@ ALONE = {
 """Figures that what is odd in a run shows in, if it does not show in all."""
 IN_A_COLUMN = ("sixteen vehicles", "long names", "nested")
 """Runs with many or long words, which a column of a paper has least room for."""
-CASES = [(name, 3.5 if name in IN_A_COLUMN else None, kind) for name in FICTIONS for kind in ALONE.get(name, ALL_KINDS)]
+LOSSLESS = ("one vehicle", "empty tables", "at once")
+CASES = [
+    (name, 3.5 if name in IN_A_COLUMN else None, kind)
+    for name in FICTIONS
+    for kind in ALONE.get(name, ALL_KINDS)
+    if kind != "links" or name not in LOSSLESS
+]
 
 
 def drawn(runs: dict[str, Results], name: str, kind: str, width_in: float | None = None) -> DrawnPage:
