@@ -7,9 +7,11 @@ a measured network.
 from __future__ import annotations
 
 import csv
+import json
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -20,17 +22,17 @@ from exchange.channel.models import number_in
 from exchange.channel.modems import modems
 from exchange.channel.network import network_of
 from missions.document import Document
-from missions.errors import ConfigurationError
+from missions.errors import ConfigurationError, OutputError, writing
 from missions.files import LARGEST_BYTES, text_of
 from missions.runs.results import Results, write_results
 from missions.runs.run import Run, is_drawn
-from missions.runs.setup import Setup, resolved
+from missions.runs.setup import Setup, recorder_of_mission, resolved
 from missions.scenarios.loading import load, scenario_from
 from missions.scenarios.scenario import Scenario, World
 from remoras.errors import PluginError
 from remoras.htn import Domain, Method
 from remoras.mission import FleetView, Mission, Truth
-from remoras.recorder import Recorder
+from remoras.recorder import PACKETS, TRAJECTORIES, Content, Recorder, Row
 from remoras.table import PointM, Section
 
 MODEM = "nanomodem-v3"
@@ -44,6 +46,10 @@ Access = Literal["slots", "free"]
 Trace = Sequence[tuple[float, PointM]]
 """Positions of a station by time (s), linear between them."""
 COLUMNS = ("time_s", "vehicle", "x_m", "y_m")
+ROWS = "rows.jsonl"
+"""File of the rows of a service under way."""
+SIZE_BITS, END_S, ARRIVALS_S = map(PACKETS.column_names.index, ("size_bits", "end_s", "arrivals_s"))
+SPEED_MPS = TRAJECTORIES.column_names.index("speed_mps")
 
 
 class StationsTable(Section):
@@ -173,11 +179,63 @@ def traces_in(path: Path, scenario: Scenario) -> dict[str, Trace]:
     return dict(traces)
 
 
-def written(setup: Setup, seed: int, recorder: Recorder, end_s: float, distance_m: float, folder: Path) -> None:
-    """Write the rows of stations as the results of a run that ends at ``end_s``, a whole number of ticks."""
-    scenario = setup.scenario
-    about = scenario.scenario.model_copy(update={"duration_s": end_s})
-    setup = resolved(scenario.model_copy(update={"scenario": about}))
+class RowLog:
+    """Rows of a service, appended once they are final, so that a kill loses none; ``restored`` reads them.
+
+    A packet is final after its last reception; the positions behind it are written after it, so their energy is that of
+    the written packets.
+    """
+
+    def __init__(self, folder: Path, setup: Setup, seed: int, recorder: Recorder) -> None:
+        self._recorder, self._n = recorder, Counter[str]()
+        with writing(f"--out {folder}"):
+            folder.mkdir(parents=True, exist_ok=True)
+            self._file = (folder / ROWS).open("w", encoding="utf-8")
+        text = tomli_w.dumps(setup.scenario.model_dump(mode="json", exclude_none=True))
+        self._file.write(json.dumps([text, int(seed)]) + "\n")
+
+    def keep(self, now_s: float) -> None:
+        """Append the rows that are final by now (s)."""
+        packets = self._recorder.packets
+        self._append("packets", lambda row: max([row[END_S], *row[ARRIVALS_S]]) <= now_s)
+        until_s = packets[self._n["packets"]][1] if self._n["packets"] < len(packets) else now_s
+        self._append("trajectories", lambda row: row[0] <= until_s)
+        self._file.flush()
+
+    def _append(self, table: str, is_final: Callable[[Row], bool]) -> None:
+        rows = self._recorder.rows(table)
+        while self._n[table] < len(rows) and is_final(rows[self._n[table]]):
+            self._file.write(json.dumps([table, rows[self._n[table]]]) + "\n")
+            self._n[table] += 1
+
+
+def restored(folder: Path) -> None:
+    """Write the recording of a killed service from its rows; OutputError if damaged or less than a second."""
+    file = folder / ROWS
+    try:
+        lines = file.read_bytes().splitlines(keepends=True)
+        (text, seed), *rows = [json.loads(line) for line in lines if line.endswith(b"\n")]
+    except ValueError as error:
+        raise OutputError(f"{file}: damaged: {error}") from None
+    setup = resolved(scenario_from(Document.of_text(text, str(file))))
+    recorder, n = recorder_of_mission(setup.mission, []), len(setup.database)
+    for table, row in rows:
+        recorder.rows(table).append(tuple(row))
+    del recorder.trajectories[len(recorder.trajectories) // n * n :]  # of a tick that was cut short
+    if len(recorder.trajectories) < 2 * n:
+        raise OutputError(f"{file}: holds no second of a service; nothing is written")
+    recorder.packets[:] = [row for row in recorder.packets if row[1] <= recorder.trajectories[-1][0]]
+    written(setup, seed, recorder, folder)
+
+
+def written(setup: Setup, seed: int, recorder: Recorder, folder: Path) -> None:
+    """Write the rows of stations as the results of a run that ends at their last tick."""
+    about, end_s = setup.scenario.scenario, recorder.trajectories[-1][0]
+    distance_m = about.tick_s * math.fsum(row[SPEED_MPS] for row in recorder.trajectories)
+    recorder.bits[Content.OBSERVATIONS] = sum(row[SIZE_BITS] for row in recorder.packets)
+    about = about.model_copy(update={"duration_s": end_s})
+    setup = resolved(setup.scenario.model_copy(update={"scenario": about}))
     drawn = is_drawn(seed, setup.scenario, setup.strategy)
     run = Run(setup, seed, recorder, (), 0.0, 0.0, False, ENDED, end_s, 0, distance_m, end_s, drawn=drawn)
-    write_results(run, folder)
+    write_results(run, folder, force=True)
+    (folder / ROWS).unlink(missing_ok=True)

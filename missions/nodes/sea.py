@@ -25,7 +25,6 @@ from missions.runs.setup import Setup, recorder_of_mission
 from remoras.database import VehicleData
 from remoras.events import Clock, Priority
 from remoras.fleet.traffic import fates, note_collisions
-from remoras.recorder import Content
 from remoras.work import Point
 
 EVERYBODY = 0
@@ -100,7 +99,6 @@ class Sea:
         self.setup, self.seed, names = setup, Root(seed), setup.database.names
         self.clock: Clock[Callable[[], None]] = Clock()
         self.recorder = recorder_of_mission(setup.mission, [])
-        self.distance_m = 0.0
         self.stations = [
             Station(setup.database[name], address, (traces or {}).get(name, ()))
             for name, address in zip(names, addresses_of(names), strict=True)
@@ -188,7 +186,6 @@ class Sea:
             self.clock.schedule(end_s + 2.0 * wait_s, Priority.SLOT, lambda: ranging.over(None))
         names = self.setup.database.names
         heard, lost, heard_s = fates(arrivals, [(to, names[to]) for to in range(len(names)) if to != node])
-        self.recorder.bits[Content.OBSERVATIONS] += size_bits
         self.recorder.packets.append(
             (slot, now_s, name, size_bits, 0, 0, heard, lost, end_s, heard_s, [], [], [], [], [], [])
         )
@@ -234,7 +231,6 @@ class Sea:
                 (x_m, y_m), (to_x_m, to_y_m), share = station.at_m, target_m, step_m / apart_m
                 station.heading_rad = atan2(to_y_m - y_m, to_x_m - x_m)
                 station.at_m = x_m + share * (to_x_m - x_m), y_m + share * (to_y_m - y_m)
-            self.distance_m += step_m
             moves = *station.at_m, station.heading_rad, step_m / tick_s, station.energy_j, station.data.depth_m
             self.recorder.trajectories.append((now_s, station.data.name, *moves))
         self.clock.schedule((number + 1) * tick_s, Priority.MOTION, lambda: self._tick(number + 1))

@@ -180,11 +180,12 @@ class Ports:
         self._is_stopped = True
 
     @rare_collections()  # a full one takes a tenth of a second
-    def run(self, until_s: float) -> None:
-        """Serve until a time of the sea (s) or a call of ``stop``."""
+    def run(self, until_s: float, keep: Callable[[float], None] = lambda now_s: None) -> None:
+        """Serve until a time of the sea (s) or a call of ``stop``; ``keep`` is called with the time after events."""
         while (now_s := self.pace.now_s) < until_s and not self._is_stopped:
             self.late_s = max(self.late_s, now_s - self.sea.clock.next_s)
             self.sea.advance(now_s)
+            keep(now_s)
             for connection in [one for one in self._connections if one.deadline_s and one.deadline_s < now_s]:
                 connection.close("half-open")
             due_s = min(self.sea.clock.next_s, until_s)

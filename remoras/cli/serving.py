@@ -28,7 +28,8 @@ def serve(
         str,
         typer.Argument(
             metavar="NETWORK|SCENARIO",
-            help="Measured network, or scenario with its channel and vehicles: a shipped name or a file.",
+            help="Measured network, or scenario with its channel and vehicles: a shipped name or a file. Or the --out "
+            "of a killed service, to write its recording.",
             autocompletion=completion.sea,
         ),
     ] = "mission-2012",
@@ -65,11 +66,15 @@ def serve(
     """Serve the sea of a network or scenario to other programs, by UDP and the UnetStack API; record their packets."""
     from exchange.drivers.driver import Paced
     from missions.disk import check_output
-    from missions.nodes.recording import of_network, of_scenario, traces_in, written
+    from missions.nodes.recording import ROWS, RowLog, of_network, of_scenario, restored, traces_in, written
     from missions.nodes.sea import Sea
     from missions.nodes.serving import Ports
     from missions.runs.setup import resolved
 
+    if (Path(name) / ROWS).is_file():
+        restored(Path(name))
+        show({"restored": name}, as_json, [name])
+        return
     secret = _token(bind, token)
     check_speed(speed)
     overrides = [("--set", setting) for setting in settings or ()]
@@ -88,12 +93,13 @@ def serve(
     for station, number in ports.numbers.items():
         print(f"remoras: station {station} at {bind}:{number}, UDP and TCP", file=sys.stderr)
     print("remoras: Ctrl-C ends it", file=sys.stderr)
+    logs = () if out is None else (RowLog(out, sea.setup, seed, sea.recorder).keep,)
     with instead(ports.stop):  # the usual end
-        ports.run(until)
+        ports.run(until, *logs)
     end_s = sea.finish()
     ports.close()
     if out is not None:
-        written(sea.setup, sea.seed, sea.recorder, end_s, sea.distance_m, out)
+        written(sea.setup, sea.seed, sea.recorder, out)
     rows: list[dict[str, Any]] = [{"station": station.data.name, **station.counts} for station in sea.stations]
     used = list(dict.fromkeys((*ALWAYS, *(key for row in rows for key, count in row.items() if count))))
     lines = aligned([used, *([str(row.get(key, 0)) for key in used] for row in rows)], right=range(1, len(used)))

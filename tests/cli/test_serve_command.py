@@ -6,12 +6,16 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from invoked import MAIN, refused, remoras
 
+from missions.nodes.recording import RowLog, of_network
+from missions.nodes.sea import Sea
 from missions.runs import results
+from missions.runs.setup import resolved
 
 
 @pytest.mark.parametrize(
@@ -57,20 +61,46 @@ def test_a_service_ends_at_its_time_with_a_recording(tmp_path: Path):
     assert "is not empty" in refused("serve", "mapping-rendezvous", "--port", 0, "--out", tmp_path / "sea")
 
 
-@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_an_interruption_ends_it_with_the_recording_written(tmp_path: Path):
-    command = [sys.executable, "-c", MAIN, "serve", "mission-2012", "--port", "0", "--out", str(tmp_path / "sea")]
+def serving(folder: Path) -> tuple[subprocess.Popen[str], int]:
+    """A service of its own process, and the port of its first station."""
+    options = ["--port", "0", "--speed", "20", "--out", str(folder)]
+    command = [sys.executable, "-c", MAIN, "serve", "mission-2012", *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    ports = [line.split()[4] for line in iter(process.stderr.readline, "remoras: Ctrl-C ends it\n")]
+    return process, int(ports[0].rstrip(",").rpartition(":")[2])
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
+def test_an_interruption_or_a_kill_loses_no_finished_row(end: signal.Signals, tmp_path: Path):
+    folder = tmp_path / "sea"
+    process, port = serving(folder)
     try:
-        assert process.stderr is not None
-        ports = [line.split()[4] for line in iter(process.stderr.readline, "remoras: Ctrl-C ends it\n")]
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:
-            host, _, port = ports[0].rstrip(",").rpartition(":")
-            program.sendto(b"before the end", (host, int(port)))
-            process.send_signal(signal.SIGINT)
+            for number in range(5):
+                program.sendto(b"before the end %d" % number, ("127.0.0.1", port))
+                time.sleep(0.1)
+            time.sleep(0.3)  # 6 s of the sea
+            process.send_signal(end)
             said, _ = process.communicate(timeout=60.0)
     finally:
         process.kill()
-    assert process.returncode == 0
-    assert said.split()[:3] == ["station", "sent", "received"]
-    assert remoras("verify", tmp_path / "sea").exit_code == 0
+    if end == signal.SIGINT:
+        assert process.returncode == 0
+        assert said.split()[:3] == ["station", "sent", "received"]
+    else:
+        assert remoras("serve", folder).stdout == f"{folder}\n"
+    assert not (folder / "rows.jsonl").exists()
+    assert json.loads((folder / results.SUMMARY).read_text())["n_packets"] == 5
+    checked = remoras("verify", folder)
+    assert checked.exit_code == 0, checked.output
+
+
+def test_rows_of_less_than_a_second_give_no_recording(tmp_path: Path):
+    sea = Sea(resolved(of_network("mission-2012", "free", [], [])), 1)
+    RowLog(tmp_path, sea.setup, 1, sea.recorder).keep(0.5)
+    assert "holds no second" in refused("serve", tmp_path)
+    for damaged in ("", "[]\n", "noise\n{}\n", '["a", 1]\n[3\n{}\n'):
+        (tmp_path / "rows.jsonl").write_text(damaged)
+        assert "rows.jsonl: damaged" in refused("serve", tmp_path)

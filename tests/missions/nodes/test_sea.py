@@ -153,7 +153,7 @@ def test_the_recording_follows_by_the_independent_checker(access: Access, tmp_pa
     assert end_s == 34.0
     assert sea.stations[1].at_m == (60.0, 80.0)
     assert sea.stations[2].at_m == pytest.approx((300.0, 40.0))
-    written(sea.setup, sea.seed, sea.recorder, end_s, sea.distance_m, tmp_path / "sea")
+    written(sea.setup, sea.seed, sea.recorder, tmp_path / "sea")
     report = verify(tmp_path / "sea")
     assert not report.findings, report.findings[:3]
     assert report.checked["arrivals"] > 20
@@ -161,7 +161,7 @@ def test_the_recording_follows_by_the_independent_checker(access: Access, tmp_pa
     late = next(row for row in sea.recorder.packets if row[2] == sea.recorder.packets[0][2] and row[0] > 3)
     sea.recorder.packets[sea.recorder.packets.index(late)] = (late[0], late[1] - 1.5, *late[2:])
     sea.recorder.packets.sort(key=lambda row: row[1])
-    written(sea.setup, sea.seed, sea.recorder, end_s, sea.distance_m, tmp_path / "other")
+    written(sea.setup, sea.seed, sea.recorder, tmp_path / "other")
     assert verify(tmp_path / "other").findings
 
 
@@ -180,7 +180,7 @@ def test_positions_come_from_a_file_or_a_run_and_bad_ones_are_named(tmp_path: Pa
     sea = Sea(lossy(), 1)
     sea.place(sea.stations[0], 30.0, 0.0)
     sea.advance(5.0)
-    written(sea.setup, 1, sea.recorder, sea.finish(), sea.distance_m, tmp_path / "run")
+    written(sea.setup, 1, sea.recorder, tmp_path / "run")
     again = Sea(lossy(), 1, traces_in(tmp_path / "run", scenario))
     again.advance(5.0)
     assert again.stations[0].at_m == (30.0, 0.0)
