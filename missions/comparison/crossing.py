@@ -200,7 +200,9 @@ class Contest:
         """Return the paired differences; positive ones favour the second treatment for ``sign`` 1 (lower is better)."""
         rows: list[tuple[float, float, int]] = []
         # Batches have other seeds than the study, hence other repeats.
-        for number, source in enumerate([[*self.by_level.items()], *([batch] for batch in self.refined)]):
+        for number, results in enumerate([[*self.by_level.items()], *([batch] for batch in self.refined)]):
+            # A metric may have no value at some levels.
+            source = [(level, sides) for level, sides in results if all(own.values for own in sides)]
             drawn = {repeat for _, sides in source for own in sides if not own.constant for repeat in own.values}
             for level, sides in source:
                 first, other = (own.over(drawn or {0}).values for own in sides)

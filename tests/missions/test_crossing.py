@@ -175,6 +175,15 @@ def test_two_levels_of_a_key_cross_along_another_one(tmp_path: Path):
     assert only.at == rows[1].at
 
 
+def test_a_metric_without_values_has_no_pairs(tmp_path: Path):
+    def run(task: RunTask) -> FinishedRun:
+        return finished(task, completed=True, mission_time_s=100.0, mean_latency_s=None, drawn=False)
+
+    results = swept(tmp_path, study_text(repeats=2, per="[0.1, 0.5]"), run)
+    with pytest.raises(OutputError, match="no pairs of finished runs; 8 of 8"):
+        crossings(results, "ack,mps-ack", "mean_latency_s")
+
+
 def test_an_unfinished_study_states_how_many_runs_have_finished(tmp_path: Path):
     plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=2, per="[0.1, 0.5]")))))
     folder = SweepFolder(tmp_path / "out", plan)
