@@ -160,6 +160,8 @@ class Entry(BaseModel):
             return
         try:
             for line in self.printed():
+                line.printed()  # before runs that may take hours
+            for line in self.printed():
                 yield line.outcome(self._values(line.runs))
             if self.lines:
                 return
