@@ -80,10 +80,7 @@ class MissionModel(Model):  # type: ignore[misc]  # Mesa is untyped
         for name in self.stepping.state.vehicles:
             VehicleAgent(self, name)
         release(self)
-        self.datacollector = DataCollector(
-            dict(zip(MODEL_REPORTERS, MODEL_REPORTERS, strict=True)),
-            dict(zip(AGENT_REPORTERS, AGENT_REPORTERS, strict=True)),
-        )
+        self.datacollector = DataCollector({n: n for n in MODEL_REPORTERS}, {n: n for n in AGENT_REPORTERS})
         self._show()
 
     def step(self) -> None:

@@ -32,9 +32,7 @@ SHIPPED = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisa
 
 GROUP = "remoras.plugins"
 """Group of entry points."""
-INSTALLED_KINDS = (
-    "strategy", "mission", "sensor", "metric", "figure", "channel", "policy", "fault", "feature",
-)  # fmt: skip
+INSTALLED_KINDS = ("strategy", "mission", "sensor", "metric", "figure", "channel", "policy", "fault", "feature")
 
 
 @dataclass(frozen=True, order=True)
@@ -52,9 +50,9 @@ class Installed:
 
 def installed_plugins() -> tuple[Installed, ...]:
     """Return the plug-ins of installed distributions, sorted; none if only shipped code is allowed."""
-    files = (file for folder in sys.path for file in Path(folder).glob("*-info/entry_points.txt"))
     # Reading the metadata of all distributions takes four times as long.
-    if os.environ.get(NO_PLUGINS) or not any(f"[{GROUP}]".encode() in file.read_bytes() for file in files):
+    files = (file for folder in sys.path for file in Path(folder).glob("*-info/entry_points.txt"))
+    if os.environ.get(NO_PLUGINS) or not any(map(_has_group, files)):
         return ()
     from importlib.metadata import entry_points
 
@@ -65,6 +63,13 @@ def installed_plugins() -> tuple[Installed, ...]:
             if point.dist is not None
         )
     )
+
+
+def _has_group(file: Path) -> bool:
+    try:
+        return f"[{GROUP}]".encode() in file.read_bytes()
+    except OSError:  # unreadable, as for importlib
+        return False
 
 
 def installed(kind: str, name: str) -> str:
