@@ -164,6 +164,9 @@ class Figure:
     """A figure with one panel on its own page, omitted without the tables that it ``needs``.
 
     ``name`` is kind and file name; ``title`` starts the caption, without a full stop.
+
+    >>> Figure("speed", "Speed over time", lambda axes, results, style: "").needs
+    ()
     """
 
     name: str
@@ -201,6 +204,9 @@ class Place:
     """A named place of the map, one point or the corners of a polygon; ValueError without a point.
 
     ``kind`` is the legend text, common to all places of a kind. The name of a job marks the job's place.
+
+    >>> Place("buoy", "mooring", ((0.0, 50.0),)).tiles is None
+    True
     """
 
     name: str
@@ -217,7 +223,11 @@ class Place:
 
 @dataclass(frozen=True)
 class Mark:
-    """Milestones of single vehicles shown on their tracks; ``label`` is for legend and caption."""
+    """Milestones of single vehicles shown on their tracks; ``label`` is for legend and caption.
+
+    >>> Mark("found", "first sight of a wreck").milestone
+    'found'
+    """
 
     milestone: str
     label: str

@@ -36,7 +36,11 @@ TAKEN = frozenset({
 
 
 class Better(Enum):
-    """Whether higher or lower values of a metric are better."""
+    """Whether higher or lower values of a metric are better.
+
+    >>> Better("lower") is Better.LOWER
+    True
+    """
 
     HIGHER = "higher"
     LOWER = "lower"
@@ -163,6 +167,9 @@ class Metric:
         headline: True if studies compare it by default.
         note: additional sentence of captions.
         censored: True for the time (s) to an event; a run without it counts with the mission's duration.
+
+    >>> Metric("n_looks", "", Better.LOWER, "looks", lambda run: len(run.recorder.rows("looks"))).label
+    'looks'
     """
 
     name: str

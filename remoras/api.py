@@ -79,7 +79,11 @@ def _settings(keys: Settings | None) -> list[tuple[str, str]]:
 
 
 def scenarios() -> DataFrame:
-    """Return title and longest duration (s) of the shipped scenarios, by name."""
+    """Return title and longest duration (s) of the shipped scenarios, by name.
+
+    >>> float(scenarios().loc["mapping-rendezvous", "duration_s"])
+    14400.0
+    """
     from missions.files import shipped_abouts
 
     abouts = {name: {"title": "", **table} for name, table in shipped_abouts().items()}
@@ -236,6 +240,9 @@ def network(name: str | Path) -> Network:
 
     ``name`` is a shipped network (``remoras list networks``), or a file of one. Raises LinkFileError for an unknown
     network.
+
+    >>> [node.name for node in network("mission-2012").node]
+    ['21', '22', '27', '28', '29']
     """
     from exchange.channel.network import network_of
 
@@ -287,7 +294,12 @@ def exchange_study(
 
 
 class Run:
-    """Finished run, in memory or in a folder."""
+    """Finished run, in memory or in a folder.
+
+    >>> short = run("mapping-rendezvous", seed=2, set={"scenario.duration_s": 10.0})
+    >>> short.seed, short.completed, short.metric("goal_fraction")
+    (2, False, 0.0)
+    """
 
     def __init__(self, results: Results | MemoryResults) -> None:
         self._results = results

@@ -57,7 +57,11 @@ UNFIT = frozenset("/\\\0")
 
 
 class Column(NamedTuple):
-    """Column: name, kind (one of ``KINDS``) and unit (empty if none)."""
+    """Column: name, kind (one of ``KINDS``) and unit (empty if none).
+
+    >>> Column("depth_m", "float", "m").unit
+    'm'
+    """
 
     name: str
     kind: str
@@ -66,7 +70,11 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Table of results; PluginError for a name unfit for files, or contradictory columns."""
+    """Table of results; PluginError for a name unfit for files, or contradictory columns.
+
+    >>> Table("looks", (TIME, VEHICLE, Column("n_seen", "int"))).column_names
+    ('time_s', 'vehicle', 'n_seen')
+    """
 
     name: str
     columns: tuple[Column, ...]

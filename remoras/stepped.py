@@ -49,7 +49,12 @@ class VehicleNow:
 
 @dataclass(frozen=True, repr=False)
 class MissionState:
-    """Immutable state after a motion tick: share of the goal, 0..1, and new milestones; ``is_over`` at the end."""
+    """Immutable state after a motion tick: share of the goal, 0..1, and new milestones; ``is_over`` at the end.
+
+    >>> from remoras.api import stepping
+    >>> next(stepping("mapping-rendezvous"))
+    <MissionState at 0 s: 0% of the goal, 4 vehicles>
+    """
 
     time_s: float
     goal_fraction: float
