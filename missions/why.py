@@ -277,7 +277,10 @@ class Causes:
         lines = list(self._ended(turn))
         if won is not None and won["role"]:
             lines = lines or self._occasion(turn, won)
-            lines += self._task(turn.vehicle, won, turn.time_s)
+            # Of the acts that began together, the one assigned last is the reason to begin now.
+            acts = [act for act in (turn.begun or turn.decision.acts).values() if act["role"]]
+            tasks = [task for act in acts if (task := self._task(turn.vehicle, act, turn.time_s))]
+            lines += max(tasks, key=lambda task: task[0].time_s, default=[])
         return lines
 
     def _occasion(self, turn: Turn, won: Row) -> list[Line]:

@@ -37,6 +37,7 @@ RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "auction": ("recovery-field", 3, ("strategy.name=central", "strategy.parameters.help=auction", LIFTS)),
     "search": ("arrows-archaeology", 1, ("scenario.duration_s=500",)),
     "no energy": ("mapping-rendezvous", 1, ("vehicle.AUV01.energy_j=60000", "scenario.duration_s=400")),
+    "takeover": ("mapping-patches", 1, ("fault=[{vehicle='AUV01',kind='lost',at_s=1530}]", "scenario.duration_s=1800")),
 }
 
 LONG = {"deaf to signals", "lossy", "no radio", "instant", "bids", "services", "survey", "auction", "search"}
@@ -399,6 +400,18 @@ def test_without_weight_of_signals_neither_event_nor_explanation_exists() -> Non
     told = [line.text for _, _, lines in Causes(deaf).moments() for line in lines]
     assert told
     assert not [text for text in told if "signal" in text or "mapping_stopped" in text]
+
+
+def test_answer_names_the_assignment_by_which_another_takes_over() -> None:
+    causes = Causes(recorded("takeover"))
+    for row in rows("takeover", "organisation"):
+        begins = row["time_s"] > 1530.0 and (row["event"], row["peer"]) == ("assigned", row["vehicle"])
+        if begins and re.search(
+            rf"\({row['role']}\) at", (answer := causes.lines(row["vehicle"], row["time_s"]))[0].text
+        ):
+            assert any(f"{row['vehicle']} plays {row['role']}" in line.text for line in answer), answer
+            return
+    pytest.fail("no vehicle takes over")
 
 
 def test_answer_corrects_a_question_about_another_vehicle() -> None:
