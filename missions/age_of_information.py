@@ -38,7 +38,8 @@ class Interval(NamedTuple):
     @property
     def integral(self) -> float:
         """Integral (s^2) of the age."""
-        return (self.peak_s**2 - (self.begin_s - self.sent_s) ** 2) / 2.0
+        least_s = self.begin_s - self.sent_s
+        return (self.peak_s * self.peak_s - least_s * least_s) / 2.0
 
 
 def expected_s(frame_s: float, p_loss: float, delay_s: float) -> tuple[float, float]:

@@ -8,8 +8,8 @@
 
 from __future__ import annotations
 
-import statistics
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from mesa import Agent, DataCollector, Model
@@ -103,7 +103,7 @@ class MissionModel(Model):  # type: ignore[misc]  # Mesa is untyped
         self.running = not state.is_over
         for agent in self.agents:
             ages_s = self.stepping.position_ages_s(agent.name).values()
-            agent.show(state.vehicles[agent.name], statistics.fmean(ages_s) if ages_s else 0.0)
+            agent.show(state.vehicles[agent.name], fmean(ages_s) if ages_s else 0.0)
 
     @property
     def n_alive(self) -> int:
@@ -113,7 +113,7 @@ class MissionModel(Model):  # type: ignore[misc]  # Mesa is untyped
     @property
     def belief_age_s(self) -> float:
         """Mean ``belief_age_s`` of the vehicles in operation; 0 without any."""
-        return statistics.fmean([agent.belief_age_s for agent in self.agents if agent.is_alive] or [0.0])
+        return fmean([agent.belief_age_s for agent in self.agents if agent.is_alive] or [0.0])
 
     def run(self) -> Run:
         """Run the remaining ticks and return the finished run."""

@@ -34,6 +34,7 @@ EXCEPT = {
     "missions.statistics": "figures about finished runs, which enter none",
     "missions.comparison": "figures about finished runs, which enter none",
     "missions.verification": "an independent reader of finished runs, which enters none",
+    "remoras.cli.reproduction": "figures about finished runs, which enter none",
     "remoras.testing": "checks of plug-ins, which enter no run",
     "missions.sweeps.study": "SciPy's hypercube is made of shuffles and uniform draws; values are kept to six digits",
     "remoras.strategies.allocation": "costs are whole milliseconds, so all sums of the assignment are exact",

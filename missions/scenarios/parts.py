@@ -60,7 +60,7 @@ def shipped_names(kind: str, tables: Mapping[str, Any]) -> Collection[str]:
         case "fault":
             return fault.kinds()
         case "sensor":
-            return mission_class(installed("mission", str(tables["scenario"]["mission"]))).sensors
+            return mission_class(installed("mission", str(tables["scenario"].get("mission")))).sensors
     return ()
 
 
@@ -160,8 +160,13 @@ def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collectio
         if not OBJECT_OF_FILE.fullmatch(value):
             kind = KIND_OF_KEY.get(".".join(key.split(".")[-2:]), "")
             # Sensors of a study are resolved with its scenario, whose mission names others.
-            is_open = kind and not (kind == "sensor" and "scenario" not in raw)
-            return installed(kind, value) if is_open and value not in shipped_names(kind, raw) else value
+            is_open = kind and not (kind == "sensor" and not isinstance(raw.get("scenario"), dict))
+            try:
+                return installed(kind, value) if is_open and value not in shipped_names(kind, raw) else value
+            except PluginError:
+                if kind != "sensor":
+                    raise
+                return value  # the mission is at fault, as the check of its key tells
         # Paths in a file are relative to it, those of an option to the current folder.
         is_set = any(f"{key}.".startswith(f"{option}.") for option in overridden)
         # An unresolved reference stays, since the check of its key names the reason.

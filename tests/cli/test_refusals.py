@@ -44,7 +44,7 @@ WRONG = [
     ("sweep strategies-quick", "--out DIR is missing"),
     ("sweep --out nowhere --status", "no results of a sweep"),
     ("compare nowhere", "no results of a sweep"),
-    ("compare . goal_fraction", r"\(goal_fraction\); see: remoras compare --help"),
+    ("compare . goal_fraction", r"^remoras: \.: no results of a run"),
     ("race nowhere", "a TOML file or one of arrows-archaeology, "),
     (f"{RACE} --only --strategy cbba", "--strategy cbba: a race takes at least two strategies"),
     (f"{RACE} --strategy cbb", '--strategy "cbb": allowed: cbba, '),
