@@ -280,7 +280,8 @@ class Causes:
             # Of the acts that began together, the one assigned last is the reason to begin now.
             acts = [act for act in (turn.begun or turn.decision.acts).values() if act["role"]]
             tasks = [task for act in acts if (task := self._task(turn.vehicle, act, turn.time_s))]
-            lines += max(tasks, key=lambda task: task[0].time_s, default=[])
+            tasks.sort(key=lambda task: -task[0].time_s)
+            lines += tasks[0] if tasks else []
         return lines
 
     def _occasion(self, turn: Turn, won: Row) -> list[Line]:

@@ -17,11 +17,10 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Final, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from remoras.errors import PluginError
 
@@ -35,8 +34,7 @@ GROUP = "remoras.plugins"
 INSTALLED_KINDS = ("strategy", "mission", "sensor", "metric", "figure", "channel", "policy", "fault", "feature")
 
 
-@dataclass(frozen=True, order=True)
-class Installed:
+class Installed(NamedTuple):
     """Plug-in of an installed distribution (name and version); ``reference`` names its object."""
 
     kind: str
