@@ -54,6 +54,7 @@ def test_quick_results_have_their_verdicts(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_all_quick_entries_have_their_verdicts() -> None:
     result = called()
     assert result.exit_code == 0, result.stdout
@@ -157,6 +158,7 @@ def test_command_of_an_item_is_accepted(command: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "command", random.Random(2011).sample([c for c in COMMANDS if c.split()[1] not in (*CHEAP, "new", "node")], 10)
 )

@@ -35,8 +35,8 @@ def test_the_mission_of_visits_conforms() -> None:
     conformance.check(VisitingMission, visiting_scenario(0.3))
 
 
-FURTHER = ("resupply-field", "ferry-passage", "escort-lines")
-"""Missions that share their code with the recovery, which is quickest."""
+FURTHER = ("resupply-field", "ferry-passage", "escort-lines", "minehunting-contacts")
+"""Missions that share their code with the recovery, which is quickest, and the longest mission."""
 
 
 @pytest.mark.slow

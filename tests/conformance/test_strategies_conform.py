@@ -25,7 +25,12 @@ VISITING = {*strategies(), *HELPED} - {"remoras"}
 """Strategies whose jobs of another mission ``test_visits`` sees done in their order."""
 OF_THE_VALUE = (conformance.check_parts, conformance.check_declaration, conformance.check_parameters)
 CASES = [
-    pytest.param(check, name, id=f"{check.__name__.removeprefix('check_')}-{name}")
+    pytest.param(
+        check,
+        name,
+        id=f"{check.__name__.removeprefix('check_')}-{name}",
+        marks=[pytest.mark.thorough] * (name in HELPED or name in ("grape", "fmc-ata")),
+    )
     for check, name in product(conformance.CHECKS, SHIPPED)
     if check in OF_THE_VALUE
     or (name not in IN_THE_SAME_CODE and (check is not conformance.check_does_jobs_in_order or name not in VISITING))

@@ -9,7 +9,9 @@ ESCORTED = tuple(f'line."line {n}".escorted=true' for n in (1, 3, 4, 6))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", ["plan-and-dispatch", "contract-net", "cbba"])
+@pytest.mark.parametrize(
+    "strategy", ["plan-and-dispatch", *(pytest.param(n, marks=pytest.mark.thorough) for n in ("contract-net", "cbba"))]
+)
 @pytest.mark.parametrize("level", ["calls", "auction"])
 def test_help_ends_the_recovery_sooner(strategy: str, level: str) -> None:
     named = f"strategy.name={strategy}"
