@@ -226,8 +226,8 @@ def test_relayed_status_with_undetected_damage_is_no_error() -> None:
     ("strategy", "case"),
     [
         ("remoras", "faults"),
-        ("central", "empty batteries"),
-        ("status-broadcast", "restarts"),
+        pytest.param("central", "empty batteries", marks=pytest.mark.thorough),
+        pytest.param("status-broadcast", "restarts", marks=pytest.mark.thorough),
         ("oracle", "restarts"),  # under a bound memory that is lost is told anew at once
     ],
 )
