@@ -107,7 +107,7 @@ def test_equal_strategies_are_rarely_distinguished(shape: str, case: str, succes
 @pytest.mark.parametrize(
     ("shape", "equal", "behind"),
     [
-        ("normal", 5, (0.4, 1.2)),
+        pytest.param("normal", 5, (0.4, 1.2), marks=pytest.mark.thorough),
         pytest.param("one in ten slow", 4, (0.4, 1.2), marks=pytest.mark.thorough),
         ("unequal spreads", 1, (0.035, 0.035, 0.4)),
     ],

@@ -2,6 +2,7 @@
 
 import pytest
 from recorded import flown
+from sampling import sampled
 
 from missions.runs.results import summary
 from missions.scenarios import shipped
@@ -17,7 +18,13 @@ POLICY = "communication.policy=mps-ack-repeat"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in shipped() if name not in (DAY, SEARCH)])
+@pytest.mark.parametrize(
+    "name",
+    sampled(
+        [name for name in shipped() if name not in (DAY, SEARCH)],
+        "mapping-corridor", "mapping-inspection", "mapping-nine-teams", "escort-lines", "resupply-field",
+    ),
+)  # fmt: skip
 def test_every_scenario_completes_over_a_lossy_channel(name: str) -> None:
     report = summary(flown(name, "channel.per=0.3", POLICY, seed=2))
     assert report["completed"], report["reason"]

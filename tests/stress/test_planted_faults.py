@@ -25,7 +25,11 @@ def test_each_invariant_has_a_planted_fault() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "planted", [pytest.param(one, id=f"{one.invariant}-{one.plant.__name__}") for one in PLANTS if not one.once]
+    "planted",
+    [
+        pytest.param(one, id=f"{one.invariant}-{one.plant.__name__}", marks=[pytest.mark.thorough] * (number % 2))
+        for number, one in enumerate(one for one in PLANTS if not one.once)
+    ],
 )
 def test_a_planted_fault_is_named_by_its_invariant(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
     ground_of(GROUND, APART)  # the run without faults has none planted either

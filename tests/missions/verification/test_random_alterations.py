@@ -34,6 +34,7 @@ CHECKS = {
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_most_random_alterations_of_every_table_are_reported(tmp_path: Path) -> None:
     """The share is 93 % (214 of 229); 80 % of all, and 50 % of each table, leave room for the draw."""
     n_named, n_drawn, naming = Counter[str](), Counter[str](), set[str]()

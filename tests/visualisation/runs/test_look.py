@@ -9,6 +9,7 @@ from legibility import inscriptions
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from PIL import Image
+from sampling import sampled
 
 import remoras
 from missions.figure import Figure as Declared
@@ -45,8 +46,11 @@ def test_vehicle_has_one_colour_in_all_figures(runs: dict[str, Results], kind: s
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "scenario",
-    ["mapping-rendezvous", "pandora-inspection", "trident-intervention", "arrows-archaeology", "minehunting-contacts",
-     "recovery-field", "escort-lines", "ferry-passage", "resupply-field"],
+    sampled(
+        ["mapping-rendezvous", "pandora-inspection", "trident-intervention", "arrows-archaeology",
+         "minehunting-contacts", "recovery-field", "escort-lines", "ferry-passage", "resupply-field"],
+        "mapping-rendezvous", "pandora-inspection", "ferry-passage",
+    ),
 )  # fmt: skip
 def test_no_text_of_a_shipped_figure_is_cut_in_a_column(scenario: str, monkeypatch: pytest.MonkeyPatch) -> None:
     end_s = 3300.0 if scenario == "pandora-inspection" else 300.0  # it has faults until 3000 s
