@@ -334,12 +334,12 @@ class Run:
     @property
     def seed(self) -> int:
         """Seed of the run."""
-        return int(self.summary["seed"])
+        return self._results.seed
 
     @property
     def completed(self) -> bool:
         """True if the mission was completed."""
-        return bool(self.summary["completed"])
+        return self._results.completed
 
     def to_xarray(self) -> xarray.Dataset:
         """Return the trajectories by vehicle and time (s): ``position_m`` by axis, and the other columns of the table.

@@ -27,9 +27,10 @@ def report(
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier report.")] = False,
 ) -> None:
     """Write a report of a study or run: figure, table, statements and methods as HTML and LaTeX."""
-    from visualisation.report import check_report, study_report, write_report
+    from missions.disk import check_output
+    from visualisation.report import study_report, write_report
 
-    check_report(out, force)
+    check_output(out, force)
     if (folder / "study.json").is_file():
         from missions.sweeps.folder import SweepResults
 

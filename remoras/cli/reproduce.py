@@ -76,8 +76,10 @@ def _cpu_s() -> float:
 
 def _verdict(found: list[Outcome]) -> str:
     """The verdict of an entry: that of its rows, if they have one verdict; else it deviates."""
+    from remoras.cli.reproduction.entries import DEVIATES
+
     verdicts = {outcome.verdict for outcome in found}
-    return verdicts.pop() if len(verdicts) == 1 else "deviates"
+    return verdicts.pop() if len(verdicts) == 1 else DEVIATES
 
 
 def _lines(found: list[Outcome]) -> Iterator[str]:
@@ -106,8 +108,10 @@ def _list(entries: list[Entry], as_json: bool) -> None:
 
 
 def _sum_up(report: list[dict[str, Any]], skipped: list[Entry]) -> None:
+    from remoras.cli.reproduction.entries import AGREES, DEVIATES, UNMEASURED
+
     verdicts = [entry["verdict"] for entry in report]
-    counts = {verdict: verdicts.count(verdict) for verdict in ("agrees", "deviates", "not measurable")}
+    counts = {verdict: verdicts.count(verdict) for verdict in (AGREES, DEVIATES, UNMEASURED)}
     print(", ".join(f"{number} {verdict}" for verdict, number in counts.items() if number))
     if skipped:
         for duration, of in (("minutes", "up to ten minutes each"), ("hours", "more than ten minutes each")):

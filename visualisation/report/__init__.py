@@ -1,7 +1,7 @@
 """Reports of studies and runs: one page of HTML, and a folder with LaTeX."""
 
-from visualisation.report.document import check_report, write_report
+from visualisation.report.document import write_report
 from visualisation.report.run import run_report
 from visualisation.report.study import study_report
 
-__all__ = ["check_report", "run_report", "study_report", "write_report"]
+__all__ = ["run_report", "study_report", "write_report"]

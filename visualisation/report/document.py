@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from missions.disk import check_output
 from visualisation.output import write_folder
 
 if TYPE_CHECKING:
@@ -135,11 +134,6 @@ class Report:
         cited = {key: REFERENCES[key] for key in keys}
         own = cited.get("remoras")
         return cited | ({"remoras": own._replace(published=own.published + self.version)} if own else {})
-
-
-def check_report(folder: Path, force: bool) -> None:
-    """Raise OutputError unless a report can be written to ``folder`` without loss of files."""
-    check_output(folder, force)
 
 
 def write_report(report: Report, folder: Path) -> list[Path]:
