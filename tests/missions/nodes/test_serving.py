@@ -134,6 +134,31 @@ def test_two_programs_exchange_data_through_a_measured_sea():
     assert 10 < len(heard) < 30
 
 
+def test_unmodified_mavlink_programs_count_the_losses_of_the_sea():
+    mavutil = pytest.importorskip("pymavlink.mavutil")
+    heartbeat = mavutil.mavlink.MAV_TYPE_SUBMARINE, mavutil.mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0
+    with served(measured(), 3) as ports:
+        one, other = (mavutil.mavlink_connection(f"udpout:{HOST}:{ports.numbers[name]}") for name in ("21", "29"))
+        other.mav.heartbeat_send(*heartbeat)
+        until(lambda: counted(ports, "sent") == 1)
+        time.sleep(0.5)  # 366 m of water
+        for _ in range(30):
+            one.mav.heartbeat_send(*heartbeat)
+            time.sleep(0.01)
+        until(lambda: counted(ports, "sent") == 31)
+        time.sleep(0.5)
+        numbers = []
+        while (message := other.recv_match(type="HEARTBEAT")) is not None:
+            numbers.append(message.get_seq())
+        one.close()
+        other.close()
+    recorded = ["29" in row[6] for row in ports.sea.recorder.packets[1:]]
+    assert numbers == [number for number, is_received in enumerate(recorded) if is_received]
+    assert 10 < len(numbers) < 30
+    # Its own count, from the gaps of sequence numbers: none is known before the first message and after the last.
+    assert other.mav_loss == numbers[-1] - numbers[0] + 1 - len(numbers)
+
+
 def test_an_unmodified_unetpy_sends_receives_ranges_and_asks():
     unetpy = pytest.importorskip("unetpy")
     with served(setup(), 1) as ports:
