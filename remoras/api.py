@@ -23,6 +23,7 @@ from worldmodel import suggestion
 # Functions import the heavy libraries that they need themselves, so that ``import remoras`` stays fast.
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
     from pandas import DataFrame
 
     import missions.runs.knowledge_at
@@ -384,14 +385,15 @@ class Run:
         at_s: float | None = None,
         viewer: str = "",
         panel: str = "",
+        ax: Axes | None = None,
     ) -> CaptionedFigure:
         """Draw a figure of the run; return a Matplotlib figure with a ``.caption``.
 
         ``kind`` is a figure of ``remoras plot`` or of the mission, or your own, as ``"mine.py:MINE"`` or the object; a
         layer or mark is drawn into the trajectories. ``at_s`` and ``viewer``, for the organisation: time, and vehicle
-        whose view is drawn; ``panel``: the only panel of the trajectories, such as ``"a"``. Raises DrawingError for an
-        unknown kind, or if the run lacks its tables, that time, vehicle or panel; PluginError if your own figure cannot
-        be loaded.
+        whose view is drawn; ``panel``: the only panel of the trajectories, such as ``"a"``; ``ax``: axes of your own
+        for a panel of the trajectories or a figure of the mission. Raises DrawingError for an unknown kind, or if the
+        run lacks its tables, that time, vehicle or panel; PluginError if your own figure cannot be loaded.
         """
         from missions.scenarios.parts import with_figures
         from visualisation.output import KINDS
@@ -399,7 +401,7 @@ class Run:
 
         mission = self._results.mission
         (asked,), figures = with_figures([kind], mission.figures, KINDS)
-        context = figures, mission.places, width_in, at_s, viewer, panel
+        context = figures, mission.places, width_in, at_s, viewer, panel, ax
         return run_picture(self._results, asked, *context).shown()
 
     def metric(self, metric: str | Metric) -> float | None:

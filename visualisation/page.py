@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -49,14 +49,20 @@ def panels(figure: Figure, n: int, columns: int, titles: Sequence[str] = (), fra
 
 
 def legend(
-    figure: Figure,
+    figure: Figure | Axes,
     entries: Sequence[Artist],
     edge: Edge = "outside lower center",
     room_in: float = LABEL_ROOM_IN,
     **look: Any,
 ) -> None:
-    """Add a legend outside the panels in as many columns as fit, labels up to ``room_in``; none without entries."""
+    """Add a legend outside the panels in as many columns as fit, labels up to ``room_in``; none without entries.
+
+    In a user's axes, Matplotlib chooses its place.
+    """
     if not entries:
+        return
+    if isinstance(figure, Axes):
+        figure.legend(handles=list(entries), frameon=True)  # over the data, if need be
         return
     width_in = figure.get_figwidth()
     for entry in entries:
@@ -94,11 +100,17 @@ def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] |
             label.set_text(_cut(label.get_text(), room_in, float(label.get_fontsize())))
 
 
+def figure_of(axes: Axes) -> Figure:
+    """Return the whole figure of axes, which a user's may share with others."""
+    figure = axes.figure.figure
+    assert isinstance(figure, Figure)
+    return figure
+
+
 def panel_in(axes: Axes) -> tuple[float, float]:
     """Return width and height of the space of a panel in inches."""
-    figure, room = axes.figure, axes.get_position(original=True)
-    assert isinstance(figure, Figure)
-    width_in, height_in = figure.get_size_inches()
+    room = axes.get_position(original=True)
+    width_in, height_in = figure_of(axes).get_size_inches()
     return float(room.width * width_in), float(room.height * height_in)
 
 
@@ -163,11 +175,12 @@ class DrawnPage(NamedTuple):
     def shown(self) -> CaptionedFigure:
         """Return the figure for display in notebooks, with its caption as ``.caption``."""
         figure = self.figure
-        # In place, since a copy would lose the links between the artists and their figure.
-        figure.__class__ = CaptionedFigure
-        assert isinstance(figure, CaptionedFigure)
-        figure.caption = self.caption
-        return figure
+        if type(figure) is Figure:  # a user's own kind stays
+            # In place, since a copy would lose the links between the artists and their figure.
+            figure.__class__ = CaptionedFigure
+        shown = cast(CaptionedFigure, figure)
+        shown.caption = self.caption
+        return shown
 
 
 class CaptionedFigure(Figure):

@@ -44,18 +44,20 @@ def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
     return text
 
 
-def declared_picture(figure: Figure, results: RunResults, width_in: float = style.COLUMN_IN) -> DrawnPage:
-    """Draw a mission's figure on a page, with a legend of all labelled artists below."""
+def declared_picture(
+    figure: Figure, results: RunResults, width_in: float | None = None, ax: Axes | None = None
+) -> DrawnPage:
+    """Draw a mission's figure on a page, or in a user's ``ax``, with a legend of all labelled artists."""
     with style.paper():
-        drawn = page.opened(width_in, BODY_IN)
-        (axes,) = page.panels(drawn, 1, 1)
-        text = draw_declared(figure, axes, results)
+        (axes,) = [ax] if ax else page.panels(page.opened(width_in or style.COLUMN_IN, BODY_IN), 1, 1)
+        drawn, text = page.figure_of(axes), draw_declared(figure, axes, results)
         handles, names = axes.get_legend_handles_labels()
         for handle, name in zip(handles, names, strict=True):
             handle.set_label(name)
         try:
-            page.legend(drawn, handles)
-            page.lay_out(drawn, [axes], [BODY_IN])
+            page.legend(ax or drawn, handles)
+            if not ax:
+                page.lay_out(drawn, [axes], [BODY_IN])
         except Exception as error:  # such as a text that is no formula
             raise _failed(figure, error) from error
     heading = f"{figure.title.rstrip('.')}."

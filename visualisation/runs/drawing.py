@@ -20,6 +20,8 @@ from visualisation.output import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from visualisation.page import DrawnPage
 
 ORGANISATION, LINKS, TRAJECTORIES = "organisation", "links", "trajectories"
@@ -35,6 +37,7 @@ def run_picture(
     at_s: float | None = None,
     viewer: str = "",
     panel: str = "",
+    ax: Axes | None = None,
 ) -> DrawnPage:
     """Draw one figure of a run in memory, with its caption and notes on omissions.
 
@@ -44,9 +47,10 @@ def run_picture(
         at_s, viewer: time and vehicle of the organisation shown; None for the end of the run, empty for each
             vehicle's own view.
         panel: letter of the only panel of the trajectories; empty for all.
+        ax: axes of a user in place of a page, for the trajectories or a figure among ``figures``.
 
-    Raises DrawingError for an unknown kind, missing tables, a width out of range, no such time, viewer or panel, or
-    failure of the mission's function.
+    Raises DrawingError for an unknown kind, missing tables, a width out of range, no such time, viewer or panel,
+    ``ax`` for another kind, or failure of the mission's function.
     """
     check_width(width_in)
     own = _own(figures)
@@ -54,16 +58,18 @@ def run_picture(
     if reason := _lacking(results, kind, own):
         raise DrawingError(f"{kind}: {reason}")
     widths = () if width_in is None else (width_in,)
+    if ax and kind not in (TRAJECTORIES, *own):
+        raise DrawingError(f"{kind}: fills a page of its own; allowed with ax: {', '.join((TRAJECTORIES, *own))}")
     if kind in own:
         from visualisation.runs import declared
 
-        return declared.declared_picture(own[kind], results, *widths)
+        return declared.declared_picture(own[kind], results, width_in, ax)
     if kind == TRAJECTORIES:
         from visualisation.runs import trajectories
 
         layers = [figure for figure in figures if isinstance(figure, Layer)]
         marks = [figure for figure in figures if isinstance(figure, Mark)]
-        return trajectories.picture(results, places, layers, marks, width_in, panel)
+        return trajectories.picture(results, places, layers, marks, width_in, panel, ax)
     if kind == ORGANISATION:
         from visualisation.runs import organisation
 

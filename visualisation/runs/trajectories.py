@@ -103,12 +103,13 @@ def picture(
     marks: Sequence[Mark],
     width_in: float | None = None,
     panel: str = "",
+    ax: Axes | None = None,
 ) -> DrawnPage:
     """Draw the whole mission; beside it the final positions if they are close together.
 
     ``layers`` lie below the tracks, those with missing tables are omitted with a note; ``marks`` are milestones on
     tracks. A ``width_in`` of None is a column of a paper, or a page with several panels. A ``panel`` is the letter of
-    the only panel to draw; DrawingError for another one.
+    the only panel to draw; DrawingError for another one. A user's ``ax`` has one panel, the first by default.
     """
     shown = [layer for layer in layers if all(map(results.has, layer.needs))]
     notes = [
@@ -118,7 +119,7 @@ def picture(
     ]
     scene = _scene(results, places, shown, marks)
     frames = _frames(scene)
-    if panel:
+    if panel := panel or page.LETTERS[: bool(ax)]:
         lettered = dict(zip(page.LETTERS, frames, strict=False))
         if panel not in lettered:
             known = ", ".join(f"{letter} ({title})" for letter, title in lettered.items())
@@ -129,15 +130,16 @@ def picture(
     letters = page.LETTERS[: len(frames)]
     rows = [list(letters)] if beside else [[letter] for letter in letters]
     with style.paper():
-        figure = page.opened(width_in, width_in)
-        maps = list(figure.subplot_mosaic(rows, width_ratios=WIDTHS[: len(rows[0])]).values())  # type: ignore[arg-type]
+        figure = page.figure_of(ax) if ax else page.opened(width_in, width_in)
+        columns = WIDTHS[: len(rows[0])]
+        maps = [ax] if ax else list(figure.subplot_mosaic(rows, width_ratios=columns).values())  # type: ignore[arg-type]
         sentences, entries = "", []
         for letter, axes, title in zip(letters, maps, frames, strict=True):
             axes.set_title(f"({letter}) {title}" if len(frames) > 1 else title)
             sentences = _layers(axes, results, scene.layers)
             entries = axes.get_legend_handles_labels()[0]
             _draw(axes, scene)
-        page.legend(figure, (*_legend(scene), *entries))
+        page.legend(ax or figure, (*_legend(scene), *entries))
 
         def bodies_in() -> list[float]:
             whole, widths_in = next(iter(frames.values())), [page.panel_in(axes)[0] for axes in maps]
@@ -152,7 +154,12 @@ def picture(
                 axes.set(xlim=shown.intervalx, ylim=shown.intervaly)
             return highs_in[: len(rows)]
 
-        page.lay_out(figure, maps[: len(rows)], bodies_in)
+        if ax:
+            bodies_in()
+            ax.set_aspect("equal")
+            ax.apply_aspect()
+        else:
+            page.lay_out(figure, maps[: len(rows)], bodies_in)
         for axes in maps:
             # After the layout, since labels avoid each other by the final limits.
             _name_places(axes, scene)

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from legibility import check_texts, inscriptions
+from matplotlib.figure import Figure as Sheet
 from synthetic_runs import DECLARED, FINDS, Fiction
 
 from missions.figure import Figure, Layer, Mark, RunResults, Style
@@ -46,6 +47,14 @@ def test_declared_figure_has_the_common_style_and_wording(run: Results, tmp_path
     written = draw_run_figures(run, ["finds"], tmp_path / "out", "svg", DECLARED)
     assert [path.name for path in written.files] == ["finds.svg", "finds.txt"]
     assert written.files[1].read_text(encoding="utf-8") == found.caption + "\n"
+
+
+def test_declared_figure_is_drawn_into_axes_of_a_user(run: Results) -> None:
+    own = Sheet(figsize=(4.0, 2.0)).subplots()
+    found = run_picture(run, "finds", DECLARED, ax=own)
+    assert found == (own.figure, run_picture(run, "finds", DECLARED).caption, ())
+    assert [text.get_text() for text in own.get_legend().get_texts()] == ["A", "B"]
+    assert tuple(found.figure.get_size_inches()) == (4.0, 2.0)
 
 
 def test_long_labels_get_enough_room(run: Results, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from matplotlib.figure import Figure
 from synthetic_runs import FICTIONS, Fiction
 
 from missions.figure import Place
@@ -60,6 +61,28 @@ def test_one_panel_is_drawn_alone_with_the_same_limits(tmp_path: Path, panel: st
     assert sum(alone.get_xlim()) == pytest.approx(sum(together.get_xlim()))
     with pytest.raises(DrawingError, match=r"panel 'c': .* have a \(whole mission\), b \(final positions\)$"):
         run_picture(run, "trajectories", (), [wide], 3.5, panel="c")
+
+
+def test_axes_of_a_user_get_one_panel_of_equal_scale_and_keep_their_figure(tmp_path: Path) -> None:
+    wide = Place("border", "area", ((-900.0, -900.0), (900.0, -900.0), (900.0, 900.0)))
+    run, page = Fiction().write(tmp_path / "run"), Figure(figsize=(9.0, 3.0))
+    left, right = page.subfigures(1, 2)
+    other, own = left.subplots(), right.subplots()
+    for panel in ("", "b"):
+        drawn = run_picture(run, "trajectories", (), [wide], panel=panel, ax=own).shown()
+        assert drawn is page
+        assert tuple(drawn.get_size_inches()) == (9.0, 3.0)
+        assert drawn.caption.startswith("Trajectories of the vehicles")
+        alone = run_picture(run, "trajectories", (), [wide], panel=panel or "a").figure.axes[0]
+        assert own.get_title(loc="left") == alone.get_title(loc="left")
+        assert (*own.get_xlim(), *own.get_ylim()) == pytest.approx((*alone.get_xlim(), *alone.get_ylim()))
+        own.apply_aspect()
+        metres, pixels = own.viewLim.size, own.get_window_extent().size
+        assert pixels[0] / metres[0] == pytest.approx(pixels[1] / metres[1])
+    assert own.get_legend() is not None
+    assert not other.has_data()
+    with pytest.raises(DrawingError, match=r"roles: fills a page of its own; allowed with ax: trajectories$"):
+        run_picture(run, "roles", ax=own)
 
 
 def test_legend_of_a_large_fleet_names_the_farthest_vehicles(tmp_path: Path) -> None:
