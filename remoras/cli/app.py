@@ -34,7 +34,7 @@ GROUPS = {
         "reproduce": "reproduce",
     },
     "Extend": {"new": "new", "check": "benchmark"},
-    "Vehicles at sea": {"sea": "exchange", "serve": "serving", "node": "nodes", "swarm": "nodes"},
+    "Vehicles at sea": {"sea": "serving", "node": "nodes", "swarm": "nodes"},
 }  # fmt: skip
 """Commands by purpose, each with its module below ``remoras.cli``."""
 HOMES = {name: module for commands in GROUPS.values() for name, module in commands.items()}
@@ -280,9 +280,6 @@ def figure_format(file_format: Format | None, out: Path | None) -> str:
 
 Jobs = Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")]
 N_JOBS = os.cpu_count() or 1
-FigureFolder = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Folder for the figure, its caption and its CSV.")
-]
 FigureFormat = Annotated[
     Format | None, typer.Option("--format", metavar="png|svg|pdf", help="File format of figures.  [default: png]")
 ]

@@ -1,4 +1,4 @@
-"""Commands about the exchange without a mission: exchange-study, sea."""
+"""Command exchange-study, and descriptions of a sea: losses of a network, reach of modems in a scenario."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from missions.errors import LONGEST_VALUE, cut
-from remoras.cli import completion
 from remoras.cli.app import (
-    FigureFolder,
     FigureFormat,
     Json,
     aligned,
@@ -24,7 +22,6 @@ from remoras.cli.app import (
     show,
     show_json,
 )
-from remoras.cli.runs import Settings
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -220,32 +217,19 @@ def ranges_of(text: str) -> tuple[float, ...]:
     return ranges_m
 
 
-@command("sea", "remoras sea mapping-rendezvous --modem nanomodem-v3,whoi-fsk-0 --set channel.spreading=2")
-def sea(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NETWORK|SCENARIO",
-            help="Measured network, or scenario with its sea and fleet: a shipped name or a file.",
-            autocompletion=completion.sea,
-        ),
-    ] = "mapping-rendezvous",
-    modem: Annotated[
-        str | None, typer.Option(metavar="NAMES", help="Modem profiles, comma-separated; default: the scenario's.")
-    ] = None,
-    ranges: Annotated[
-        str | None, typer.Option(metavar="METRES", help=f"Comma-separated ranges.  [default: {DEFAULT_RANGES}]")
-    ] = None,
-    settings: Settings = None,
-    out: FigureFolder = None,
-    file_format: FigureFormat = None,
-    as_json: Json = False,
+def describe(
+    name: str,
+    modem: str | None,
+    ranges: str | None,
+    settings: list[str] | None,
+    out: Path | None,
+    form: str,
+    as_json: bool,
 ) -> None:
     """Describe a measured network: source, losses, unknowns; or the reach of modems in a scenario.
 
     Reach is the share of delivered packets over range, on the channel acoustic.
     """
-    form = figure_format(file_format, out)
     of_scenario = {"--modem": modem, "--ranges": ranges, "--set": settings}
     if is_network(name):
         if misused := [option for option, value in of_scenario.items() if value is not None]:

@@ -386,5 +386,5 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
 
 NOTES: dict[str, str] = {
     "modems": f"{UNVERIFIED} no source was found for this number: it is an estimate",
-    "networks": "source, losses and unknowns of a network: remoras sea NAME",
+    "networks": "source, losses and unknowns of a network: remoras sea NAME --describe",
 }

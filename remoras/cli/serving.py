@@ -1,4 +1,4 @@
-"""Command that offers the channel to other programs: serve."""
+"""Command that offers the channel to other programs, or describes it: sea."""
 
 from __future__ import annotations
 
@@ -11,19 +11,23 @@ from typing import Annotated, Any, Literal
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import Json, aligned, command, fail, show
-from remoras.cli.exchange import is_network
+from remoras.cli.app import FigureFormat, Json, aligned, command, fail, figure_format, show
+from remoras.cli.exchange import DEFAULT_RANGES, describe, is_network
 from remoras.cli.nodes import Speed, addresses_in, check_speed
 from remoras.cli.runs import Seed, Settings
 from remoras.process import instead
 
 ALWAYS = "station", "sent", "received"
+SHARED = "name", "settings", "out", "as_json", "no_plugins"
+DESCRIPTION = "described", "modem", "ranges", "file_format"
+"""Parameters of both uses of the command, and of the description alone."""
 LONGEST_S = 604_800.0
 """Longest duration of a scenario, so of a recording: a week."""
 
 
-@command("serve", "remoras serve mission-2012 --port 47000 --seed 3 --out sea")
-def serve(
+@command("sea", "remoras sea mission-2012 --port 47000 --seed 3 --out recording")
+def sea(
+    context: typer.Context,
     name: Annotated[
         str,
         typer.Argument(
@@ -32,7 +36,7 @@ def serve(
             "of a killed service, to write its recording.",
             autocompletion=completion.sea,
         ),
-    ] = "mission-2012",
+    ] = "mapping-rendezvous",
     port: Annotated[
         int, typer.Option(min=0, max=65_535, metavar="N", help="Port of the first station, N + 1 of the next; 0: any.")
     ] = 47_000,
@@ -59,11 +63,33 @@ def serve(
     until: Annotated[
         float, typer.Option(min=0.0, max=LONGEST_S, metavar="T", help="End at T s, unless Ctrl-C comes first.")
     ] = LONGEST_S,
+    described: Annotated[
+        bool, typer.Option("--describe", help="Serve nothing: show losses of the network, or reach of modems.")
+    ] = False,
+    modem: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="Modems described, comma-separated; default: the scenario's.")
+    ] = None,
+    ranges: Annotated[
+        str | None, typer.Option(metavar="METRES", help=f"Ranges described.  [default: {DEFAULT_RANGES}]")
+    ] = None,
     settings: Settings = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the recording.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the recording, or the figure.")] = None,
+    file_format: FigureFormat = None,
     as_json: Json = False,
 ) -> None:
-    """Serve the sea of a network or scenario to other programs, by UDP and the UnetStack API; record their packets."""
+    """Serve the sea of a network or scenario to other programs, by UDP and the UnetStack API; record their packets.
+
+    With --describe, show source, losses and unknowns of a measured network, or the share of packets that modems deliver
+    over range on the channel acoustic.
+    """
+    for parameter in context.command.params:
+        source = context.get_parameter_source(str(parameter.name))
+        is_other = parameter.name not in SHARED and (parameter.name in DESCRIPTION) is not described
+        if is_other and source is not None and source.name == "COMMANDLINE":
+            fail(f"{parameter.opts[0]}: applies {'without' if described else 'with'} --describe only")
+    if described:
+        describe(name, modem, ranges, settings, out, figure_format(file_format, out), as_json)
+        return
     from exchange.drivers.driver import Paced
     from missions.disk import check_output
     from missions.nodes.recording import ROWS, RowLog, of_network, of_scenario, restored, traces_in, written

@@ -1,4 +1,4 @@
-"""The command ``sea`` of networks and scenarios, the option ``--network``, the marks of ``list modems``."""
+"""``sea --describe`` of networks and scenarios, the option ``--network``, the marks of ``list modems``."""
 
 import json
 from pathlib import Path
@@ -11,14 +11,14 @@ from exchange.channel.network import network_of, shipped
 
 
 def points(*arguments: object) -> list[dict[str, float]]:
-    done = remoras("sea", *arguments, "--json")
+    done = remoras("sea", "--describe", *arguments, "--json")
     assert done.exit_code == 0, done.output
     found: list[dict[str, float]] = json.loads(done.stdout)
     return found
 
 
 def test_sea_prints_a_line_per_modem_and_range():
-    done = remoras("sea", "--modem", "nanomodem-v3,whoi-psk-1", "--ranges", "2000,1000")
+    done = remoras("sea", "--describe", "--modem", "nanomodem-v3,whoi-psk-1", "--ranges", "2000,1000")
     assert done.exit_code == 0, done.output
     head, *lines = done.stdout.splitlines()
     assert head.split()[:4] == ["modem", "range", "/", "m"]
@@ -70,20 +70,20 @@ SHORT = ("--set", "scenario.duration_s=30")
 
 
 def test_a_network_is_described_with_source_and_assumptions() -> None:
-    text = remoras("sea", "mission-2012").stdout
+    text = remoras("sea", "--describe", "mission-2012").stdout
     assert "source: M. Chitre" in text
     assert "assumed: static links on moving vehicles" in text
     assert "unknown: which frames were counted" in text
     rows = [line.split() for line in text.splitlines()]
     assert ["27", "0.326", "0.826", "-", "0.975", "0.023"] in rows
-    found = json.loads(remoras("sea", "hermes-june", "--json").stdout)
+    found = json.loads(remoras("sea", "--describe", "hermes-june", "--json").stdout)
     assert found["per_over_range"][3] == [120.0, 0.484]
     assert found["assumed"] == "losses over range as measured"
 
 
 @pytest.mark.parametrize("name", shipped())
 def test_figures_of_sea_have_a_caption_and_numbers(name: str, tmp_path: Path) -> None:
-    remoras("sea", name, "--out", tmp_path, "--format", "svg")
+    remoras("sea", "--describe", name, "--out", tmp_path, "--format", "svg")
     stem = tmp_path / f"network-{name}"
     assert stem.with_suffix(".svg").read_text().startswith("<?xml")
     assert shipped()[name].citation in stem.with_suffix(".txt").read_text()

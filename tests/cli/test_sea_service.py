@@ -1,4 +1,4 @@
-"""The command ``serve``: refusals in one line, a recording at its end."""
+"""The command ``sea`` without ``--describe``: refusals in one line, a recording at its end."""
 
 import json
 import os
@@ -33,24 +33,27 @@ from missions.runs.setup import resolved
         (["--positions", "missing.csv"], "missing.csv"),
         (["--set", "communication.modem=nothing"], "communication.modem"),
         (["--port", "65535"], "--port: 127.0.0.1:65536"),
+        (["--modem", "nanomodem-v3"], "--modem: applies with --describe only"),
+        (["--describe", "--speed", "2"], "--speed: applies without --describe only"),
+        (["--describe", "--ranges", "500"], "--ranges: applies to the modems of a scenario"),
     ],
 )
 def test_a_wrong_option_is_refused_in_one_line(options: list[str], said: str):
-    message = refused("serve", "mission-2012", *options)
+    message = refused("sea", "mission-2012", *options)
     assert said in message
     assert message.count("\n") == 1
 
 
 def test_a_port_in_use_and_stations_of_a_scenario_are_refused():
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        message = refused("serve", "mission-2012", "--port", taken.getsockname()[1])
+        message = refused("sea", "mission-2012", "--port", taken.getsockname()[1])
     assert "allowed: an address of this machine with a free port for each station" in message
-    assert "its vehicles" in refused("serve", "mapping-rendezvous", "--stations", "A,B")
+    assert "its vehicles" in refused("sea", "mapping-rendezvous", "--stations", "A,B")
 
 
 def test_a_service_ends_at_its_time_with_a_recording(tmp_path: Path):
     options = ["--port", "0", "--until", "3", "--speed", "30", "--access", "slots", "--seed", "4", "--json", "--out"]
-    done = remoras("serve", "mapping-rendezvous", *options, tmp_path / "sea")
+    done = remoras("sea", "mapping-rendezvous", *options, tmp_path / "sea")
     assert done.exit_code == 0, done.output
     value = json.loads(done.stdout)
     assert [station["station"] for station in value["stations"]] == ["ASV00", "AUV00", "AUV01", "AUV02"]
@@ -58,13 +61,13 @@ def test_a_service_ends_at_its_time_with_a_recording(tmp_path: Path):
     assert remoras("verify", tmp_path / "sea").exit_code == 0
     summary = json.loads((tmp_path / "sea" / results.SUMMARY).read_text())
     assert (summary["n_packets"], summary["seed"], summary["drawn"]) == (0, 4, False)
-    assert "is not empty" in refused("serve", "mapping-rendezvous", "--port", 0, "--out", tmp_path / "sea")
+    assert "is not empty" in refused("sea", "mapping-rendezvous", "--port", 0, "--out", tmp_path / "sea")
 
 
 def serving(folder: Path) -> tuple[subprocess.Popen[str], int]:
     """A service of its own process, and the port of its first station."""
     options = ["--port", "0", "--speed", "20", "--out", str(folder)]
-    command = [sys.executable, "-c", MAIN, "serve", "mission-2012", *options]
+    command = [sys.executable, "-c", MAIN, "sea", "mission-2012", *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     ports = [line.split()[4] for line in iter(process.stderr.readline, "remoras: Ctrl-C ends it\n")]
@@ -90,7 +93,7 @@ def test_an_interruption_or_a_kill_loses_no_finished_row(end: signal.Signals, tm
         assert process.returncode == 0
         assert said.split()[:3] == ["station", "sent", "received"]
     else:
-        assert remoras("serve", folder).stdout == f"{folder}\n"
+        assert remoras("sea", folder).stdout == f"{folder}\n"
     assert not (folder / "rows.jsonl").exists()
     assert json.loads((folder / results.SUMMARY).read_text())["n_packets"] == 5
     checked = remoras("verify", folder)
@@ -100,7 +103,7 @@ def test_an_interruption_or_a_kill_loses_no_finished_row(end: signal.Signals, tm
 def test_rows_of_less_than_a_second_give_no_recording(tmp_path: Path):
     sea = Sea(resolved(of_network("mission-2012", "free", [], [])), 1)
     RowLog(tmp_path, sea.setup, 1, sea.recorder).keep(0.5)
-    assert "holds no second" in refused("serve", tmp_path)
+    assert "holds no second" in refused("sea", tmp_path)
     for damaged in ("", "[]\n", "noise\n{}\n", '["a", 1]\n[3\n{}\n'):
         (tmp_path / "rows.jsonl").write_text(damaged)
-        assert "rows.jsonl: damaged" in refused("serve", tmp_path)
+        assert "rows.jsonl: damaged" in refused("sea", tmp_path)
