@@ -20,7 +20,11 @@ OVER = "over"  # detail of a row in the table of faults at the end of a fault
 
 
 class Absence(StrEnum):
-    """Absence of a vehicle during a fault: inactive, and no obstacle."""
+    """Absence of a vehicle during a fault: inactive, and no obstacle.
+
+    >>> absence("lost") is Absence.LOSS, absence("mute")
+    (True, None)
+    """
 
     BEFORE = "before"
     """Not deployed yet."""

@@ -177,7 +177,11 @@ class Figure:
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer below the tracks of the map, drawn once per panel; it must not change limits. ``needs`` as in Figure."""
+    """A layer below the tracks of the map, drawn once per panel; it must not change limits. ``needs`` as in Figure.
+
+    >>> Layer("wrecks", lambda axes, results, style: "", needs=("finds",)).needs
+    ('finds',)
+    """
 
     name: str
     draw: Draw

@@ -15,6 +15,9 @@ class ActivityType(IntEnum):
     ORGANISATIONAL ones are perceived, not performed: a leader's information satisfies its role. PLANNING also allocates
     roles and forms groups. Of the paper's types navigation and control are always on (``remoras.motion``), and survival
     is the kind vital.
+
+    >>> ActivityType.GUIDANCE in EFFECTIVE, ActivityType.PRODUCTIVE in EFFECTIVE
+    (True, False)
     """
 
     ORGANISATIONAL = 0
@@ -29,7 +32,11 @@ EFFECTIVE = frozenset({ActivityType.GUIDANCE, ActivityType.PLANNING, ActivityTyp
 
 
 class ActivityKind(Enum):
-    """Source of an activity's motivation: own aims, group aims, or (first of all) own integrity."""
+    """Source of an activity's motivation: own aims, group aims, or (first of all) own integrity.
+
+    >>> ActivityKind("vital")
+    <ActivityKind.VITAL: 'vital'>
+    """
 
     INDIVIDUAL = "individual"
     COLLECTIVE = "collective"
@@ -38,7 +45,11 @@ class ActivityKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Activity:
-    """Activity of an objective, named as in Table II of the paper; ``sensors`` are switched on."""
+    """Activity of an objective, named as in Table II of the paper; ``sensors`` are switched on.
+
+    >>> Activity("Looking", ActivityType.PRODUCTIVE, sensors=("camera",)).has_effect
+    True
+    """
 
     name: str
     type: ActivityType
@@ -53,7 +64,11 @@ class Activity:
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """Abstract task of a role: ``Exploring`` somewhere, ``RendezVous`` at a rally point."""
+    """Abstract task of a role: ``Exploring`` somewhere, ``RendezVous`` at a rally point.
+
+    >>> print(Objective("Operational", "LeftWinger", "Exploring", "left"))
+    LeftWinger: Exploring(left)
+    """
 
     group: str
     role: str
@@ -71,6 +86,10 @@ class ActivitySet:
     ``objective`` is None for vital and background activities; ``kind`` decides whether influence signals apply. The
     first of the ``activities``, of distinct types, names the set. ``importance`` is the weight of the objective in the
     scenario; ``needs`` names an activity of another set that this one requires.
+
+    >>> surfacing = Activity("Surfacing", ActivityType.GUIDANCE)
+    >>> ActivitySet(None, ActivityKind.VITAL, (surfacing,), importance=1.0).name
+    'Surfacing'
     """
 
     objective: Objective | None

@@ -202,7 +202,14 @@ def _loaded(
 
 
 def open(folder: str | Path) -> Run | Sweep:
-    """Read a run or a sweep from its folder; raise OutputError if it holds neither."""
+    """Read a run or a sweep from its folder; raise OutputError if it holds neither.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     saved = run("mapping-rendezvous", set="scenario.duration_s=5").save(f"{folder}/dive")
+    ...     open(saved).summary["mission_time_s"]
+    5.0
+    """
     path = Path(folder)
     if (path / "study.json").is_file():
         from missions.sweeps.folder import SweepResults
@@ -225,6 +232,21 @@ def sweep(
 
     Raises ConfigurationError with all errors of the study, TypeError if ``jobs`` is no number of processes, and
     PartlyDoneError if workers were lost or the disk is full; finished runs are kept.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> study = '''
+    ... [study]
+    ... name = "short"
+    ... scenario = "mapping-rendezvous"
+    ... strategies = ["remoras", "cbba"]
+    ... repeats = 1
+    ... [set]
+    ... scenario.duration_s = 5.0
+    ... '''
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "short.toml").write_text(study)
+    ...     sweep(f"{folder}/short.toml", f"{folder}/out").status["done"]
+    2
     """
     from missions.sweeps import SweepResults, load_study
     from missions.sweeps import sweep as make
@@ -256,7 +278,24 @@ def _check_jobs(jobs: int) -> None:
 
 
 def compare(folder: str | Path, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
-    """Compare the configurations of a sweep; see ``Sweep.compare``."""
+    """Compare the configurations of a sweep; see ``Sweep.compare``.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> study = '''
+    ... [study]
+    ... name = "short"
+    ... scenario = "mapping-rendezvous"
+    ... strategies = ["remoras", "cbba"]
+    ... repeats = 1
+    ... [set]
+    ... scenario.duration_s = 5.0
+    ... '''
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "short.toml").write_text(study)
+    ...     _ = sweep(f"{folder}/short.toml", f"{folder}/out")
+    ...     compare(f"{folder}/out", "goal_fraction", baseline="cbba")[["strategy", "n", "mean"]].values.tolist()
+    [['cbba', 1, 0.0], ['remoras', 1, 0.0]]
+    """
     results = open(folder)
     if isinstance(results, Run):
         raise OutputError(f"{folder}: holds a single run; compare takes the folder of a sweep")
@@ -276,6 +315,9 @@ def exchange_study(
     Rows as in ``remoras exchange-study --json``, with times in TDMA slots. ``nodes`` vehicles send in turn; ``per`` are
     packet error rates, ``policies`` names (None: all), ``jobs`` threads. Raises ExchangeError for a parameter out of
     its range, TypeError for a number or text instead of a list, or if ``jobs`` is no number of threads.
+
+    >>> exchange_study(nodes=3, per=[0.0], policies=["ack"], trials=10)["delivered_slots.mean"].tolist()
+    [1.0]
     """
     _check_jobs(jobs)
     for name, value in (("per", per), ("policies", policies)):
@@ -297,7 +339,7 @@ def exchange_study(
 class Run:
     """Finished run, in memory or in a folder.
 
-    >>> short = run("mapping-rendezvous", seed=2, set={"scenario.duration_s": 10.0})
+    >>> short: Run = run("mapping-rendezvous", seed=2, set={"scenario.duration_s": 10.0})
     >>> short.seed, short.completed, short.metric("goal_fraction")
     (2, False, 0.0)
     """
@@ -491,7 +533,24 @@ class Run:
 
 
 class Sweep:
-    """Runs of a study, in their folder."""
+    """Runs of a study, in their folder.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> study = '''
+    ... [study]
+    ... name = "short"
+    ... scenario = "mapping-rendezvous"
+    ... strategies = ["remoras", "cbba"]
+    ... repeats = 1
+    ... [set]
+    ... scenario.duration_s = 5.0
+    ... '''
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "short.toml").write_text(study)
+    ...     made: Sweep = sweep(f"{folder}/short.toml", f"{folder}/out")
+    ...     made.runs()["strategy"].tolist()
+    ['remoras', 'cbba']
+    """
 
     def __init__(self, results: SweepResults) -> None:
         self._results = results

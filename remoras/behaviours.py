@@ -72,6 +72,9 @@ class Perception(NamedTuple):
         waits: condition awaited while this activity guides; None if it progresses.
         until_s: valid until before this time, see ``Behaviour.perceive``; by default asked for at every decision.
         peers: a valid perception ends with the next position received of one of these vehicles.
+
+    >>> Perception(0.8, advance=-0.5).stimulus, DUE.stimulus, IDLE.stimulus, ADVANCING.advance, DONE.done
+    (0.8, 1.0, 0.0, 1.0, True)
     """
 
     stimulus: float
@@ -104,6 +107,9 @@ class Reference(NamedTuple):
     vehicle within sonar range and, at speed 0, the vehicle at rest; infinite: ask in every motion tick.
     ``is_over_ground``: the speed is over ground, as limited by sensors, and held in a current up to the greatest speed;
     else it is through the water.
+
+    >>> Reference((100.0, 0.0), speed_mps=1.5).target_m
+    (100.0, 0.0)
     """
 
     target_m: Point
@@ -122,7 +128,16 @@ def basis(picture: Picture, performed: object) -> tuple[object, ...]:
 
 
 class Behaviour(Protocol):
-    """Execution of an activity set; see the module docstring."""
+    """Execution of an activity set; see the module docstring.
+
+    >>> class Waiting(Behaviour):
+    ...     def perceive(self, motion, picture, performed):
+    ...         return DUE
+    ...     def reference(self, motion, picture):
+    ...         return Reference(motion.position_m, 0.0)
+    >>> Waiting().reference(Motion(3.0, 4.0), Picture()).target_m
+    (3.0, 4.0)
+    """
 
     @abstractmethod
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
@@ -168,7 +183,11 @@ STANDING = Perception(1.0, 0.0)
 
 
 def distance_m(motion: Motion, point: Point) -> float:
-    """Return the distance (m) from the vehicle to a point."""
+    """Return the distance (m) from the vehicle to a point.
+
+    >>> distance_m(Motion(0.0, 0.0), (3.0, 4.0))
+    5.0
+    """
     dx_m, dy_m = point[0] - motion.x_m, point[1] - motion.y_m
     return math.sqrt(dx_m * dx_m + dy_m * dy_m)
 

@@ -31,7 +31,11 @@ from worldmodel.facts import Observation as Latest
 
 
 class Known:
-    """Facts known to a vehicle, by ``(attribute, instance)``; empty without a world model."""
+    """Facts known to a vehicle, by ``(attribute, instance)``; empty without a world model.
+
+    >>> Known().get(("position", "AUV01"), "unknown")
+    'unknown'
+    """
 
     n_changes = 0
     """Counter that grows whenever results of ``values`` change; for caches."""

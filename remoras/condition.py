@@ -19,6 +19,9 @@ class Condition:
     switched off. ``is_mute``, ``is_deaf``: transmitter and receiver failure. ``drain_w``: extra battery power, unknown
     to the reserve. ``readings`` map (sensor name, observation, TBox) to the recorded observation. ``lost_for_good``,
     ``dead_for_good``: permanent loss, failed sensors; ``will_return``: temporarily out of contact.
+
+    >>> Condition(is_mute=True).hears, Condition(is_running=False).hears
+    (True, False)
     """
 
     is_there: bool = True

@@ -35,6 +35,12 @@ class VehicleData:
     including the receiving modem; a packet takes ``transmit_j_per_packet`` before its bits; ``energy_j`` is the battery
     capacity. ``playable_roles`` are ``Role`` of any group, or ``Group.Role``. ``sensors`` are settings, in scenario
     order. ``speed_factor``: true speed over that in the data, in one run; 1 as far as the fleet knows.
+
+    >>> from missions.runs.setup import resolved
+    >>> from missions.scenarios import load
+    >>> data: VehicleData = resolved(load("mapping-rendezvous")).database["AUV01"]
+    >>> data.node, data.can_play("Operational", "LeftWinger")
+    (2, True)
     """
 
     name: str

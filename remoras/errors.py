@@ -2,7 +2,14 @@
 
 
 class RemorasError(Exception):
-    """Base class of the errors of ``remoras``."""
+    """Base class of the errors of ``remoras``.
+
+    >>> try:
+    ...     raise StrategyError("parameters.patience", "more than 0")
+    ... except RemorasError as error:
+    ...     print(error)
+    parameters.patience: more than 0
+    """
 
 
 class OrganisationError(RemorasError):

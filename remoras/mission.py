@@ -57,7 +57,14 @@ __all__ = [
 
 
 class Mission(SocialPart, FunctionalPart, Protocol):
-    """One mission; see the module docstring."""
+    """One mission; see the module docstring.
+
+    >>> from missions.mapping.mission import MappingMission
+    >>> from missions.scenarios import load
+    >>> mission: Mission = MappingMission.from_scenario(load("mapping-rendezvous"))
+    >>> list(mission.jobs)
+    ['middle', 'left', 'right']
+    """
 
     Scenario: ClassVar[type[Any]]
     """Scenario model of this mission: ``missions.scenarios.Scenario`` or a subclass."""

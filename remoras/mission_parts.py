@@ -28,7 +28,11 @@ PURSUE = "Pursue"
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Inferred fact of a vehicle, by names."""
+    """Inferred fact of a vehicle, by names.
+
+    >>> Finding("Operational", "gatheredAt", "operational rally").attribute
+    'gatheredAt'
+    """
 
     subject: str
     attribute: str

@@ -122,7 +122,12 @@ class Groups:
 
 @dataclass(slots=True)
 class Picture:
-    """Input of behaviours and decision; ``frame_s`` (TDMA) is infinite without communication."""
+    """Input of behaviours and decision; ``frame_s`` (TDMA) is infinite without communication.
+
+    >>> picture = Picture()
+    >>> picture.body.now_s, picture.peers.positions_m, picture.facts.get(("position", "AUV01"))
+    (0.0, {}, None)
+    """
 
     body: Body = field(default_factory=Body)
     peers: Peers = field(default_factory=Peers)

@@ -229,7 +229,13 @@ class Unread:
 
 
 class Recorder:
-    """Rows of every table, and bits by purpose; PluginError for two tables of one name."""
+    """Rows of every table, and bits by purpose; PluginError for two tables of one name.
+
+    >>> recorder = Recorder([Table("looks", (TIME, VEHICLE))])
+    >>> recorder.rows("looks").append((1.0, "AUV01"))
+    >>> recorder.rows("looks")
+    [(1.0, 'AUV01')]
+    """
 
     def __init__(self, tables: Iterable[Table] = ()) -> None:
         self.bits: Counter[Content] = Counter()

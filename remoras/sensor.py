@@ -66,6 +66,9 @@ class Pose(NamedTuple):
     Perception uses the true position, reports the believed one, ``error_m`` from it. ``speed_mps`` is through the
     water, ``flow_mps`` the velocity of the water (x east, y north). The vehicle does not know its error, only the bound
     ``uncertainty_m`` and the standard deviation per axis ``sigma_m``.
+
+    >>> Pose(10.0, 20.0, 5.0, 0.0, 1.5, error_m=(1.0, 0.0)).believed_m
+    (11.0, 20.0)
     """
 
     x_m: float
@@ -123,6 +126,9 @@ class Observation:
     ``facts`` are recorded together and sent to interested peers; ``row`` follows time and vehicle in the sensor's
     table, empty for none. ``found`` is the class of the instance created for a detection, described by facts with
     subject ``SELF``; one known ``within_m`` of the first point fact is reused, with 0 never.
+
+    >>> Observation(((SELF, "location", (3.0, 4.0)),), found="Wreck", within_m=5.0).row
+    ()
     """
 
     facts: tuple[Fact, ...] = ()
@@ -132,7 +138,16 @@ class Observation:
 
 
 class Sensor(Protocol):
-    """One sensor of one vehicle in one run."""
+    """One sensor of one vehicle in one run.
+
+    >>> class Sounder(Sensor):
+    ...     table = None
+    ...     def sense(self, pose, world, now_s):
+    ...         return [Observation(row=(world.bottom_m - pose.depth_m,))]
+    >>> from types import SimpleNamespace
+    >>> Sounder().sense(Pose(0.0, 0.0, 5.0, 0.0, 0.0), SimpleNamespace(bottom_m=12.0), 0.0)[0].row
+    (7.0,)
+    """
 
     @property
     def table(self) -> Table | None:
@@ -146,7 +161,13 @@ class Sensor(Protocol):
 
 
 class SensorSettings(BaseModel):
-    """Table ``[[vehicle.sensor]]``; kinds of sensors add keys."""
+    """Table ``[[vehicle.sensor]]``; kinds of sensors add keys.
+
+    >>> class SounderSettings(SensorSettings):
+    ...     range_m: float = Field(50.0, gt=0.0, description="greatest depth below the vehicle")
+    >>> SounderSettings(name="sounder").range_m
+    50.0
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     EQUIPMENT: ClassVar[str] = "Sensor"

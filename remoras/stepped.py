@@ -52,7 +52,8 @@ class MissionState:
     """Immutable state after a motion tick: share of the goal, 0..1, and new milestones; ``is_over`` at the end.
 
     >>> from remoras.api import stepping
-    >>> next(stepping("mapping-rendezvous"))
+    >>> state: MissionState = next(stepping("mapping-rendezvous"))
+    >>> state
     <MissionState at 0 s: 0% of the goal, 4 vehicles>
     """
 
@@ -119,7 +120,13 @@ class RunSoFar(RunReader):
 
 
 class Stepping:
-    """Iterator over the states of a run, one per tick; callers that stop early call ``close``."""
+    """Iterator over the states of a run, one per tick; callers that stop early call ``close``.
+
+    >>> from remoras.api import load
+    >>> with Stepping(load("mapping-rendezvous"), seed=1) as steps:
+    ...     next(steps), next(steps)
+    (<MissionState at 0 s: 0% of the goal, 4 vehicles>, <MissionState at 1 s: 0% of the goal, 4 vehicles>)
+    """
 
     def __init__(self, scenario: Scenario, seed: int, strategy: Strategy | None = None) -> None:
         self._seed = Root(seed)

@@ -60,6 +60,9 @@ class Declaration:
         sharing: for upper bounds, which are never ranked: the class ``remoras.fleet.instant_sharing.InstantSharing``.
         authorities: changes allowed to members other than the leader; by default only the leader assigns roles.
         private_jobs: vehicles record own jobs privately; contrary beliefs of others are no errors.
+
+    >>> Declaration("my thesis", {JOB_DONE: "a job is done"}, help="calls").influences
+    True
     """
 
     source: str
@@ -91,7 +94,11 @@ class Declaration:
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """Facts of one message; with ``told`` False only the vehicle itself records them."""
+    """Facts of one message; with ``told`` False only the vehicle itself records them.
+
+    >>> Statement((("left", "jobDone", "AUV01"),)).told
+    True
+    """
 
     facts: tuple[Statable, ...]
     told: bool = True
@@ -136,6 +143,10 @@ class Situation:
         unheard: roles ``Group.Role`` assigned by this vehicle and not acknowledged, by peer.
         waits: own ones and those of peers.
         links: estimated losses of the links from and to each peer.
+
+    >>> work = Work(Group("Divers"), Organisation(), AUVDatabase(()), jobs={})
+    >>> Situation(30.0, 2, work, rally_m=None, heard=(), heard_s={}).work.is_begun
+    False
     """
 
     now_s: float
@@ -165,6 +176,9 @@ class Move:
         until_news: nothing to state, and the same answer for equal roles without statements or unacknowledged roles:
             skip calls until then.
         helping: (vehicle, role) of jobs that this vehicle is now to help with.
+
+    >>> Move((Statement((("left", "jobDone", "AUV01"),)),), holding=True).silent
+    False
     """
 
     statements: tuple[Statement, ...] = ()
@@ -181,6 +195,12 @@ class Negotiator(Protocol):
     With ``Declaration.private_jobs`` it may have ``division() -> Mapping[str, str]``: vehicle by role, as sent to all
     by the strategy's messages. It is called after part of a lease without reception; missing roles follow the prior
     knowledge.
+
+    >>> class Idle(Negotiator):
+    ...     def negotiate(self, situation):
+    ...         return Move(until_news=True)
+    >>> Idle().negotiate(None).statements
+    ()
     """
 
     def negotiate(self, situation: Situation) -> Move:
@@ -202,6 +222,11 @@ class Strategy(Protocol):
 
             def negotiator(self, me: str, group: Group) -> Negotiator:
                 return MyNegotiator(me, group)
+
+    >>> from remoras.strategies.cbba import STRATEGY
+    >>> strategy: Strategy = STRATEGY
+    >>> strategy.name, strategy.declaration.communicates, list(faults_of_strategy(strategy))
+    ('cbba', True, [])
     """
 
     @property

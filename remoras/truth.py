@@ -25,7 +25,11 @@ COMPLETE = "mission_complete"
 
 @dataclass(frozen=True, slots=True)
 class Milestone:
-    """Event of the report; ``vehicle`` or ``group`` may be empty."""
+    """Event of the report; ``vehicle`` or ``group`` may be empty.
+
+    >>> Milestone(1774.0, "mapping_done", "AUV01").group
+    ''
+    """
 
     time_s: float
     name: str
@@ -34,7 +38,16 @@ class Milestone:
 
 
 class VehicleView:
-    """Read-only view of a vehicle for the referee."""
+    """Read-only view of a vehicle for the referee.
+
+    >>> from missions.runs.assembly import assemble
+    >>> from missions.runs.setup import resolved
+    >>> from missions.scenarios import load
+    >>> fleet = assemble(resolved(load("mapping-rendezvous")), 1)
+    >>> vehicle: VehicleView = fleet.view.vehicles[0]
+    >>> vehicle.name, vehicle.position_m, vehicle.leads("Operational")
+    ('ASV00', (0.0, 0.0), False)
+    """
 
     __slots__ = ("_decision", "_functional", "_performed", "_social", "_vehicle")
 
@@ -175,7 +188,16 @@ class VehicleView:
 
 
 class FleetView(NamedTuple):
-    """Read-only view of the fleet for the referee: all vehicles in node order."""
+    """Read-only view of the fleet for the referee: all vehicles in node order.
+
+    >>> from missions.runs.assembly import assemble
+    >>> from missions.runs.setup import resolved
+    >>> from missions.scenarios import load
+    >>> fleet = assemble(resolved(load("mapping-rendezvous")), 1)
+    >>> view: FleetView = fleet.view
+    >>> [vehicle.name for vehicle in view.vehicles]
+    ['ASV00', 'AUV00', 'AUV01', 'AUV02']
+    """
 
     vehicles: tuple[VehicleView, ...]
 
@@ -189,6 +211,14 @@ class Truth(Protocol):
     """Referee of one run: observes everything, sends nothing to vehicles.
 
     It may define ``reachable_fraction(fleet)``, the share of the goal reached or achievable; else jobs determine it.
+
+    >>> from missions.runs.assembly import assemble
+    >>> from missions.runs.setup import resolved
+    >>> from missions.scenarios import load
+    >>> fleet = assemble(resolved(load("mapping-rendezvous")), 1)
+    >>> truth: Truth = fleet.truth
+    >>> truth.goal_fraction, truth.is_over, truth.milestones
+    (0.0, False, [])
     """
 
     @property

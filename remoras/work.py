@@ -30,7 +30,12 @@ HOME_MARGIN = 1.25
 
 
 class Outlook(NamedTuple):
-    """Expected completion: time (s) and place."""
+    """Expected completion: time (s) and place.
+
+    >>> from types import SimpleNamespace
+    >>> Outlook(10.0, (0.0, 0.0)).stayed((0.0, 8.0), 5.0, SimpleNamespace(transit_speed_mps=2.0))
+    Outlook(free_s=19.0, position_m=(0.0, 8.0))
+    """
 
     free_s: float
     position_m: Point
@@ -44,24 +49,25 @@ class Outlook(NamedTuple):
 class Job(Protocol):
     """Work to be done once by one vehicle, at a place.
 
-    A runnable example::
-
-        @dataclass(frozen=True)
-        class Visit:
-            name: str
-            place_m: Point
-            stay_s: float = 60.0
-            needs: tuple[str, ...] = ()
-
-            @property
-            def done(self) -> Key:
-                return "jobDone", self.name
-
-            def is_able(self, data: VehicleData) -> bool:
-                return True
-
-            def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-                return outlook.stayed(self.place_m, self.stay_s, data)
+    >>> @dataclass(frozen=True)
+    ... class Visit:
+    ...     name: str
+    ...     place_m: Point
+    ...     stay_s: float = 60.0
+    ...     needs: tuple[str, ...] = ()
+    ...
+    ...     @property
+    ...     def done(self) -> Key:
+    ...         return "jobDone", self.name
+    ...
+    ...     def is_able(self, data: VehicleData) -> bool:
+    ...         return True
+    ...
+    ...     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+    ...         return outlook.stayed(self.place_m, self.stay_s, data)
+    >>> buoy: Job = Visit("buoy", (0.0, 50.0))
+    >>> share_left(buoy), vehicles_taken(buoy)
+    (1.0, 1)
     """
 
     @property
@@ -97,6 +103,11 @@ class DivisibleJob(Job, Protocol):
     """Job done in parts, or discovered during the mission.
 
     Unless ``resumed`` is False, a successor resumes it. Several vehicles may do it, up to the maximum of its role.
+
+    >>> class Survey(DivisibleJob):
+    ...     share_left, resumed = 0.25, False
+    >>> share_left(Survey()), is_resumed(Survey())
+    (0.25, False)
     """
 
     @property
@@ -177,6 +188,12 @@ class Work:
     goal needs no further work. ``energy_j``: known energy left at ``now_s``, the start time of outlooks; vehicles with
     sufficient energy are missing. ``barred``: (vehicle, role) excluded from assignment. ``given_anew``: jobs reassigned
     despite a report of completion; further reports are ignored. ``unable``: (vehicle, job) by own report.
+
+    >>> from types import SimpleNamespace
+    >>> group = Group("Divers", (RoleSpecification("Visitor", job="buoy"),))
+    >>> work = Work(group, Organisation(), AUVDatabase(()), {"buoy": SimpleNamespace(needs=())})
+    >>> [role.name for role in work.vacant]
+    ['Visitor']
     """
 
     group: Group

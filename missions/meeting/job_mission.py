@@ -247,7 +247,11 @@ IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 
 
 class JobSettings(Section):
-    """Table ``[mission]``; missions with additional settings subclass it."""
+    """Table ``[mission]``; missions with additional settings subclass it.
+
+    >>> JobSettings(importance={"Work": 0.8}).importance["RendezVous"]
+    0.3
+    """
 
     arrival_radius_m: float = Field(20.0, gt=0.0, description="distance within which a vehicle has arrived")
     follow_distance_m: float = Field(
@@ -267,13 +271,26 @@ class JobSettings(Section):
 
 
 class JobScenario(Scenario):
-    """Input of a run; missions with additional tables subclass it."""
+    """Input of a run; missions with additional tables subclass it.
+
+    >>> from missions.scenarios import load
+    >>> scenario = load("recovery-field")
+    >>> isinstance(scenario, JobScenario), scenario.mission.arrival_radius_m
+    (True, 25.0)
+    """
 
     mission: JobSettings = JobSettings.usual()
 
 
 class JobMission(Mission):
-    """Mission of jobs, see the module; built from a scenario that has passed every check."""
+    """Mission of jobs, see the module; built from a scenario that has passed every check.
+
+    >>> from missions.fieldwork.mission import RecoveryMission
+    >>> from missions.scenarios import load
+    >>> mission: JobMission = RecoveryMission.from_scenario(load("recovery-field"))
+    >>> mission.objective, list(mission.jobs)[:2]
+    ('Recovering', ['site 1', 'site 2'])
+    """
 
     Scenario: ClassVar[type[Any]] = JobScenario
     needs = NEEDS

@@ -103,6 +103,12 @@ class Meeting:
 
     ``patience_s`` is the longest age of updates for a satisfied leader, ``deadline_s`` the wait after which it meets
     with the members present.
+
+    >>> from missions.runs.setup import resolved
+    >>> from missions.scenarios import load
+    >>> meeting: Meeting = resolved(load("mapping-rendezvous")).mission.meeting
+    >>> meeting.rally_points_m["operational rally"]
+    (450.0, 450.0)
     """
 
     groups: Mapping[str, Group]

@@ -35,7 +35,15 @@ IN_ANY_CASE = {"SendingInfluenceSignals", "MissionPlanner"}  # activities that d
 
 
 class MeetingTruth:
-    """Referee of a run: records gathered groups and judges its end; missions add their work."""
+    """Referee of a run: records gathered groups and judges its end; missions add their work.
+
+    >>> from missions.runs.assembly import assemble
+    >>> from missions.runs.setup import resolved
+    >>> from missions.scenarios import load
+    >>> truth: MeetingTruth = assemble(resolved(load("mapping-rendezvous")), 1).truth
+    >>> truth.goal_fraction, truth.is_over
+    (0.0, False)
+    """
 
     work: ClassVar[str] = "meet"
     """Verb for the vehicles' work in the reason of a failed run."""
@@ -331,7 +339,15 @@ class MeetingTruth:
 
 
 class JobTruth(MeetingTruth):
-    """Referee of jobs: the goal is all jobs; a group gathers only after those of its roles are done."""
+    """Referee of jobs: the goal is all jobs; a group gathers only after those of its roles are done.
+
+    >>> from missions.runs.assembly import assemble
+    >>> from missions.runs.setup import resolved
+    >>> from missions.scenarios import load
+    >>> truth: JobTruth = assemble(resolved(load("recovery-field")), 1).truth
+    >>> truth.work, truth.open_fraction
+    ('do', 1.0)
+    """
 
     work = "do"
     ends_with_meeting = False

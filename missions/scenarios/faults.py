@@ -86,6 +86,12 @@ class DeclaredFault(Section):
         BEFALLS: property of the vehicles from which ``any`` is drawn.
         ABSENCE: kind of absence during the fault; None if present.
         DISABLES: True if others must take over the vehicle's work.
+
+    >>> from missions.scenarios import load
+    >>> fault = 'fault=[{kind="mute", vehicle="AUV01", at_s=10.0}]'
+    >>> mute: DeclaredFault = load("mapping-rendezvous", [("--set", fault)]).fault[0]
+    >>> mute.CONDITION.is_mute, mute.holds_s(10.0)
+    (True, (10.0, inf))
     """
 
     model_config = ConfigDict(json_schema_extra=_with_kinds)

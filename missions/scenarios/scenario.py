@@ -101,7 +101,13 @@ class RallyPoint(Section):
 
 @with_features("")
 class Scenario(Sparse):
-    """Input of a run; a mission with further tables subclasses it."""
+    """Input of a run; a mission with further tables subclasses it.
+
+    >>> from missions.scenarios import load
+    >>> scenario: Scenario = load("mapping-rendezvous")
+    >>> scenario.vehicle_names, scenario.channel.name
+    (['ASV00', 'AUV00', 'AUV01', 'AUV02'], 'bernoulli')
+    """
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
     UNSAID = frozenset({"role", "group_template", "worldmodel", "modem"})

@@ -19,7 +19,11 @@ STRAIGHT = 1e-9
 
 
 class Motion:
-    """Position, heading (as unit vector ``ahead``, x east, y north), speed, energy and distance."""
+    """Position, heading (as unit vector ``ahead``, x east, y north), speed, energy and distance.
+
+    >>> Motion(3.0, 4.0, heading_rad=0.0, speed_mps=1.5).ahead
+    (1.0, 0.0)
+    """
 
     __slots__ = ("_heading_rad", "_told", "ahead", "distance_m", "energy_j", "speed_mps", "x_m", "y_m")
     _heading_rad: float

@@ -95,6 +95,9 @@ class Group:
     Holders of the roles ``succession`` succeed a lost leader, in order. Leaders of the group ``within`` supervise it.
     ``templates`` are those of this instance, the nearest first; ``subgroups`` the demanded ones, any if empty. The
     leader of ``formed_by`` forms this group at run time; None for founding groups.
+
+    >>> Group("Divers", (RoleSpecification("Leader", head=True),)).head_role
+    'Leader'
     """
 
     name: str
