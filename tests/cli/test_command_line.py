@@ -96,7 +96,7 @@ def test_list_shows_every_kind_and_the_subject_of_studies():
     assert list(everything) == ["scenarios", "strategies", "policies", "channels", "modems", "networks", "plugins"]
     found = {row["name"]: row["description"] for row in json.loads(remoras("list", "studies", "--json").stdout)}
     assert list(found) == list(shipped_studies())
-    assert found["strategies-quick"].startswith("The study strategies-under-loss in little")
+    assert found["strategies-quick"].startswith("Short form of the study `strategies-under-loss`")
 
 
 def test_settings_of_a_strategy_are_listed():
