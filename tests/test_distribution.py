@@ -8,12 +8,13 @@ import remoras
 from exchange.study import compiler
 
 ROOT = Path(__file__).parents[1]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = DECLARED["project"]
+PACKAGES = [name.removesuffix("*") for name in DECLARED["tool"]["setuptools"]["packages"]["find"]["include"]]
 TEXTS = [
-    path
-    for pattern in ("*.md", "docs/**/*.md", "docs/**/*.ipynb", "*/**/*.py")
-    for path in ROOT.glob(pattern)
-    if not path.is_relative_to(ROOT / "tests") and ".venv" not in path.parts and "build" not in path.parts
+    *ROOT.glob("*.md"),
+    *(ROOT / "docs").rglob("*.md"),
+    *(p for name in PACKAGES for p in (ROOT / name).rglob("*.py")),
 ]
 
 

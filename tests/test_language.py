@@ -5,7 +5,7 @@ Phrases for 1,000 words: pandas, networkx, Mesa, rdflib and Hypothesis have 1 to
 
 import ast
 import re
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,16 +25,14 @@ FEWEST_WORDS = 400
 """A package with fewer words may have as many phrases as one with these."""
 
 
-def docstrings(folder: Path) -> Iterator[str]:
-    """Yield the string statements of a package, smaller packages within it included."""
-    for path in folder.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if (
-                isinstance(node, ast.Expr)
-                and isinstance(node.value, ast.Constant)
-                and isinstance(node.value.value, str)
-            ):
-                yield node.value.value
+@cache
+def docstrings(path: Path) -> list[str]:
+    """The string statements of a file."""
+    return [
+        node.value.value
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+    ]
 
 
 def n_words(text: str) -> int:
@@ -43,7 +41,7 @@ def n_words(text: str) -> int:
 
 @pytest.mark.parametrize("folder", PACKAGES, ids=lambda folder: str(folder.relative_to(ROOT)))
 def test_docstrings_contain_few_vague_phrases(folder: Path) -> None:
-    texts = list(docstrings(folder))
+    texts = [text for path in folder.rglob("*.py") for text in docstrings(path)]
     words = sum(map(n_words, texts))
     vague = [match.group(0) for text in texts for match in VAGUE.finditer(text)]
     assert len(vague) <= MOST_PER_THOUSAND / 1000.0 * max(words, FEWEST_WORDS), vague
