@@ -115,8 +115,7 @@ def _attribute(setup: Setup, name: str, where: str) -> Any:
 def assigned_objectives(setup: Setup) -> list[Objective]:
     """Return the objectives that plans without any knowledge assign."""
     mission, goals = setup.mission, list[Objective]()
-    groups = setup.agreement.organisation.groups
-    for group in groups:
+    for group in setup.agreement.organisation.groups:
         for task_name in mission.group_missions:
             planned = plan(mission.social_domain, {}, Task(task_name, (group,)))
             if isinstance(planned, NoPlan):
@@ -132,9 +131,8 @@ def check_jobs(setup: Setup) -> None:
     """Check that every job belongs to a role with a vehicle able to do both."""
     for name, job in setup.mission.jobs.items():
         assert job.name == name, f"job {name!r} calls itself {job.name!r}"
-        roles = [
-            place for place, role in setup.scenario.roles.items() if role.job == name
-        ]  # of groups yet to form, too
+        # Of groups yet to form, too.
+        roles = [place for place, role in setup.scenario.roles.items() if role.job == name]
         able = [d for d in setup.database.values() if job.is_able(d) and any(d.can_play(*role) for role in roles)]
         assert able, f"job {name!r}: no vehicle able to play a role with it is able to do it"
 
@@ -201,11 +199,8 @@ def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
     changed = difference(before, picture_of(setup.mission), "mission")
     assert not changed, f"a run changes the mission, which all vehicles and runs share: {changed}"
     _same(first, again, "two runs of one mission object differ")
-    _same(
-        first,
-        recorded_rows(finished(resolved(scenario)).recorder),
-        "from_scenario makes two missions of one scenario that differ",
-    )
+    other = recorded_rows(finished(resolved(scenario)).recorder)
+    _same(first, other, "from_scenario makes two missions of one scenario that differ")
     return first
 
 
