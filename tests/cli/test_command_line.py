@@ -335,22 +335,6 @@ def test_export_refuses_a_sweep(results: Path, swept: Path, tmp_path: Path) -> N
     assert "world.origin_deg" in refused("export", tmp_path / "nowhere", "--format", "geojson")
 
 
-def test_the_organisation_is_drawn_for_a_time_and_a_view(results: Path, swept: Path, tmp_path: Path) -> None:
-    made = remoras(
-        "plot", results, "organisation", "--at", "20", "--viewer", "AUV01", "--format", "svg", "--out", tmp_path
-    )
-    assert made.exit_code == 0, made.output
-    caption = (tmp_path / "organisation.txt").read_text(encoding="utf-8")
-    assert caption.startswith("Organisation in the view of AUV01, over mission time; the thick line marks 20.0 s. ")
-    assert "at 1e+06 s: this run lasts from 0 to" in refused("plot", results, "organisation", "--at", "1e6")
-    assert "known: ASV00, AUV00, AUV01, AUV02; nearest: 'AUV01'" in refused(
-        "plot", results, "organisation", "--viewer", "AUV1"
-    )
-    assert "applies to the figure organisation only" in refused("plot", results, "roles", "--at", "5")
-    assert "applies to the figure organisation only" in refused("plot", results, "--viewer", "AUV01", "roles")
-    assert "figures of a single run" in refused("plot", swept, "--at", "5")
-
-
 @pytest.mark.slow
 def test_doctor_reports_no_fault_in_this_installation():
     result = remoras("doctor")

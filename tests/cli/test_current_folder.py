@@ -98,11 +98,10 @@ def test_python_m_imports_installed_libraries_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("module", [False, True])
-def test_a_named_plug_in_can_import_its_neighbours_at_any_time(tmp_path: Path, module: bool) -> None:
+def test_a_named_plug_in_can_import_its_neighbours_at_any_time(tmp_path: Path) -> None:
     plant(tmp_path, "helper", "later", "orjson")
     plant(tmp_path, "mine", more=MINE)
-    done = command(tmp_path, "run", "mapping-rendezvous", "--strategy", "mine:Mine", *SHORT, "--json", module=module)
+    done = command(tmp_path, "run", "mapping-rendezvous", "--strategy", "mine:Mine", *SHORT, "--json")
     assert done.returncode in (0, 1), done.stderr
     assert executed(tmp_path) == ["helper", "later", "mine"]
 

@@ -258,16 +258,6 @@ def a_vehicle_low_on_energy_goes_home_by_a_vital_behaviour(folder: Path, said: d
     assert summary(folder / "weak")["serviced_fraction"] == 1.0
 
 
-@claimed("mission")
-def vehicles_that_start_at_the_rally_point_do_their_jobs_before_they_meet(folder: Path, said: dict[str, str]) -> None:
-    """All three start within 30 m of the tender; the strategy of the paper gives jobs out before the mission."""
-    near = {"rally_point.tender.position_m": [0.0, -10.0], "mission.arrival_radius_m": 40.0}
-    found = api.run("buoys.toml", strategy="remoras", seed=1, set=near).summary
-    assert (found["completed"], found["serviced_fraction"]) == (True, 1.0)
-    short = api.run("buoys.toml", strategy="remoras", seed=1, set={**near, "scenario.duration_s": 100.0}).summary
-    assert short["reason"].endswith("jobs not done: mother, north, east, south, west")
-
-
 @pytest.mark.parametrize("page", [page.stem for page in PAGES])
 def test_a_page_works_as_printed_and_has_the_effect_that_it_claims(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

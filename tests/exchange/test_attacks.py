@@ -98,7 +98,7 @@ def test_acknowledgements_to_a_duplicate_id_are_dropped_once_it_is_detected(poli
 
 # Lives --------------------------------------------------------------------------------------------
 
-SOME = ("ack", "mps-ack-repeat", "adaptive")
+SOME = ("mps-ack-repeat", "adaptive")
 LIVES: dict[str, tuple[int, int, dict[int, list[tuple[int, bool]]]]] = {
     # nodes, slots, and by slot the nodes that begin anew and whether they keep their memory
     "matrices of an earlier life": (

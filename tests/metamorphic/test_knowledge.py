@@ -30,15 +30,15 @@ def plans(finished: Run) -> list[Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
-def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_acknowledgements_change_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     """Who learns nothing from rows goes on repeating what is known, and takes back what it gave.
 
     Summaries tell who holds what too, so neither of the two has them here.
 
     It fails if room in packets were without limit, or nobody asked what is acknowledged: then rows would be ballast.
     """
-    usual = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
+    given = "mapping-patches", "contract-net", 0.7, "communication.summaries=false"
+    usual = of(*given)
     apply = Receiver.apply
 
     def without_rows(receiver: Receiver, decoded: DecodedPacket, *more: Any) -> Reception:
@@ -46,7 +46,7 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
         return apply(receiver, decoded._replace(packet=packet, own=0), *more)
 
     monkeypatch.setattr(Receiver, "apply", without_rows)
-    ignoring = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
+    ignoring = of(*given)
     assert plans(ignoring) != plans(usual)
     assert ignoring.milestones != usual.milestones
 

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 
 from missions.runs.results import identity
 from missions.sweeps.folder import KEPT, RUNS, SweepFolder, SweepResults
-from missions.sweeps.ledger import LEDGER, MACHINE_COLUMNS, FinishedRun
+from missions.sweeps.ledger import MACHINE_COLUMNS, FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan
 from missions.sweeps.study import load_study
 
@@ -82,11 +82,6 @@ def outcome(folder: Path) -> tuple[bytes, dict[str, bytes]]:
     pq.write_table(pq.read_table(folder / RUNS).drop_columns(list(MACHINE_COLUMNS)), buffer)
     tables = sorted((folder / KEPT).glob("*/*.parquet"))
     return buffer.getvalue(), {f"{path.parent.name} {path.name}": path.read_bytes() for path in tables}
-
-
-def ledger_length(folder: Path) -> int:
-    path = folder / LEDGER
-    return path.read_bytes().count(b"\n") if path.is_file() else 0
 
 
 def environment() -> dict[str, str]:

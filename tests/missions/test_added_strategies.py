@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from sweeping import environment, study_text, written
+from sweeping import study_text, written
 
 import remoras
 from missions.errors import StudyChangedError
-from missions.sweeps import SweepResults, load_study, sweep
+from missions.sweeps import load_study, sweep
 from remoras.errors import PluginError
 
 OWN = """
@@ -55,30 +55,6 @@ def own_file(folder: Path) -> Path:
 
 
 SMALL = study_text(repeats=2, per="[0.1]").replace('["ack", "mps-ack"]', '["ack"]')
-
-
-@pytest.mark.slow
-def test_sweep_with_a_strategy_file_is_run_resumed_and_read(tmp_path: Path) -> None:
-    """Two worker processes find the file in a third folder; readers do not need the file."""
-    study, own, out = written(tmp_path, SMALL), own_file(tmp_path), tmp_path / "out"
-
-    def remoras_command(*arguments: object) -> "subprocess.CompletedProcess[str]":
-        code = "import sys; from remoras.cli import main; sys.argv[0] = 'remoras'; main()"
-        command = [sys.executable, "-c", code, *map(str, arguments)]
-        return subprocess.run(command, env=environment(), cwd=tmp_path, capture_output=True, text=True, check=False)
-
-    own_class = f"elsewhere/{own.name}:Mine"
-    given = ("sweep", study, "--out", out, "--jobs", 2, "--strategy", own_class, "--strategy", "cbba")
-    made = remoras_command(*given)
-    assert made.returncode == 0, made.stderr
-    assert remoras_command(*given).returncode == 0
-    own.unlink()
-    rows = remoras_command("compare", out, "--json")
-    assert f'"{own.stem}:Mine"' in rows.stdout
-    assert remoras_command("sweep", "--status", "--out", out).stdout.startswith("6 planned, 6 done")
-    assert remoras_command("plot", out, "bytes", "--out", tmp_path / "figures").returncode == 0
-    assert set(SweepResults.read(out).runs().strategy) == {"remoras", f"{own.stem}:Mine", "cbba"}
-    assert (out / "study.toml").read_text().startswith(f"# --strategy {own_class}\n# --strategy cbba\n")
 
 
 def test_python_interface_adds_strategies_to_a_sweep_folder(tmp_path: Path) -> None:

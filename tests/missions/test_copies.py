@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from small_mission import SMALL, faults_of, line_of, pond
 
@@ -28,6 +28,7 @@ def clear_of_each_other(one: VehicleTable, other: VehicleTable, spacing_m: float
 # What a copy is -----------------------------------------------------------------------------------
 
 
+@settings(max_examples=25)
 @example(size=MAX_VEHICLES, spacing_m=5.0)
 @given(size=st.integers(4, 64), spacing_m=st.sampled_from([5.0, 10.0, 40.0]))
 def test_copies_differ_only_in_name_slot_depth_and_start(size: int, spacing_m: float) -> None:

@@ -163,15 +163,6 @@ def test_dives_share_no_nonce_and_packets_of_the_first_are_refused(
     assert len(set(used)) == len(used) > first > 30
 
 
-def test_restarted_process_repeats_no_nonce(key_file: Path, used: list[tuple[bytes, bytes]]) -> None:
-    """Killed and started again at any time, twice from the very start, with and without another epoch."""
-    plan = plans(key_file)[1]
-    for _ in range(3):
-        alone(plan).solo.advance(60.0)
-    assert len(used) > 15
-    assert len(set(used)) == len(used)
-
-
 def said(sent: list[Sent]) -> list[LogEntry]:
     return [LogEntry(LineKind.SENT, one.time_s, one.packet.data) for one in sent]
 

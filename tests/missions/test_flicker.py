@@ -22,11 +22,12 @@ STRONG = "current={east_mps=0.98, north_mps=0.43}"
         # an escort that a current carries out of the area of operations
         ("trident-intervention", ("scenario.duration_s=2500", ASTRAY, STRONG), 1, 2),
         # holders that give up a job
-        ("recovery-field", ("strategy.name=cbba", "mission.wait_s=200", "scenario.duration_s=2500"), 2, 40),
+        pytest.param("recovery-field", ("strategy.name=cbba", "mission.wait_s=200", "scenario.duration_s=2500"), 2, 40,
+                     marks=pytest.mark.thorough),
         # all that hear the same call
         ("resupply-field", ("channel.per=0.3",), 0, 40),
     ],
-)
+)  # fmt: skip
 def test_vehicles_rarely_undo_changes_of_behaviour(name: str, keys: tuple[str, ...], most: int, least: int) -> None:
     """Of at least ``least`` changes, at most ``most`` are undone."""
     n_undone, n_changes = undone(flown(name, *keys).recorder.rows("activities"))

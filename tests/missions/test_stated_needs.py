@@ -58,25 +58,6 @@ def test_need_stated_during_the_mission_delivers_earlier_observations(tmp_path: 
     assert not any(mapped.intersection(row[10]) for row in before)
 
 
-def test_need_agreed_before_costs_no_bits_and_ends_when_withdrawn(tmp_path: Path) -> None:
-    ending = fleet_of(scenario(tmp_path, NEED + f"until_s = {BEGINS_S}", listed=["mappedCell"]))
-    assert [row[5] for row in ending.recorder.items if row[4].startswith("need 1")] == ["needPriority"]
-    assert 0 < cells(ending, 0) == cells(ending, 0, BEGINS_S + 10.0)
-
-
-def test_unacknowledged_need_is_sent_once_despite_losses(tmp_path: Path) -> None:
-    """At PER 0.5 acknowledged items are repeated; as a control, those without acknowledgement are not."""
-
-    def most_said(terms: str) -> int:
-        fleet = fleet_of(scenario(tmp_path, NEED + terms, "channel.per=0.5", listed=["mappedCell"]))
-        mapped = {row[0] for row in fleet.recorder.items if row[5] == "mappedCell"}
-        said = [uid for row in fleet.recorder.packets for uid in row[10] if uid in mapped]
-        return max(map(said.count, mapped))
-
-    assert most_said("acknowledged = false") == 1
-    assert most_said("acknowledged = true") > 1
-
-
 def test_summary_counts_expired_items_only_for_needs_with_a_limit(tmp_path: Path) -> None:
     made = run(scenario(tmp_path, NEED + "ttl_s = 15.0", "channel.per=0.8", listed=["mappedCell"]), 3)
     lost = [row for row in made.recorder.rows("deliveries") if row[4] in {"time to live", "overflow"}]

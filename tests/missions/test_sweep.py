@@ -87,7 +87,7 @@ def test_pool_survives_the_death_of_its_processes() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("wait_s", "send"), [(0.0, os.killpg), (0.6, os.killpg), (0.6, os.kill)])
+@pytest.mark.parametrize(("wait_s", "send"), [(0.0, os.killpg), (0.6, os.kill)])
 def test_interrupt_keeps_finished_runs_and_exits_with_130(
     tmp_path: Path, wait_s: float, send: Callable[[int, int], None]
 ) -> None:

@@ -2,22 +2,17 @@
 
 import json
 import os
-import random
 import shutil
-import subprocess
-import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
-import psutil
 import pytest
 from failing_disk import FAULTS, OPERATIONS, FailingDisk, Killed
 from sampling import sampled
-from sweeping import Serial, ledger_length, outcome, started, study_text, written
+from sweeping import Serial, outcome, study_text, written
 
 from missions.errors import OutputError
 from missions.sweeps.driver import PartlyDoneError, sweep
@@ -189,41 +184,3 @@ def test_ledger_line_is_synced_after_its_last_write(tmp_path: Path, monkeypatch:
     assert done.count("synced") >= 1
     assert done[-1] == "synced"
     ledger.close()
-
-
-N_KILLS = 4
-
-
-def workers_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:
-    """Children of its fork server; none once it has ended."""
-    with suppress(psutil.NoSuchProcess):
-        inner = psutil.Process(process.pid).children(recursive=True)
-        return [child for child in inner if child.ppid() != process.pid]
-    return []
-
-
-@pytest.mark.slow
-def test_repeatedly_killed_sweep_loses_no_run(tmp_path: Path) -> None:
-    """Half of the kills meet a worker, half the parent; the moments are random."""
-    text = study_text(repeats=N_KILLS * 2).replace("\nseed", "\nkeep_tables = 5\nseed")
-    study, out, draws = written(tmp_path, text), tmp_path / "out", random.Random(20)
-
-    def start() -> "subprocess.Popen[str]":
-        return started("sweep", study, "--out", out, "--jobs", "2")
-
-    process = start()
-    for number, length in enumerate(sorted(draws.randrange(N_KILLS * 5) for _ in range(N_KILLS))):
-        if number % 2:
-            process.kill()
-            process.wait()
-            process = start()
-        while ledger_length(out) < length and process.poll() is None:
-            time.sleep(0.01)
-        time.sleep(draws.uniform(0.0, 0.5))
-        if number % 2 == 0 and (workers := workers_of(process)):
-            draws.choice(workers).kill()
-    assert process.wait(120) == 0, process.communicate()
-    keys = Counter(json.loads(line)["key"] for line in (out / LEDGER).read_text().splitlines())
-    assert (len(keys), set(keys.values())) == (N_KILLS * 8, {1})
-    sweep(load_study(str(study)), tmp_path / "serial", executor=Serial())
-    assert outcome(out) == outcome(tmp_path / "serial")

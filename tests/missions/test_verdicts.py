@@ -65,26 +65,15 @@ def test_too_little_energy_reaches_a_share_of_the_whole_goal(strategy: str) -> N
     assert finished.recorder.trajectories[-1][0] < 3000.0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("strategy", SOME)
-def test_able_survivors_complete_the_mission(strategy: str) -> None:
-    """Only the strategy without communication never learns of the loss: the work is reachable, but stays open."""
-    _, found = made("mapping-rendezvous", f"strategy.name={strategy}", lost(900.0, "AUV02"))
-    assert found["reachable_fraction"] == 1.0
-    assert found["completed"] is (strategy != "fixed-partition")
-
-
 # Less is never more -------------------------------------------------------------------------------
 
 
 MORE_LOST = [[lost(600.0, *AUVS[3 - n :])] for n in (0, 1, 3)]
-LESS_ENERGY = [with_energy("mapping-rendezvous", energy_j) for energy_j in (2e6, 100e3, 1.0)]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("worse", [MORE_LOST, LESS_ENERGY], ids=["more lost", "less energy"])
-def test_fewer_vehicles_or_less_energy_never_reach_more(worse: list[list[str]]) -> None:
-    summaries = [made("mapping-rendezvous", "channel.per=0.3", *settings)[1] for settings in worse]
+def test_fewer_vehicles_never_reach_more() -> None:
+    summaries = [made("mapping-rendezvous", "channel.per=0.3", *settings)[1] for settings in MORE_LOST]
     found = [(one["goal_fraction"], one["completed"]) for one in summaries]
     assert found == sorted(found, reverse=True), found
     assert (found[0][1], found[-1][1]) == (True, False)

@@ -22,7 +22,7 @@ POLICY = "communication.policy=mps-ack-repeat"
     "name",
     sampled(
         [name for name in shipped() if name not in (DAY, SEARCH)],
-        "mapping-corridor", "mapping-inspection", "mapping-nine-teams", "escort-lines", "resupply-field",
+        "mapping-corridor", "mapping-inspection", "mapping-nine-teams", "escort-lines",
     ),
 )  # fmt: skip
 def test_every_scenario_completes_over_a_lossy_channel(name: str) -> None:

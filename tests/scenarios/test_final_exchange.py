@@ -33,12 +33,6 @@ def knowledge(fleet: Fleet) -> tuple[set[str], list[dict[tuple[int, int], tuple[
     return {model.state_hash() for model in models}, [model.digest() for model in models]
 
 
-def test_the_final_exchange_ends_at_its_time_limit() -> None:
-    fleet, settled = ended(1, CUT, "scenario.settle_s=5")
-    assert settled == Settled(5.0, False)
-    assert len(knowledge(fleet)[0]) > 1
-
-
 def test_a_deaf_vehicle_prolongs_the_final_exchange_and_the_others_agree() -> None:
     fleet, settled = ended(1, CUT, SETTLED, "fault=[{kind='deaf',vehicle='AUV02',at_s=300}]")
     assert settled == Settled(900.0, False)

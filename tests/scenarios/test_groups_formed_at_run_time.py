@@ -38,7 +38,7 @@ def n_inspected(finished: Run) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("strategy", "per"), [("remoras", 0.4), ("central", 0.0), ("cbba", 0.4)])
+@pytest.mark.parametrize(("strategy", "per"), [("remoras", 0.4), ("cbba", 0.4)])
 def test_a_group_is_formed_on_a_detection_and_dissolved_after_inspection(strategy: str, per: float) -> None:
     finished = flown(INSPECTION, "finds.number=2", f"strategy.name={strategy}", f"channel.per={per}")
     assert finished.completed, finished.reason

@@ -54,7 +54,7 @@ def test_deadlines_change_no_table(schedule: Schedule) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=25, **LAW)
+@settings(max_examples=8, **LAW)
 @given(schedules())
 def test_deadlines_change_no_table_under_any_schedule(schedule: Schedule) -> None:
     check(schedule)

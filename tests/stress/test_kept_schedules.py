@@ -7,13 +7,15 @@ from stress.schedules import read_schedule
 from stress.trial import judge
 
 FAULTS = Path(__file__).parents[1] / "faults"
+LONG = ("given-up-and-not-heard", "waits-for-the-absent")
+"""Schedules that take ten seconds and more."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "file",
     [
-        pytest.param(file, id=file.stem, marks=[pytest.mark.thorough] * (number % 3 > 0))
+        pytest.param(file, id=file.stem, marks=[pytest.mark.thorough] * (number % 3 > 0 or file.stem in LONG))
         for number, file in enumerate(sorted(FAULTS.glob("*.toml")))
     ],
 )

@@ -24,7 +24,7 @@ def check(schedule: Schedule) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=40, derandomize=True, **CAMPAIGN)
+@settings(max_examples=20, derandomize=True, **CAMPAIGN)
 @given(node_schedules())
 def test_no_schedule_of_nodes_violates_an_invariant(schedule: Schedule) -> None:
     check(schedule)

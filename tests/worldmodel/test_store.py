@@ -24,7 +24,7 @@ def everything(model: WorldModel) -> list[Block]:
     return [*model.blocks(), *(one.block for one in model.arrivals.waiting.values()), *model.arrivals.refused.values()]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(any_blocks, st.randoms(use_true_random=False), st.integers(1, 4), st.sets(st.integers(0, 2), max_size=2))
 def test_the_same_blocks_make_the_same_model(blocks, rng, n_packets, banned) -> None:
     """In any order, split and repeated in any way, passed on by another vehicle, or copied."""

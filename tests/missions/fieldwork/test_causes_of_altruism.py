@@ -11,7 +11,7 @@ FULL = ("vehicle.AUV03.sensor.corer.battery_j=1e6", "vehicle.AUV04.sensor.auger.
 PLAIN = tuple(f"line.line {number}.escorted=false" for number in (2, 5, 7, 10))
 """No line takes an escort, so nobody waits for one."""
 CAUSES = {
-    "resupply-field": (1500.0, (FULL, (CALM,))),
+    "resupply-field": (1500.0, (FULL,)),
     "escort-lines": (900.0, (PLAIN,)),
     "recovery-field": (900.0, (("lifts.vehicles=1",),)),
     "ferry-passage": (500.0, ((CALM, "decision.dismay_per_s=0.0"),)),

@@ -9,30 +9,12 @@ from varied import Varied
 from missions.runs.run import Run
 
 flown = Varied("recovery-field", "field.toml").flown
-OFF = "decision.weight_external=0.0"
 SHORT, LONG = "scenario.duration_s=900.0", "scenario.duration_s=2000.0"
 
 
 def events(of: Run, event: str) -> dict[str, float]:
     """When a lift came to an event, by name."""
     return {row[2]: row[0] for row in of.recorder.rows("lifts") if row[3] == event}
-
-
-def waits_s(*keys: str) -> float:
-    """How long objects waited in two runs, all together; to the end where they were not lifted."""
-    runs = [flown(seed, LONG, *keys) for seed in (1, 2)]
-    return math.fsum(
-        events(one, "lifted").get(name, 2000.0) - from_s
-        for one in runs
-        for name, from_s in events(one, "waits").items()
-    )
-
-
-@pytest.mark.slow
-def test_objects_wait_less_where_calls_are_answered() -> None:
-    """A call draws vehicles from their own work; without calls they help only once they have no other work."""
-    assert waits_s() < 0.6 * waits_s(OFF)
-    assert all(flown(seed, LONG).completed for seed in (1, 2))
 
 
 @pytest.mark.parametrize("seed", [1, 185449697741568])
@@ -50,7 +32,7 @@ def test_positions_of_objects_depend_on_the_seed_and_are_near_sites() -> None:
     """Any vehicle that surveys the site detects the object, under any strategy."""
     sites_m = [site.position_m for site in flown(1, SHORT).scenario.site]
     worlds = [flown(1, SHORT).mission.world(seed) for seed in range(20)]
-    assert worlds == [flown(1, SHORT, OFF).mission.world(seed) for seed in range(20)]
+    assert worlds == [flown(1, SHORT, "decision.weight_external=0.0").mission.world(seed) for seed in range(20)]
     assert len({lying for world in worlds for lying in world.items()}) == 80
     for at_m in itertools.chain(*(world.values() for world in worlds)):
         assert 5.0 <= min(math.dist(at_m, site_m) for site_m in sites_m) <= 36.0

@@ -2,6 +2,7 @@
 
 import pytest
 from recorded import flown, said
+from sampling import sampled
 
 AUCTION = "strategy.parameters.help=auction"
 ESCORTED = tuple(f'line."line {n}".escorted=true' for n in (1, 3, 4, 6))
@@ -32,7 +33,7 @@ def test_an_awarded_vehicle_leaves_its_own_work_to_help() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("level", ["calls", "auction"])
+@pytest.mark.parametrize("level", sampled(["calls", "auction"], "auction"))
 def test_vehicles_that_take_jobs_on_their_own_are_escorted(level: str) -> None:
     """Peers know the holder of a line that needs an escort; each vehicle holds one and waits at first."""
     of_help = f"strategy.parameters.help={level}"

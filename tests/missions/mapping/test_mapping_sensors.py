@@ -2,14 +2,10 @@
 
 import math
 from collections import Counter
-from functools import lru_cache
-from pathlib import Path
-from typing import Any
 
 import pytest
 from sample_vehicles import AUV, WITHOUT_SENSOR
 
-import remoras
 from missions.mapping.sensors import (
     CLASSES,
     Classifier,
@@ -20,8 +16,6 @@ from missions.mapping.sensors import (
     mapping_speed_mps,
     swath_m,
 )
-from missions.runs.knowledge_at import KnownAt
-from missions.verification import verify
 from remoras.sensor import Observation, Pose
 
 SQUARE = [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)]
@@ -76,77 +70,6 @@ def test_mapping_speed_scales_with_the_true_speed() -> None:
     assert (swath_m(AUV), swath_m(WITHOUT_SENSOR)) == (25.0, 0.0)
     assert mapping_speed_mps(WITHOUT_SENSOR) == 1.5
     assert cells(AUV.faster(1.1).sensors[0].make(AUV.faster(1.1)), 12.5, 12.5, 1.37) == [(0, 0)]
-
-
-VEHICLES = ("ASV00", "AUV00", "AUV01", "AUV02")
-LIES_M = {"steamer": (350.0, 200.0), "barge": (200.0, 350.0), "outfall": (340.0, 340.0), "mound": (480.0, 230.0)}
-OFF_M = 12.0
-BIAS = {
-    "kind": "biased", "vehicle": "AUV02", "sensor": "classifier", "attribute": "location", "offset": [OFF_M, 0.0],
-    "at_s": 0.0,
-}  # fmt: skip
-BAN = {"issuer": "AUV00", "vehicle": "AUV02", "at_s": 600.0}
-SETTLED_S = 120.0
-"""17 TDMA frames of 7.09 s: an item that is repeated each frame is missed by one of three with 3 * 0.4^17 < 1e-6."""
-
-
-@lru_cache
-def finished(biased: bool = False, banned: bool = False) -> remoras.Run:
-    chosen: dict[str, Any] = {"fault": [BIAS]} if biased else {}
-    return remoras.run(
-        "mapping-objects", per=0.4, seed=3, set=chosen | ({"ban": [{**BAN, "until_s": 1600.0}]} if banned else {})
-    )
-
-
-def seen_at(known: KnownAt, name: str, within_m: float = 20.0) -> str | None:
-    """The instance that the vehicle takes for an object of the scenario; None if it knows of none there."""
-    found = []
-    for belief in known.beliefs:
-        if belief.attribute == "location":
-            at_m = known.fused(belief.subject, "location").value
-            found.append((math.dist(at_m, LIES_M[name]), belief.subject))
-    way_m, subject = min(found, default=(math.inf, None))
-    return subject if way_m <= within_m else None
-
-
-def test_classifications_of_two_vehicles_fuse_equally_on_all() -> None:
-    run = finished()
-    end_s = run.summary["mission_time_s"]
-    fused = {}
-    for vehicle in VEHICLES:
-        known = run.known(vehicle, end_s)
-        subject = seen_at(known, "steamer")
-        fused[vehicle] = subject, known.fused(subject, "classification"), known.fused(subject, "location")
-    assert len({repr(one) for one in fused.values()}) == 1
-    subject, kind, place = fused["ASV00"]  # which has no such sensor
-    assert kind.origins == place.origins == ("AUV00", "AUV01")
-    assert kind.value == "wreck"
-    assert math.dist(place.value, LIES_M["steamer"]) < 3.1 * 2.0 * math.sqrt(2.0)
-
-
-@pytest.mark.slow
-def test_ban_removes_the_effect_of_a_bias_until_it_is_revoked(tmp_path: Path) -> None:
-    """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is."""
-    run = finished(biased=True, banned=True)
-    sound = finished(biased=True)
-    end = sound.known("ASV00", sound.summary["mission_time_s"])
-    assert (end.doubted, sound.summary["n_doubted"]) == (("AUV02",), 1)
-    for vehicle in VEHICLES:
-        before, during, after = (run.known(vehicle, at_s) for at_s in (599.0, 1599.0, 1600.0 + SETTLED_S))
-        assert (before.banned, during.banned, after.banned) == ({}, {"AUV02": 0.0}, {})
-        assert "AUV02" in before.fused(seen_at(before, "barge"), "location").origins
-        subject = seen_at(during, "outfall")
-        truth_m = LIES_M["outfall"][0]
-        misled, corrected = after.fused(subject, "location"), during.fused(subject, "location")
-        assert "AUV02" not in corrected.origins
-        assert "AUV02" in misled.origins
-        share = 1.0 / len(misled.origins)
-        assert misled.value[0] - truth_m > OFF_M * share - 2.0 * 3.1  # of each look 3.1 sigmas at most
-        assert misled.value[0] - corrected.value[0] > 2.0
-    at_s = 599.0
-    assert list(run.known("ASV00", at_s).beliefs) == list(sound.known("ASV00", at_s).beliefs)
-    sound.save(tmp_path / "run")
-    assert list(verify(tmp_path / "run").lines) == []
 
 
 # The sensor ------------------------------------------------------------------------------------------

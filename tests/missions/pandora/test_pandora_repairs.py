@@ -127,9 +127,8 @@ def vehicles(**tools: tuple[int, ...]) -> list[dict[str, Any]]:
     return tables
 
 
-@pytest.mark.parametrize(("tool", "number"), [("wrench", 0), ("camera", 2)])
-def test_tool_on_any_one_vehicle_suffices(tmp_path: Path, tool: str, number: int) -> None:
-    done = flown(tmp_path, vehicle=vehicles(**{tool: (number,)}), seed=11 + number, **BOTH_STUCK)
+def test_tool_on_one_vehicle_suffices(tmp_path: Path) -> None:
+    done = flown(tmp_path, vehicle=vehicles(camera=(2,)), seed=13, **BOTH_STUCK)
     assert done.completed, done.reason
 
 

@@ -22,7 +22,7 @@ from visualisation import ExportError
 from visualisation.exports import Selection, export
 from worldmodel import TYPE_UID, WorldModel
 
-MOMENTS = 25
+MOMENTS = 12
 LOSS = ("channel.per=0.6",)
 FAULTS = (
     "fault=[{kind='deaf',vehicle='AUV01',at_s=150,until_s=900},{kind='lost',vehicle='AUV02',at_s=500,until_s=1100},"

@@ -23,12 +23,13 @@ ALONE = {
     "no places": ["trajectories"], "nobody moves": ["trajectories"], "wide sea": ["trajectories"],
     "not completed": ["trajectories", "roles"], "everything at the end": ["trajectories", "roles", "organisation"],
     "faults": ["trajectories", "roles"], "collisions": ["knowledge", "delivery", "tdma", "links"],
-    "nested": ["organisation", "roles"],
+    "nested": ["organisation", "roles"], "two vehicles": [], "empty tables": [],
+    "thirty-two vehicles": ["trajectories", "roles", "delivery", "tdma", "links"],
 }  # fmt: skip
-"""Figures that what is odd in a run shows in, if it does not show in all."""
+"""Figures that what is odd in a run shows in, if it does not show in all; nothing is odd in the usual run."""
 IN_A_COLUMN = ("sixteen vehicles", "long names", "nested")
 """Runs with many or long words, which a column of a paper has least room for."""
-LOSSLESS = ("one vehicle", "empty tables", "at once")
+LOSSLESS = ("one vehicle", "at once")
 CASES = [
     (name, 3.5 if name in IN_A_COLUMN else None, kind)
     for name in FICTIONS
