@@ -335,6 +335,13 @@ def test_export_refuses_a_sweep(results: Path, swept: Path, tmp_path: Path) -> N
     assert "world.origin_deg" in refused("export", tmp_path / "nowhere", "--format", "geojson")
 
 
+def test_the_organisation_is_drawn_for_a_time_and_a_view(results: Path, tmp_path: Path) -> None:
+    view = ("--at", "20", "--viewer", "AUV01", "--format", "svg", "--out", tmp_path)
+    assert remoras("plot", results, "organisation", *view).exit_code == 0
+    caption = (tmp_path / "organisation.txt").read_text(encoding="utf-8")
+    assert caption.startswith("Organisation in the view of AUV01, over mission time; the thick line marks 20.0 s. ")
+
+
 @pytest.mark.slow
 def test_doctor_reports_no_fault_in_this_installation():
     result = remoras("doctor")

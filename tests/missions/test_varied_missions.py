@@ -70,3 +70,19 @@ def test_fleet_out_of_range_ends_with_unfinished_consultation_as_reason(tmp_path
     is_sound(run)
     assert run.reason.startswith("consultation had not ended after 300 s; under way: AUV00 Mapping")
     assert any("AUV02" in row[7] for row in run.recorder.packets)
+
+
+def test_empty_vehicle_receives_nothing_and_stays_in_place(tmp_path: Path):
+    """20 kJ last ASV00 some minutes; it is so near that it gets no call home."""
+
+    def vary(raw: Raw) -> None:
+        next(v for v in raw["vehicle"] if v["name"] == "ASV00")["energy_j"] = 2.0e4
+
+    run = run_varied(tmp_path, vary, "scenario.duration_s=1000")
+    died_s = next(row[0] for row in run.recorder.faults if row[3] == "battery exhausted")
+    later = [row for row in run.recorder.packets if row[1] > died_s]
+    assert later
+    assert not [row for row in later if "ASV00" in (*row[6], *row[7])]
+    track = [row for row in run.recorder.trajectories if row[1] == "ASV00" and row[0] > died_s]
+    assert {row[5] for row in track} == {0.0}
+    assert {row[6] for row in track} == {2.0e4}
