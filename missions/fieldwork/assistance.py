@@ -100,31 +100,26 @@ class Help:
 
     def _n_nearer(self, place_m: Point, to_go_m: float, picture: Picture) -> int:
         peers, now_s, frame_s = picture.peers, picture.body.now_s, picture.frame_s
-        # Under way, only reported helpers count: free vehicles have had their turn.
-        busy = peers.positions_m if self.is_on else self._busy(picture)
         n_nearer = n_free = 0
         for name, at_m in peers.positions_m.items():
-            if (
-                name == self.me
-                or name in self.holders
-                or now_s - peers.heard_s.get(name, -math.inf) > NEWS_FRAMES * frame_s
-            ):
+            is_stale = now_s - peers.heard_s.get(name, -math.inf) > NEWS_FRAMES * frame_s
+            if is_stale or name == self.me or name in self.holders:
                 continue
-            its_m = distance(at_m, place_m)
             to = picture.facts.get((self.attribute, name))
             if to == self.job:
-                n_nearer += self.goes_before(name, its_m, to_go_m)
-            # A helper whose job is done is free again.
-            elif name not in busy and (to is None or picture.facts.get((DONE_BY, to)) is not None):
-                n_free += (its_m, name) < (to_go_m, self.me)
+                n_nearer += self.goes_before(name, distance(at_m, place_m), to_go_m)
+            # Under way, only reported helpers count: free vehicles have had their turn.
+            elif not self.is_on and self._is_free(name, to, picture):
+                n_free += (distance(at_m, place_m), name) < (to_go_m, self.me)
         # Each nearer free vehicle has some frames in which to report that it goes.
         return n_nearer + n_free if now_s < self._since_s + n_free * self.turn_frames * frame_s else n_nearer
 
-    def _busy(self, picture: Picture) -> Collection[str]:
+    def _is_free(self, name: str, helped: object, picture: Picture) -> bool:
+        """True if a vehicle has no job, and the job that it reported to help is done."""
+        if helped is not None and picture.facts.get((DONE_BY, str(helped))) is None:
+            return False
         work = picture.groups.works.get(self.group)
-        if work is None:
-            return ()
-        return {*self.stay_away(work, picture), *(name for name in work.members if work.held_by(name))}
+        return work is None or not (work.held_by(name) or name in self.stay_away(work, picture))
 
     def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
         """True if another helper is nearer, by a margin if this vehicle is under way."""
