@@ -188,6 +188,24 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines) + "\n"
 
 
+class Picture(SphinxDirective):
+    """Figure of a run of a shipped scenario, drawn when the site is built unless notebooks are off."""
+
+    required_arguments = 3  # scenario, seed, figure
+
+    def run(self) -> list[nodes.Node]:
+        """The figure with its caption."""
+        if self.config.nb_execution_mode == "off":
+            return []
+        scenario, seed, kind = self.arguments
+        drawn = remoras.run(scenario, seed=int(seed)).plot(kind)
+        file = Path(self.env.doctreedir) / f"{scenario}-{kind}.png"
+        drawn.savefig(file, dpi=150)
+        # Both addresses are relative to the page, also outside of the sources.
+        image = nodes.image(uri=os.path.relpath(file, Path(self.env.doc2path(self.env.docname)).parent), alt=kind)
+        return [nodes.figure("", image, nodes.caption("", drawn.caption))]
+
+
 class Public(SphinxDirective):
     """The documented names of a package's ``__all__`` that ``remoras`` does not offer itself."""
 
@@ -234,6 +252,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("tables", Tables)
     app.add_directive("metrics", Metrics)
     app.add_directive("papers", Papers)
+    app.add_directive("picture", Picture)
     app.add_directive("public", Public)
     app.connect("autodoc-process-docstring", keep_first_line, priority=400)  # napoleon has 500
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -26,7 +26,8 @@ def run_conditions(results: RunResults) -> str:
     per = summary.get("per")
     assumed = f" ({text})" if (text := results.manifest.get("assumed")) else ""
     channel = f"{summary['channel']} channel{assumed}" + (f", PER {100 * per:.3g} %" if per is not None else "")
-    reason = summary["reason"] or "no reason given"
+    # Further reasons and vehicles are in the summary.
+    reason = (summary["reason"] or "no reason given").partition(";")[0]
     ending = "mission completed" if summary["completed"] else f"not completed ({reason})"
     return (
         f"Scenario {summary['scenario']}, n = {summary['n_vehicles']} vehicles, seed {summary['seed']}, "

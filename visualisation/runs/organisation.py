@@ -32,6 +32,7 @@ from visualisation.runs.views import (
 )  # fmt: skip
 
 LABELLED_IN = 0.09
+MOST_LISTED = 8  # maximum number of roles of a group that a caption lists with their holders
 TICK: dict[str, Any] = {"marker": "|", "markersize": 8.0, "markeredgecolor": style.BLACK, "markeredgewidth": 1.2}
 MARKS: dict[str, tuple[dict[str, Any], str]] = {
     REFUSED: ({"marker": "X", "markersize": 4.5}, "refused"),
@@ -236,7 +237,7 @@ def _holders(view: View, group: GroupNode, at_s: float) -> str:
         names = [*present, *(f"{holding.vehicle} (absent)" for holding in holders if holding.vehicle not in present)]
         names += [f"{role.minimum - len(present)} vacant"] if len(present) < role.minimum else []
         roles += [f"{role.name} {', '.join(names)}"] if names else []
-    return f"{group.name} ({'; '.join(roles)})"
+    return f"{group.name} ({'; '.join(roles) if len(roles) <= MOST_LISTED else f'{len(roles)} roles'})"
 
 
 def _refused(view: View) -> str:

@@ -58,6 +58,7 @@ MARKS = (("X", 6.5), ("d", 6.0), ("p", 6.5), ("8", 6.0))
 """Markers of milestones on tracks, in the order of their declaration."""
 POINTS = (("*", 8.0, "Stars"), ("P", 6.5, "Crosses"), ("^", 6.5, "Triangles"), ("H", 6.5, "Hexagons"))
 """Markers of point places by order of kind, with their names in captions."""
+MOST_LISTED = 4  # maximum number of places of a kind, or events, that a caption lists
 OUTLINES = (("-", "Outlines"), (style.LINES[1], "Dashed outlines"), (style.LINES[2], "Dotted outlines"))
 
 
@@ -315,12 +316,20 @@ def _caption(results: RunResults, scene: MapContents, of_layers: str) -> str:
         *zip(scene.points.items(), (text for _, _, text in cycle(POINTS)), strict=False),
     ]
     for (kind, of_kind), text in shapes:
-        sentences.append(f"{text} ({kind}): {words.listed([place.name for place in of_kind])}.")
+        names = [place.name for place in of_kind]
+        sentences.append(f"{text} ({kind}): {words.listed(names) if len(names) <= MOST_LISTED else len(names)}.")
     sentences.append(of_layers)
     others = [name for name, look in scene.looks.items() if look == OTHERS]
     if others:
         sentences.append(f"The vehicles with the longest paths are named, the others are grey: {words.listed(others)}.")
+    by_symbol: dict[Symbol, list[TrackEvent]] = {}
     for event in scene.events:
         if event.symbol is not FAULT:
-            sentences.append(f"{event.vehicle}: {event.symbol.meaning} at {words.time(event.time_s)}.")
+            by_symbol.setdefault(event.symbol, []).append(event)
+    for symbol, events in by_symbol.items():
+        if len(events) > MOST_LISTED:
+            span = f"{words.time(events[0].time_s)} to {words.time(events[-1].time_s)}"
+            sentences.append(f"{words.capital(symbol.meaning)} {len(events)} times, at {span}.")
+        else:
+            sentences += [f"{event.vehicle}: {symbol.meaning} at {words.time(event.time_s)}." for event in events]
     return words.joined(*sentences, captions.faults(results), captions.run_conditions(results))

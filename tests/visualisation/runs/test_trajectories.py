@@ -9,6 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 from synthetic_runs import FICTIONS, Fiction
 
+import remoras
 from missions.figure import Place
 from visualisation import DrawingError, run_records
 from visualisation.run_records import PlanTrack, Span, Tenure, VehicleFault
@@ -33,6 +34,21 @@ def test_kinds_of_places_have_symbols_and_legend_texts(tmp_path: Path) -> None:
         assert part in found.caption
     assert len(found.figure.axes[0].patches) == 2
     assert {"*", "P"} <= {line.get_marker() for line in found.figure.axes[0].get_lines()}
+
+
+@pytest.mark.parametrize(("n", "text"), [(2, "Stars (dock): dock 1 and dock 2."), (5, "Stars (dock): 5.")])
+def test_a_caption_lists_few_places_of_a_kind_and_counts_many(tmp_path: Path, n: int, text: str) -> None:
+    places = [Place(f"dock {number}", "dock", ((float(number), 5.0),)) for number in range(1, n + 1)]
+    assert text in run_picture(Fiction().write(tmp_path / "run"), "trajectories", (), places).caption
+
+
+def test_a_caption_gives_first_and_last_of_many_events() -> None:
+    """Twelve contacts take more than four views."""
+    run = remoras.run("minehunting-contacts", seed=1, set={"scenario.duration_s": 500})
+    times_s = [milestone["time_s"] for milestone in run.milestones if milestone["name"] == "job_done"]
+    assert len(times_s) > 4
+    text = f"View done {len(times_s)} times, at {times_s[0]:.0f} s to {times_s[-1]:.0f} s."
+    assert text in run.plot("trajectories").caption
 
 
 def test_a_place_without_points_is_refused() -> None:
