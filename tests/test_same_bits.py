@@ -9,7 +9,7 @@ import ast
 from collections.abc import Iterator
 
 import pytest
-from test_architecture import FOR_ALL, SOURCES, within
+from test_architecture import FOR_ALL, SOURCES, parsed, within
 
 MODEL = ("worldmodel", "exchange", "remoras", "missions")
 EXACT = {
@@ -47,7 +47,7 @@ EXCEPT = {
 
 def inexact(source: str) -> Iterator[str]:
     """Operations of a source whose rounding depends on the platform."""
-    tree = ast.parse(source)
+    tree = parsed(source)
     imported = {
         one.asname or one.name for n in ast.walk(tree) if isinstance(n, ast.Import | ast.ImportFrom) for one in n.names
     }

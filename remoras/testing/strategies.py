@@ -39,8 +39,8 @@ from remoras.work import Job
 OCCASIONAL_BLOCKS = 10
 """Allowed blocks per job and run beyond ``blocks_per_round``, for assignments and releases."""
 N_ROUNDS = 6
-CUT_OFF, CUT_OFF_S = ("AUV00", "AUV01", "AUV02"), (60.0, 700.0)
-"""Vehicles isolated in turn, and when: longer than any time-out of shipped strategies."""
+CUT_OFF, CUT_OFF_S = ("AUV00", "AUV02"), (60.0, 700.0)
+"""Vehicles isolated in turn, the head and a member, and when: longer than any time-out of shipped strategies."""
 NEARLY_ALL = 0.9
 """Mapped share of an area that suffices: an early turn leaves out a corner."""
 OFTEN = 3

@@ -39,10 +39,7 @@ def spoils() -> Iterator[Fate]:
 BEFALL: dict[str, Callable[[], Iterator[Fate]]] = {
     "lost and doubled": lambda: chances(1, (0.4, LOST), (0.2, DOUBLED)),
     "damaged": spoils,
-    **{
-        f"{slots:g} slots late": partial(chances, 2, (0.2, LOST), (0.3, replayed(slots)), (0.1, late(slots)))
-        for slots in (1.0, 16.0)
-    },
+    "16 slots late": partial(chances, 2, (0.2, LOST), (0.3, replayed(16.0)), (0.1, late(16.0))),
 }
 
 

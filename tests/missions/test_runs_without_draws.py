@@ -138,7 +138,7 @@ def test_a_run_without_packets_is_made_once_for_all_losses(tmp_path: Path) -> No
             self.n_submitted += 1
             return super().submit(fn, *args, **kwargs)
 
-    text = study_text(repeats=2, per="[0.1, 0.4]", duration_s=200, extra="uncertainty.speed_spread = 0.3")
+    text = study_text(repeats=2, per="[0.1, 0.4]", duration_s=60, extra="uncertainty.speed_spread = 0.3")
     text = text.replace('["remoras"]', '["remoras", "fixed-partition", "oracle"]')
     study, executor = load_study(str(written(tmp_path, text))), Counting()
     status = sweep(study, tmp_path / "out", executor=executor)

@@ -310,7 +310,10 @@ NEEDED_KINDS = {
 """Sentences that answers of a run must contain, so that none goes unchecked."""
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in RUNS])
+MARKS = dict.fromkeys(LONG, [pytest.mark.slow]) | dict.fromkeys(("bids", "search"), [pytest.mark.thorough])
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=MARKS.get(name, ())) for name in RUNS])
 def test_each_fact_of_an_answer_is_in_the_tables(name: str) -> None:
     causes, checked = Causes(recorded(name)), Checked(name)
     moments = {vehicle: [] for vehicle in causes.vehicles}
