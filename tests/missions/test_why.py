@@ -310,7 +310,7 @@ NEEDED_KINDS = {
 """Sentences that answers of a run must contain, so that none goes unchecked."""
 
 
-MARKS = dict.fromkeys(LONG, [pytest.mark.slow]) | dict.fromkeys(("bids", "search"), [pytest.mark.thorough])
+MARKS = dict.fromkeys(LONG, pytest.mark.slow) | dict.fromkeys(("bids", "search"), pytest.mark.thorough)
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=MARKS.get(name, ())) for name in RUNS])
