@@ -485,6 +485,12 @@ class Record:
         """Access to the channel in a recording of other programs: slots or free; empty for a run."""
         return str(self.of("mission").get("access", ""))
 
+    @cached_property  # asked per report
+    def needed(self) -> set[str]:
+        """Attributes with an information need; a vehicle keeps all others to itself."""
+        needs = self.scenario.get("need", [])
+        return {*self.of("communication").get("needs", {}), *(need["attribute"] for need in needs)}
+
     @property
     def all_need_all(self) -> bool:
         """True if every vehicle needs all items throughout the run."""

@@ -188,7 +188,7 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
     gone = {(vehicle, uid): time_s for time_s, vehicle, uid, event in rows if event == "expired"}
     newest: dict[Row, str] = {}
     for uid, (_, at_s, origin, attribute) in recorded.items():
-        if attribute in REPORTS and origin not in record.anew:
+        if attribute in REPORTS and "@" in uid and origin not in record.anew:
             report.look("deliveries")
             before = newest.get((origin, attribute), uid)
             newest[origin, attribute] = uid
@@ -266,10 +266,15 @@ def _check_reports(record: Record, report: CheckReport) -> None:
     for wrong, at_s, origin, uid, time_s, subject, attribute, value in report.each(
         "reports", record, "items", columns, 0
     ):
-        if attribute not in REPORTS or (match := STATUS.fullmatch(uid)) is None:
+        if attribute not in REPORTS:
+            continue
+        shares_all = record.of("strategy")["name"] == "oracle"
+        if ("-p" in uid) is (attribute in record.needed or shares_all):
+            wrong(f"{attribute} as {uid}", "a status if a vehicle needs the attribute, else kept")
+        if (match := STATUS.fullmatch(uid)) is None:
             continue
         report.look("reports", 2)
-        is_slot = (at_s, origin) in sent or record.of("strategy")["name"] == "oracle"
+        is_slot = (at_s, origin) in sent or shares_all
         due = names.setdefault(f"{origin} {match[2]}", attribute)
         if not is_slot or abs(float(match[1]) - time_s) > RESOLUTION_S or (subject, attribute) != (origin, due):
             wrong(f"{subject} {attribute} as {uid}", f"{due} in a slot of {origin}")
@@ -366,7 +371,7 @@ def _requests(record: Record) -> dict[Row, list[float]]:
             asked[uid].append((issuer, "objective", *subject.split(".", 1), "", attribute[len("objective") :], value))
         elif attribute == "hasMission":
             asked[uid].append((issuer, "mission", subject, "", "", "", value))
-        if "@" in uid:
+        if "@" in uid or "-p" in uid:  # own statuses and what nobody else needs
             held[issuer, uid] = at_s
     for time_s, vehicle, uid, event in record.rows("knowledge", "time_s vehicle item event"):
         if event in ("observed", "received"):

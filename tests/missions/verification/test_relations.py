@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
+from missions.mapping.new_scenario import scenario_text
 from missions.mapping.sensors import Seabed
 from missions.runs.results import write_results
 from missions.runs.run import run
@@ -87,6 +89,44 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+NEEDS = ("objectivePositioning = 5\n", "batteryFraction = 1\n")
+
+
+@pytest.fixture(scope="module")
+def generated(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Runs of a generated scenario, as it is and without two of its needs."""
+    folder = tmp_path_factory.mktemp("generated")
+    text = scenario_text("mine", {"nanomodem-v3": 1000.0}, areas=12, side=50.0)
+    for name, dropped in {"whole": (), "fewer": NEEDS}.items():
+        lines = text.splitlines(keepends=True)
+        assert {*dropped} <= {*lines}
+        (folder / f"{name}.toml").write_text("".join(line for line in lines if line not in dropped))
+        scenario = load(str(folder / f"{name}.toml"), [("--set", "scenario.duration_s=90")])
+        write_results(run(scenario, 1), folder / name)
+    return {name: folder / name for name in ("whole", "fewer")}
+
+
+@pytest.mark.parametrize("name", ["whole", "fewer"])
+def test_runs_of_generated_scenarios_follow(name: str, generated: dict[str, Path]) -> None:
+    assert list(verify(generated[name]).lines) == []
+
+
+@pytest.mark.parametrize("name", ["whole", "fewer"])
+def test_reports_are_sent_exactly_if_a_vehicle_needs_them(
+    name: str, generated: dict[str, Path], tmp_path: Path
+) -> None:
+    """Of two equal runs one lists the need; with the list of the other, all its reports of batteries are wrong."""
+    folder = tmp_path / "altered"
+    shutil.copytree(generated[name], folder)
+    path = folder / "manifest.json"
+    manifest = json.loads(path.read_text())
+    scenario, need = manifest["scenario"], NEEDS[1]
+    other = scenario.replace(need, "") if need in scenario else scenario.replace("mappedCell", f"{need}mappedCell")
+    path.write_text(json.dumps({**manifest, "scenario": other}))
+    items = pq.read_table(folder / "items.parquet").column("attribute").to_pylist()
+    assert verify(folder).n_findings["reports"] == items.count("batteryFraction") > 0
+
+
 def _scenario(value: Any) -> Callable[[dict[str, Any]], str]:
     return lambda manifest: json.dumps({**manifest, "scenario": value})
 
@@ -126,6 +166,4 @@ def test_every_column_of_a_run_is_checked_or_named(made: Path) -> None:
 
 
 def _columns(path: Path) -> list[str]:
-    import pyarrow.parquet as pq
-
     return list(pq.read_schema(path).names)
