@@ -118,6 +118,12 @@ def file_or_name(name: str, known: Iterable[str]) -> str:
     from worldmodel import suggestion  # loaded for mistyped names only
 
     names = list(known)
+    if name.endswith(".toml"):
+        try:
+            beside = [str(path) for path in Path(name).parent.glob("*.toml")]
+        except (OSError, ValueError):  # an impossible name
+            beside = []
+        return f"no such file{suggestion(name, sorted(beside))}"
     return "a TOML file" + (f" or one of {', '.join(names)}" if names else "") + suggestion(name, names)
 
 

@@ -217,6 +217,8 @@ def explain(
     if not entries and key.count(".") > 1:  # list entry by name, as for --set
         table, _, rest = key.split(".", 2)
         entries = _explained(f"{table}.{rest}", known)
+    if not entries:  # a word of the last part
+        entries = {name: entry for name, entry in known.items() if key in name.rpartition(".")[2].split("_")}
     if not entries:
         from worldmodel import suggestion
 

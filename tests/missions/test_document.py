@@ -102,7 +102,19 @@ def test_files_of_windows_editors_are_read(tmp_path: Path, mark: bytes, end: byt
     assert found.line_of("table.a") == 2
 
 
-@pytest.mark.parametrize("name", ["nothing", "nothing.toml", "", "x" * 5000, "a\0b"])
+def test_missing_file_is_refused_with_the_nearest_one(tmp_path: Path) -> None:
+    (tmp_path / "fleet.toml").touch()
+    with pytest.raises(ConfigurationError, match=r"no such file; did you mean '.*/fleet.toml'\?$"):
+        Document.read(str(tmp_path / "fleat.toml"), {}, "scenario")
+
+
+@pytest.mark.parametrize("name", ["x" * 5000 + ".toml", "a\0/b.toml"])
+def test_impossible_name_is_no_file(name: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"no such file$"):
+        Document.read(name, {}, "scenario")
+
+
+@pytest.mark.parametrize("name", ["nothing", "", "x" * 5000, "a\0b"])
 def test_missing_file_is_refused_with_allowed_names(name: str) -> None:
     with pytest.raises(ConfigurationError, match=r"study = .*a TOML file or one of quick$|a TOML file or one of quick"):
         Document.read(name, {"quick": Path("quick.toml")}, "study")

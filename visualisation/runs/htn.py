@@ -99,11 +99,15 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     plans = trees(results)
     shown = fitting(([_band(tree, depth) for tree in plans] for depth in DEPTHS), room_in(results, width_in))
     looks, end_s = Kit(results).looks, run_end_s(results)
+    out_s = {
+        name: gap.start_s for name, gaps in run_records.outages(results).items() for gap in gaps if gap.end_s > end_s
+    }
     with style.paper():
         page = sheet(results, ends_in(shown)[-1] or 0.3, _legend(), width_in)
         for row, top_in in page.rows(shown):
             tree, task = row.content
-            _row(page.axes, task, top_in + ROW_IN / 2, looks[tree.vehicle].colour, end_s)
+            last_s = out_s.get(tree.vehicle, end_s)
+            _row(page.axes, task, top_in + ROW_IN / 2, looks[tree.vehicle].colour, last_s)
         if not shown:
             page.axes.set_yticks([0.15], ["no plan was executed"])
         figure = page.finished()
@@ -129,7 +133,7 @@ def _row(axes: Axes, task: TaskRow, middle_in: float, colour: str, end_s: float)
             where_in = middle_in - high_in / 2, high_in
             axes.broken_barh([(event.time_s, after.time_s - event.time_s)], where_in, facecolor=shade, linewidth=0)
         marks = [(event.expected_s, EXPECTED)] if event.status == "running" else []
-        if event.status in ENDS and event.status != before:
+        if event.status in ENDS and before not in ENDS:
             marks.append((event.time_s, ENDS[event.status]))
         for time_s, look in marks:
             if low_s <= time_s < high_s or time_s == high_s == end_s:
@@ -152,6 +156,7 @@ def _caption(results: RunResults, deepest: int, has_deeper: bool, n_left_out: in
         "A subtask is below its task, the method behind the colon. A thin bar: the task waits; a thick bar: it runs; "
         "the mark at its end: done, failed, or dropped from the plan.",
         "A diamond: expected end of a step." if deepest > 0 else "",
-        f"Tasks more than {deepest} levels below the top are not shown." if has_deeper else "",
+        f"Tasks more than {deepest} levels below the top are not shown." if has_deeper and deepest else "",
+        "Only the top task of each plan is shown." if has_deeper and not deepest else "",
         f"{n_left_out} plans are not shown." if n_left_out else "",
     )

@@ -84,12 +84,20 @@ def test_ends_of_tasks_are_marked_at_their_times(tmp_path: Path) -> None:
     assert marks(axes) == {"X": [500.0], "o": [1000.0, 1000.0], "|": [1000.0], "d": [750.0, 500.0, 500.0]}
 
 
+def test_bars_of_a_lost_vehicle_end_with_it(tmp_path: Path) -> None:
+    """A is lost at 700 s of 1000; its plans run from the start on."""
+    fiction = Fiction(faults=[(700.0, "A", "lost", "for good")])
+    (axes,) = run_picture(fiction.write(tmp_path / "run"), "htn").figure.axes
+    ends_s = {float(path.vertices[:, 0].max()) for bars in axes.collections for path in bars.get_paths()}
+    assert {700.0, 1000.0} <= ends_s
+
+
 def test_plans_that_do_not_fit_a_page_are_omitted_and_counted(tmp_path: Path) -> None:
     """60 vehicles have 61 plans: at 0.185 in each, with top tasks only, a page of 9 in has fewer than 49."""
     fiction = Fiction(tuple(f"V{number:02d}" for number in range(60)))
     drawn = run_picture(fiction.write(tmp_path / "run"), "htn")
     assert drawn.figure.get_figheight() <= TALLEST_IN
-    assert "Tasks more than 0 levels below the top are not shown. " in drawn.caption
+    assert "Only the top task of each plan is shown. " in drawn.caption
     n_left_out = int(drawn.caption.split(" plans are not shown.")[0].rsplit(" ", 1)[1])
     assert 61 - 49 < n_left_out < 61 - 30
     tops = [text.get_text() for text in drawn.figure.axes[0].texts if text.get_text().startswith(("V0", "V1"))]
