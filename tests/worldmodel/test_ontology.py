@@ -1,6 +1,7 @@
 """Shipped ontology: definitions and alignment of its terms; imports resolve to its files."""
 
 import re
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from xml.etree import ElementTree
@@ -18,27 +19,37 @@ from worldmodel.ontology.compiler import QUDT_UNITS, RM, symbol_of
 
 MISSIONS = Path(__file__).parents[2] / "missions"
 FILES = sorted(chain(ONTOLOGY_FOLDER.glob("*.ttl"), MISSIONS.rglob("*.ttl")))
-GRAPHS = {path: Graph().parse(path) for path in FILES}
 CORE = read_tbox(*core_ontology_paths())
-ALIGNMENTS = GRAPHS[ONTOLOGY_FOLDER / "alignments.ttl"]
+ALIGNMENTS = ONTOLOGY_FOLDER / "alignments.ttl"
 OURS = "https://w3id.org/remoras/"
-EVERYTHING = Graph()
-for _graph in GRAPHS.values():
-    EVERYTHING += _graph
+
+
+@cache
+def graph(path: Path) -> Graph:
+    return Graph().parse(path)
+
+
+@cache
+def everything() -> Graph:
+    """All files together."""
+    found = Graph()
+    for path in FILES:
+        found += graph(path)
+    return found
 
 
 def own_terms() -> set[Node]:
     """Terms of our namespace described in any shipped file."""
-    return {term for term in EVERYTHING.subjects() if isinstance(term, URIRef) and term.startswith(OURS)}
+    return {term for term in everything().subjects() if isinstance(term, URIRef) and term.startswith(OURS)}
 
 
 def unexplained(term: Node) -> str:
     """Missing English label or definition of a term; empty if none is."""
     for property_ in (RDFS.label, RDFS.comment):
-        texts = list(EVERYTHING.objects(term, property_))
+        texts = list(everything().objects(term, property_))
         if len(texts) != 1 or not isinstance(texts[0], Literal) or texts[0].language != "en":
             return f"{term}: {property_} is {texts}"
-    label, comment = (str(EVERYTHING.value(term, property_)) for property_ in (RDFS.label, RDFS.comment))
+    label, comment = (str(everything().value(term, property_)) for property_ in (RDFS.label, RDFS.comment))
     return f"{term}: {comment!r} says nothing" if len(comment) < 15 or comment == label else ""
 
 
@@ -49,23 +60,23 @@ def test_every_term_has_one_label_and_one_definition() -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_file_has_a_version_and_the_licence_of_the_program(path: Path) -> None:
-    (ontology,) = GRAPHS[path].subjects(RDF.type, OWL.Ontology)
+    (ontology,) = graph(path).subjects(RDF.type, OWL.Ontology)
     name = str(ontology).removeprefix(OURS)
-    assert GRAPHS[path].value(ontology, OWL.versionIRI) == URIRef(f"{OURS}{remoras.__version__}/{name}")
-    licence = str(GRAPHS[path].value(ontology, DCTERMS.license))
+    assert graph(path).value(ontology, OWL.versionIRI) == URIRef(f"{OURS}{remoras.__version__}/{name}")
+    licence = str(graph(path).value(ontology, DCTERMS.license))
     assert licence.removeprefix("https://www.apache.org/licenses/") == "LICENSE-2.0"
     text = (MISSIONS.parent / "LICENSE").read_text(encoding="utf-8")
     assert re.search(r"Apache License\s+Version 2\.0", text)
 
 
 def test_core_imports_every_ontology_that_vehicles_load() -> None:
-    read = {next(GRAPHS[path].subjects(RDF.type, OWL.Ontology)) for path in core_ontology_paths()}
+    read = {next(graph(path).subjects(RDF.type, OWL.Ontology)) for path in core_ontology_paths()}
     core = URIRef(f"{OURS}core")
-    assert {core, *EVERYTHING.transitive_objects(core, OWL.imports)} == {core, *read}
+    assert {core, *everything().transitive_objects(core, OWL.imports)} == {core, *read}
 
 
 def test_numbers_have_units_of_qudt_or_none() -> None:
-    units = set(EVERYTHING.objects(None, RM.unit))
+    units = set(everything().objects(None, RM.unit))
     assert URIRef(f"{QUDT_UNITS}M") in units
     for unit in units:
         symbol = symbol_of(str(unit))
@@ -76,13 +87,13 @@ def test_numbers_have_units_of_qudt_or_none() -> None:
 
 def test_every_class_or_a_superclass_is_aligned() -> None:
     for c in core_classes():
-        above = {c, *EVERYTHING.transitive_objects(c, RDFS.subClassOf)}
+        above = {c, *everything().transitive_objects(c, RDFS.subClassOf)}
         ours = [one for one in above if isinstance(one, URIRef) and one.startswith(OURS)]
         targets = [
             target
             for one in ours
             for how in (RDFS.subClassOf, SKOS.closeMatch, SKOS.note)
-            for target in ALIGNMENTS.objects(one, how)
+            for target in graph(ALIGNMENTS).objects(one, how)
         ]
         assert targets, c
         assert not any(str(target).startswith(OURS) for target in targets)
@@ -90,23 +101,23 @@ def test_every_class_or_a_superclass_is_aligned() -> None:
 
 def core_classes() -> list[Node]:
     return [
-        c for path in core_ontology_paths() for c in GRAPHS[path].subjects(RDF.type, OWL.Class) if isinstance(c, URIRef)
+        c for path in core_ontology_paths() for c in graph(path).subjects(RDF.type, OWL.Class) if isinstance(c, URIRef)
     ]
 
 
 def test_alignments_are_about_our_terms_and_do_not_clash() -> None:
-    ours = {term for path, graph in GRAPHS.items() for term in graph.subjects() if path.stem != "alignments"}
-    declared = set(ALIGNMENTS.subjects(RDF.type, None))
-    for subject in ALIGNMENTS.subjects(unique=True):
+    ours = {term for path in FILES for term in graph(path).subjects() if path.stem != "alignments"}
+    declared = set(graph(ALIGNMENTS).subjects(RDF.type, None))
+    for subject in graph(ALIGNMENTS).subjects(unique=True):
         assert subject in ours or subject in declared, subject
-    for target in ALIGNMENTS.objects(None, RDFS.subClassOf):
-        assert (target, RDF.type, OWL.Class) in ALIGNMENTS, target
+    for target in graph(ALIGNMENTS).objects(None, RDFS.subClassOf):
+        assert (target, RDF.type, OWL.Class) in graph(ALIGNMENTS), target
     # PROV-O: Entity and Activity are disjoint; Agent is disjoint with neither
     prov = "http://www.w3.org/ns/prov#"
     for c in core_classes():
-        above = set(EVERYTHING.transitive_objects(c, RDFS.subClassOf))
+        above = set(everything().transitive_objects(c, RDFS.subClassOf))
         assert not above >= {URIRef(f"{prov}Entity"), URIRef(f"{prov}Activity")}, c
-    namespaces = {re.split(r"[^/#]*$", str(o))[0] for o in ALIGNMENTS.objects() if isinstance(o, URIRef)}
+    namespaces = {re.split(r"[^/#]*$", str(o))[0] for o in graph(ALIGNMENTS).objects() if isinstance(o, URIRef)}
     for asked in ("ns/sosa/", "ns/ssn/", "2006/time#", "schema/qudt/", "ns/prov#", "geosparql#", "cora-bare#"):
         assert any(namespace.endswith(asked) for namespace in namespaces), asked
 
@@ -117,8 +128,8 @@ def test_the_catalogue_leads_imports_to_the_files(folder: Path) -> None:
     entries = {each.get("name"): folder / str(each.get("uri")) for each in catalogue if each.tag.endswith("uri")}
     expected = {}
     for path in (path for path in FILES if path.parent == folder):
-        (ontology,) = GRAPHS[path].subjects(RDF.type, OWL.Ontology)
-        expected |= {str(name): path for name in (ontology, GRAPHS[path].value(ontology, OWL.versionIRI))}
+        (ontology,) = graph(path).subjects(RDF.type, OWL.Ontology)
+        expected |= {str(name): path for name in (ontology, graph(path).value(ontology, OWL.versionIRI))}
     assert entries == expected
     following = [(folder / str(each.get("catalog"))).resolve() for each in catalogue if each.tag.endswith("Catalog")]
     assert following == ([] if folder == ONTOLOGY_FOLDER else [ONTOLOGY_FOLDER / "catalog-v001.xml"])
@@ -141,7 +152,7 @@ def test_capabilities_follow_from_parts() -> None:
     names = {CORE.classes[uid].name for uid in CORE.subclasses(capable)} - {"CapablePlatform"}
     assert names > {"SurveyPlatform", "CommunicationGateway", "NavigationAid"}
     for name in names:
-        assert list(EVERYTHING.objects(RM[name], OWL.equivalentClass)), name
+        assert list(everything().objects(RM[name], OWL.equivalentClass)), name
     # what can turn a valve has a camera, so it can inspect: it follows from the definitions, nobody wrote it
     intervention, inspection = (CORE.class_named(f"{kind}Platform").uid for kind in ("Intervention", "Inspection"))
     assert CORE.is_a(intervention, inspection)
