@@ -68,9 +68,8 @@ def table(path: Path) -> list[dict[str, str]]:
 @pytest.mark.parametrize(
     ("name", "width_in"),
     [
-        *sampled(((name, 3.5 if name == "three channels" else None) for name in SWEEPS), ("three channels", 3.5)),
+        *sampled(((name, 3.5 if name == "unforeseen" else None) for name in SWEEPS), ("unforeseen", 3.5)),
         ("seven strategies", 7.0),
-        ("unforeseen", 3.5),
     ],
 )
 def test_texts_overlap_nothing_and_means_are_inside_the_frame(
@@ -79,7 +78,8 @@ def test_texts_overlap_nothing_and_means_are_inside_the_frame(
     """In a column of a paper panels stand one above the other; a table that has no room is refused."""
     kinds = (*(DRAWN if (name, width_in) in OF_EVERY_METRIC else DRAWN[:1]), *SWEEP_KINDS)
     numbers = Numbers(sweeps[name], RANKED)
-    for kind, chart in [(of, one) for of in kinds if not numbers.lacking(of) for one in _charts(of, numbers)]:
+    charts = {of: [*_charts(of, numbers)] for of in kinds if not numbers.lacking(of)}
+    for kind, chart in [(of, one) for of, alike in charts.items() for one in alike[-2:]]:
         if kind == "ranking":
             with pytest.raises(DrawingError, match=r"ranking: needs a width of \d\.\d in for \d+ columns; 1 given"):
                 chart.figure(1.0)
@@ -99,7 +99,7 @@ def test_texts_overlap_nothing_and_means_are_inside_the_frame(
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("file_format", "kinds"),
-    [("svg", ["bytes", "ranking", "differences"]), ("png", ["ranking"]), ("pdf", ["bytes"])],
+    [("svg", ["ranking", "differences"]), ("png", ["ranking"]), ("pdf", ["bytes"])],
 )
 def test_the_same_sweep_gives_the_same_bytes(
     tmp_path: Path, seven: SweepResults, file_format: str, kinds: Sequence[str]
