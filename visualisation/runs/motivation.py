@@ -37,7 +37,11 @@ class Weighed(NamedTuple):
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw a panel for each of the most contested decisions, a bar for each activity set."""
     decisions = contested(results)
-    closest = sorted(decisions, key=lambda weighed: weighed.margin)[:MOMENTS]
+    choices: dict[tuple[Any, ...], Weighed] = {}  # the closest decision of each choice of a vehicle
+    for weighed in sorted(decisions, key=lambda weighed: weighed.margin):
+        alternatives = tuple((row["role"], tuple(row["activities"]), row["chosen"]) for row in weighed.rows)
+        choices.setdefault((weighed.vehicle, alternatives), weighed)
+    closest = list(choices.values())[:MOMENTS]
     columns = max(1, min(int(width_in / COLUMN_IN), len(closest)))
     n_bars = max((len(moment.rows) for moment in closest), default=1)
     body_in = BAR_IN * (n_bars + 0.4)
@@ -119,11 +123,15 @@ def _legend() -> list[Artist]:
 
 
 def _caption(results: RunResults, n_shown: int, n_found: int) -> str:
-    which = "All" if n_shown == n_found else f"The {n_shown} most closely contested of {n_found}"
+    which = (
+        "All"
+        if n_shown == n_found
+        else f"The {n_shown} most closely contested, one per choice of a vehicle, of {n_found}"
+    )
     return captions.of_run(
         results,
         "Motivation of the candidate activities at decisions with conflicting candidates.",
         f"{which} such decisions in time order, each with its own scale; colours identify the vehicles.",
-        "A diamond is the mean motivation of the best combination with the activities. The highest is performed, after "
-        "vital activities.",
+        "A diamond is the mean motivation of the best combination with the activities; the highest combination is "
+        "performed, after vital activities.",
     )

@@ -162,5 +162,13 @@ def test_closest_decisions_are_drawn_with_rejected_options(tmp_path: Path) -> No
     assert hatched == [[], pytest.approx([0.25] * 3)]
     assert "All such decisions" in run_picture(run, "motivation").caption
     path = run.folder / "decisions.parquet"
-    pq.write_table(pa.concat_tables([pq.read_table(path)] * 2), path)
+    table = pq.read_table(path)
+    pq.write_table(pa.concat_tables([table] * 2), path)
     assert motivation.contested(Results(run.folder)) == found
+    later = table.set_column(0, "time_s", pa.array([time_s + 1000.0 for time_s in table["time_s"].to_pylist()]))
+    pq.write_table(pa.concat_tables([table, later]), path)
+    again = Results(run.folder)
+    assert len(motivation.contested(again)) == 4
+    drawn = run_picture(again, "motivation")
+    assert len(drawn.figure.axes) == 2
+    assert "The 2 most closely contested, one per choice of a vehicle, of 4 such decisions" in drawn.caption

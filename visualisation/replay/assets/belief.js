@@ -66,6 +66,7 @@
   function drawDiscs(pen, frame, facts, peers, time_s) {
     for (const peer of R.isCrowded(facts) ? peers.filter((one) => one.v === facts.pointed) : peers) {
       const radius = Math.max(1, Math.min((time_s - peer.since_s) * facts.top_mps[peer.v], FAR_M) * frame.scale);
+      if (radius > Math.hypot(frame.w, frame.h)) continue; // anywhere on the map
       pen.fillStyle = pen.strokeStyle = R.vehicleLook(peer.v).line;
       pen.lineWidth = 1;
       pen.beginPath();
