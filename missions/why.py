@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 from missions.errors import OutputError
 from missions.fault import absences
 from missions.figure import RunResults
+from remoras.database import HOME_MARGIN
 from worldmodel import suggestion
 
 Row = Mapping[str, Any]
@@ -247,7 +248,8 @@ class Causes:
             return [Line(text, time_s, vehicle)] if rival is None else []
         if not won["role"]:
             text = f"{self._name(won)} is vital and precedes all else; its stimulus at {_s(time_s)} was"
-            return [Line(f"{text} {won['stimulus']:.2f}.", time_s, vehicle)]
+            need = self._need(vehicle, won["activities"][0], time_s)
+            return [Line(f"{text} {won['stimulus']:.2f}{need}.", time_s, vehicle)]
         parts = f"stimulus {won['stimulus']:.2f}"
         if won["external"] > 0.0:
             weight = f" of weight {self._decision['weight_external']:g}" if "weight_external" in self._decision else ""
@@ -258,6 +260,25 @@ class Causes:
             lost = f"the best that lost, {self._name(rival)}, had {_motivation(rival):.2f}{_mean(rival)}"
         roles = dict.fromkeys((row["group"], row["role"]) for row in (won, rival) if row is not None)
         return [Line(f"{text}; {lost}.", time_s, vehicle), *self._satisfactions(vehicle, time_s, roles)]
+
+    def _need(self, vehicle: str, activity: str, at_s: float) -> str:
+        """Return the energy or place that gave a vital activity its stimulus; empty if no table has it."""
+        track = _until(self._rows("trajectories")[vehicle], at_s)
+        data = next(one for one in self._scenario["vehicle"] if one["name"] == vehicle)
+        if not track or activity not in ("ReturningHome", "ReturningToArea"):
+            return ""
+        now, world = track[-1], self._scenario["world"]
+        if activity == "ReturningToArea":
+            sides = ((now[axis], *world[axis]) for axis in ("x_m", "y_m"))
+            far_m = max(max(least - at_m, at_m - most) for at_m, least, most in sides)
+            return f": {vehicle} was {far_m:.1f} m outside the area of operations"
+        way_m, speed_mps = math.dist((now["x_m"], now["y_m"]), data["start_m"]), data["survey_speed_mps"]
+        power_w = data["hotel_w"] + data["drag_w_per_mps3"] * speed_mps**3
+        if self._scenario["communication"].get("count_listening"):
+            power_w += self._run.manifest["modem"]["receive_w"]
+        left_j, need_j = data["energy_j"] - now["energy_j"], HOME_MARGIN * power_w * way_m / speed_mps
+        text = f": of {data['energy_j'] / 1e3:.1f} kJ {vehicle} had {left_j / 1e3:.1f} kJ left, and the way home of"
+        return f"{text} {way_m:.0f} m needs {need_j / 1e3:.1f} kJ, with a margin of {100.0 * (HOME_MARGIN - 1.0):.0f} %"
 
     def _satisfactions(self, vehicle: str, at_s: float, roles: Iterable[tuple[str, str]]) -> Iterator[Line]:
         rows = _until(self._rows("satisfaction")[vehicle], at_s)
@@ -310,7 +331,7 @@ class Causes:
         if calls := _calls(packet, group, roles):
             what, role = "signal", min(calls)[1]
             value = f": {min(calls)[0]} as {self._role(group, role)}{self._weaker(turn, source, group, roles)}"
-        text = f"{vehicle} received {source}'s {what} at {_s(heard_s)} in slot {slot}{value}."
+        text = f"{vehicle} received {source}'s {what} at {_s(heard_s)} in slot {slot} of the run{value}."
         lines = [Line(text, heard_s, vehicle, slot)]
         decisions = _until(self._decisions[source], sent_s)
         doing = decisions[-1].acts if decisions else {}
@@ -424,7 +445,7 @@ class Causes:
             carriers = (one for one in lately if fact["uid"] in one["item_uids"])
             if packet := next((one for one in carriers if _heard_s(one, vehicle) == known_s), None):
                 slot = packet["slot"]
-                text += f"; {packet['sender']} sent it at {_s(packet['time_s'])} in slot {slot}"
+                text += f"; {packet['sender']} sent it at {_s(packet['time_s'])} in slot {slot} of the run"
             text += f"; {vehicle} received it at {_s(known_s)}"
         return Line(f"{text}{more}.", known_s, vehicle, slot)
 
@@ -507,7 +528,8 @@ class Causes:
         reasons += [f"refused at {_s(row['time_s'])}: {row['outcome']}" for row in refused[-1:]]
         for place in places:
             most = f", its maximum of {self._roles[place]}" if self._roles[place] == len(held[place]) else ""
-            reasons += [f"{_and([*held[place]])} held {self._role(*place)}{most}"] if held[place] else []
+            view = f"in {vehicle}'s view {_and([*held[place]])} held"
+            reasons += [f"{view} {self._role(*place)}{most}"] if held[place] else []
         return "; ".join(reasons)
 
     # Names ---------------------------------------------------------------------------------------
@@ -635,7 +657,7 @@ def _best(rows: Iterable[Row]) -> Row | None:
 
 
 def _mean(row: Row) -> str:
-    return "" if row["best_mean"] is None else f", mean {row['best_mean']:.4f}"
+    return "" if row["best_mean"] is None else f", in a combination of mean motivation {row['best_mean']:.4f}"
 
 
 def _is_of(plan: Row, row: Row) -> bool:

@@ -6,6 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
+HOME_MARGIN = 1.25
+"""Factor on the energy of the way home."""
+
 
 class Carried(Protocol):
     """Settings of a sensor on board (``remoras.SensorSettings``)."""

@@ -15,7 +15,7 @@ from typing import NamedTuple, Protocol, TypeVar
 
 from exchange.arithmetic import distance
 from remoras.beliefs import Key, Known
-from remoras.database import AUVDatabase, VehicleData
+from remoras.database import HOME_MARGIN, AUVDatabase, VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 
 Point = tuple[float, float]
@@ -25,8 +25,6 @@ PART = 0.25
 """Share of a job worth the travel if others complete it."""
 UNABLE_TO, IS_IMPOSSIBLE = "unableTo", "isImpossible"
 """Attributes for inability of a vehicle, or of all present ones; optional in a mission."""
-HOME_MARGIN = 1.25
-"""Factor on the energy of the way home."""
 
 
 class Outlook(NamedTuple):

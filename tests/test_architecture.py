@@ -92,7 +92,7 @@ DOORS: dict[str, set[str]] = {
     "exchange.study": {"exchange.channel.loss"},
     "remoras": {"exchange.channel.loss", "exchange.wire.definitions"},
     "remoras.social": {"exchange.manager.peers"},
-    "missions": {"worldmodel.ontology.tbox", "remoras.table"},
+    "missions": {"worldmodel.ontology.tbox", "remoras.table", "remoras.database"},
     "missions.arrows": {"exchange.channel.loss", "exchange.channel.link"},
     **{
         f"missions.{mission}": {"exchange.channel.loss"}

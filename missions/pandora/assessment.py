@@ -24,11 +24,11 @@ from missions.meeting.sequential_tests import Cusum
 from missions.pandora.scenario import Flow, PandoraSettings
 from missions.pandora.structure import CameraSettings, LogSettings, PlannedPart
 from remoras.beliefs import Known
-from remoras.database import VehicleData
+from remoras.database import HOME_MARGIN, VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.sensor import Fact
-from remoras.work import HOME_MARGIN, Point
+from remoras.work import Point
 
 POWER_SIGMA_W = 3.0  # standard deviation of power readings, which include packets and manoeuvres
 STEADY_S = 10.0  # time after which a requested speed is reached

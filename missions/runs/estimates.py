@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from exchange.arithmetic import distance
 from missions.runs.setup import Setup
 from remoras.beliefs import NOTHING_KNOWN
-from remoras.database import VehicleData
-from remoras.work import HOME_MARGIN, Job, Outlook, jobs_left
+from remoras.database import HOME_MARGIN, VehicleData
+from remoras.work import Job, Outlook, jobs_left
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 from remoras.activities import ROOM, ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, basis, distance_m
 from remoras.condition import Condition
-from remoras.database import VehicleData
+from remoras.database import HOME_MARGIN, VehicleData
 from remoras.errors import PluginError
 from remoras.functional.guidance import STUCK_S, Guidance, Headway
 from remoras.functional.vital import VITAL, VITAL_NAMES, VITAL_SETS
@@ -22,7 +22,7 @@ from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.recorder import Table
 from remoras.sensor import Observation, Pose, Sensor
-from remoras.work import HOME_MARGIN, Point
+from remoras.work import Point
 
 ROUNDING = 1e-9
 """Bound on the rounding error of an advance."""

@@ -4,6 +4,7 @@ Each sentence has a grammar in ``GRAMMAR``, by which its names, times and number
 sentence of no known grammar fails.
 """
 
+import math
 import random
 import re
 from collections.abc import Iterator
@@ -22,6 +23,7 @@ from missions.why import MOST_LINES, NEEDED, Answer, Causes, Line, why
 from remoras import stepping
 
 LOST = "fault=[{vehicle='AUV01',kind='lost',at_s=90.0,until_s=200.0},{vehicle='AUV02',kind='joins',at_s=60.0}]"
+AFLOAT = "fault=[{vehicle='AUV01',kind='restarts',at_s=5.0,until_s=60.0}]", "scenario.duration_s=200"
 LIFTS = "scenario.duration_s=700"
 RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "paper": ("mapping-rendezvous", 1, ("channel.name=perfect",)),
@@ -37,6 +39,7 @@ RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "auction": ("recovery-field", 3, ("strategy.name=central", "strategy.parameters.help=auction", LIFTS)),
     "search": ("arrows-archaeology", 1, ("scenario.duration_s=500",)),
     "no energy": ("mapping-rendezvous", 1, ("vehicle.AUV01.energy_j=60000", "scenario.duration_s=400")),
+    "adrift": ("mapping-rendezvous", 1, (*AFLOAT, "world.x_m=[-5, 800]", "current.east_mps=-0.5")),
     "takeover": ("mapping-patches", 1, ("fault=[{vehicle='AUV01',kind='lost',at_s=1530}]", "scenario.duration_s=1800")),
 }
 
@@ -59,6 +62,7 @@ def rows(name: str, table: str) -> list[dict[str, Any]]:
 Row = dict[str, Any]
 ACT = r"\w+(?: \+ \w+)*(?: \([^()]+\))?"
 T, N, ACTS = r"(\d+\.\d) s", r"(-?[\d.]+)", rf"{ACT}(?:(?:, | and ){ACT})*"
+MEAN = rf", in a combination of mean motivation {N}"
 DONE = r"(?: \(milestone (\w+)\))?"
 FORMS = [
     rf"left (?P<ended>{ACTS}) for (?P<begun>{ACTS})(?: beside (?P<stayed>{ACTS}))?",
@@ -70,12 +74,15 @@ GRAMMAR = {
     "turn": rf"(\w+) ((?:left|began|ended|waited).*?) at {T}{DONE}"
     rf"(?:; this lasted until (?:{T}|the run's end at {T}))?\.",
     "won": rf"(.+?) won at {T} with motivation {N} \(stimulus {N}(?:, own {N}, {N} by a call of weight {N})?\)"
-    rf"(?:, mean {N})?; (?:nothing else had a stimulus|the best that lost, (.+?), had {N}(?:, mean {N})?)\.",
-    "vital": rf"(\w+) is vital and precedes all else; its stimulus at {T} was {N}\.",
+    rf"(?:{MEAN})?; (?:nothing else had a stimulus|the best that lost, (.+?), had {N}(?:{MEAN})?)\.",
+    "vital": rf"(\w+) is vital and precedes all else; its stimulus at {T} was {N}: "
+    rf"(?:of {N} kJ (\w+) had {N} kJ left, and the way home of {N} m needs {N} kJ, with a margin of 25 %"
+    rf"|(\w+) was {N} m outside the area of operations)\.",
     "idle": rf"No activity of (\w+)'s roles had a stimulus at {T}\.",
     "satisfied": rf"(\w+)'s satisfaction, -128 to 127, was (.+) in its slot at {T}\.",
-    "signal": rf"(\w+) received (\w+)'s signal at {T} in slot (\d+): (-\d+) as ([\w ]+)(?:; weaker: (.+))?\.",
-    "request": rf"(\w+) received (\w+)'s request for help at {T} in slot (\d+)\.",
+    "signal": rf"(\w+) received (\w+)'s signal at {T} in slot (\d+) of the run: (-\d+) as ([\w ]+)"
+    r"(?:; weaker: (.+))?\.",
+    "request": rf"(\w+) received (\w+)'s request for help at {T} in slot (\d+) of the run\.",
     "sent": rf"(\w+) sent it at {T}(?: while it performed ({ACTS}))?(?:, dissatisfied since {T})?\.",
     "plan": rf"(\w+)'s (?:plan for|step (.+?) of) (\w+)\((.+?)\) as (.+?) was (\w+) at {T}(?:: (.+))?\.",
     "ran": rf"(\w+)'s step (.+) ran from {T} on\.",
@@ -83,9 +90,9 @@ GRAMMAR = {
     "left": rf"(\w+) left the role (.+?) at {T}, as (\w+) decided\.",
     "noted": rf"(\w+) noted at {T}: (.+?), (.+)\.",
     "news": rf"(\w+) recorded at {T} that (\w+) of (.+?) is (.+?)"
-    rf"(?:(?:; (\w+) sent it at {T} in slot (\d+))?; (\w+) received it at {T})?\.",
+    rf"(?:(?:; (\w+) sent it at {T} in slot (\d+) of the run)?; (\w+) received it at {T})?\.",
     "order": rf"(\w+) decided at {T} that (.+?)"
-    rf"(?:(?:; (\w+) sent it at {T} in slot (\d+))?; (\w+) received it at {T})?, in effect at {T}\.",
+    rf"(?:(?:; (\w+) sent it at {T} in slot (\d+) of the run)?; (\w+) received it at {T})?, in effect at {T}\.",
     "ruled": rf"(\w+) decided that (.+?), in effect at {T}\.",
     "agreed": r"Agreed before the mission: (.+)\.",
     "out": rf"(\w+) was out of the mission from {T} to (?:{T}|the end): (.+)\.",
@@ -160,9 +167,23 @@ class Checked:
         assert near(rival["own"] + rival["external"], lost_by)
         return lost_mean is None or near(rival["best_mean"], lost_mean)
 
-    def vital(self, line, act, time, stimulus) -> bool:
+    def vital(self, line, act, time, stimulus, full, who, left, way, needed, outside, off) -> bool:
         rows = self.some("decisions", vehicle=line.vehicle, time_s=line.time_s, chosen=True, role="", best_mean=None)
-        return any(row["activities"] == [act] and near(row["stimulus"], stimulus) for row in rows)
+        assert any(row["activities"] == [act] and near(row["stimulus"], stimulus) for row in rows)
+        assert line.vehicle == (who or outside)
+        scenario = recorded(self.name).scenario
+        (data,) = (vehicle for vehicle in scenario.vehicle if vehicle.name == line.vehicle)
+        (at,) = self.some("trajectories", vehicle=line.vehicle, time_s=line.time_s)
+        if outside:
+            return act == "ReturningToArea" and near(scenario.world.x_m[0] - at["x_m"], off)
+        home_m = math.dist((at["x_m"], at["y_m"]), data.start_m)
+        # Power times time of the way at survey speed; 1.25 is the margin of the vehicles.
+        need_kj = 1.25e-3 * (data.hotel_w + data.drag_w_per_mps3 * data.survey_speed_mps**3) * home_m
+        assert near(need_kj / data.survey_speed_mps, needed)
+        assert near(home_m, way)
+        assert near(data.energy_j / 1000.0, full)
+        assert near((data.energy_j - at["energy_j"]) / 1000.0, left)
+        return act == "ReturningHome" and float(left) <= float(needed)
 
     def idle(self, line, who, time) -> bool:
         decided = self.some("decisions", vehicle=who, time_s=line.time_s)
@@ -306,6 +327,7 @@ NEEDED_KINDS = {
     "lifts": {"signal", "sent"},
     "auction": {"request"},
     "no energy": {"vital"},
+    "adrift": {"vital"},
 }
 """Sentences that answers of a run must contain, so that none goes unchecked."""
 
@@ -345,17 +367,18 @@ def altered(text: str, vehicles: list[str]) -> Iterator[str]:
         yield f"{text[: found.start()]}{other}{text[found.end() :]}"
 
 
-def test_check_of_facts_finds_altered_sentences() -> None:
-    causes, checked = Causes(recorded("paper")), Checked("paper")
+@pytest.mark.parametrize(("name", "least", "word"), [("paper", 200, ""), ("no energy", 8, " vital ")])
+def test_check_of_facts_finds_altered_sentences(name: str, least: int, word: str) -> None:
+    causes, checked = Causes(recorded(name)), Checked(name)
     n_found = n_altered = 0
-    for line in sorted({line for _, _, lines in causes.moments() for line in lines}):
+    for line in sorted({line for _, _, lines in causes.moments() for line in lines if word in line.text}):
         for text in altered(line.text, causes.vehicles):
             n_altered += 1
             try:
                 checked(line._replace(text=text))
             except (AssertionError, IndexError, KeyError, StopIteration, ValueError):
                 n_found += 1
-    assert n_altered > 200
+    assert n_altered >= least
     assert n_found >= 0.98 * n_altered, n_found / n_altered
 
 
@@ -382,8 +405,8 @@ def test_answer_names_the_signal_that_called_the_leader_off() -> None:
 def test_page_on_causes_prints_lines_of_the_answer() -> None:
     page = (Path(__file__).parents[2] / "docs" / "howto" / "replay.md").read_text(encoding="utf-8")
     printed = page.partition("```text\n")[2].partition("```")[0].splitlines()
-    assert printed
-    assert {*printed} <= {line.text for line in why(recorded("paper"), "AUV00", 1906).lines}
+    assert len({*printed} - {"..."}) > 2
+    assert {*printed} - {"..."} <= {line.text for line in why(recorded("paper"), "AUV00", 1906).lines}
 
 
 def test_act_of_a_run_under_way_lasts() -> None:
@@ -426,8 +449,8 @@ def test_answer_corrects_a_question_about_another_vehicle() -> None:
 
 
 @pytest.mark.parametrize(("instead", "reason"), [
-    ("Mapping", "Mapping (Cartographer) had motivation 0.45, mean 0.3343 at 1906.0 s, Homing (Coordinator) had 0.60"),
-    ("Performer", "AUV00 did not hold Performer at 1906.0 s; AUV01 and AUV02 held Performer; it never began it"),
+    ("Mapping", "had motivation 0.45, in a combination of mean motivation 0.3343 at 1906.0 s, Homing (Coordi"),
+    ("Performer", "at 1906.0 s; in AUV00's view AUV01 and AUV02 held Performer; it never began it"),
     ("Operational.Coordinator", "AUV00 did perform Homing (Coordinator) then"),
     ("MissionPlanner", "MissionPlanner (Coordinator) had no stimulus at 1906.0 s"),
 ])  # fmt: skip
@@ -435,6 +458,20 @@ def test_answer_tells_why_an_alternative_was_rejected(instead: str, reason: str)
     *_, last = why(recorded("paper"), "AUV00", 1906.0, instead).lines
     assert last.text.startswith(f"Not {instead}: ")
     assert reason in last.text
+
+
+def test_holder_of_a_role_is_named_as_a_belief() -> None:
+    """The viewer believes in a holder who learns of its role later."""
+    own_s = {(row["vehicle"], row["role"]): row["time_s"] for row in rows("takeover", "roles")[::-1]}
+    early = [
+        row for row in rows("takeover", "organisation")
+        if row["event"] == "assigned" and row["vehicle"] != row["peer"]
+        and own_s.get((row["peer"], row["role"]), 0.0) > row["time_s"] + 2.0
+    ]  # fmt: skip
+    assert early
+    for row in early:
+        *_, last = why(recorded("takeover"), row["vehicle"], row["time_s"] + 1.1, row["role"]).lines
+        assert f"; in {row['vehicle']}'s view {row['peer']} held {row['role']}" in last.text
 
 
 def test_rejection_names_the_roles_that_a_vehicle_can_play() -> None:
