@@ -12,7 +12,7 @@ from stress.trial import INVARIANTS, Outcome, judge
 
 APART = (*SMALL, "guidance.separation_m=8")  # so who sees nobody comes nearer than half of it
 FAULTS = Path(__file__).parents[1] / "faults"
-LONG = ("newest", "rest")
+LONG = ("exceptions", "newest", "rest")
 """Invariants whose fault shows only late, or in few schedules."""
 SEARCH = settings(max_examples=60, phases=[Phase.generate], derandomize=True, database=None)
 
