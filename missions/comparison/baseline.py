@@ -36,6 +36,7 @@ from missions.statistics import (
     wilson_interval,
 )
 from missions.sweeps.folder import SweepResults
+from missions.sweeps.study_file import level_name
 
 if TYPE_CHECKING:
     from missions.comparison.effects import MainEffect
@@ -111,8 +112,8 @@ def compare(
     Args:
         metrics: summary fields, or custom metrics (``package.module:object``, ``file.py:object`` or objects) of runs
             with stored tables; empty for those of the study.
-        baseline: strategy, policy, or ``KEY=VALUE`` of a varied key; None for that of the study, else its first
-            strategy or policy.
+        baseline: strategy, policy, or ``KEY=VALUE`` of a varied key, such as ``per=0``; None for that of the study,
+            else its first strategy or policy.
 
     Raises:
         OutputError: nothing has finished, a name is unknown, or tables are missing.
@@ -165,8 +166,8 @@ def side_of(results: SweepResults, treatments: Iterable[Treatment], name: str, o
     """Return the strategy, policy or level ``KEY=VALUE`` of this name; raise OutputError for an unknown one."""
     treated = list(treatments)
     strategies, policies = _named(results, treated)
-    settings = dict.fromkeys(f"{key}={value}" for treatment in treated for key, value in treatment.settings)
-    check_name(option, name, [*strategies, *policies, *settings])
+    name, levels = level_name(name), dict.fromkeys(level for treatment in treated for level in treatment.levels)
+    check_name(option, name, [*strategies, *policies, *levels])
     return Side(name, "strategy" if name in strategies else "policy" if name in policies else "")
 
 

@@ -48,8 +48,9 @@ from missions.sweeps.driver import ReportProgress, sweep
 from missions.sweeps.folder import CODE_CHANGED, STUDY, STUDY_TEXT, SweepResults, record_of
 from missions.sweeps.plan import ConfigurationLabel, SweepPlan, seed_of
 from missions.sweeps.study import FAULT, load_study, study_of
+from missions.sweeps.study_file import PER
 
-PER, KEY_OF_PER = "per", "channel.per"
+KEY_OF_PER = "channel.per"
 STEPS, COARSE = 50, 5  # grid points between two levels of the study; every fifth can be refined
 STRADDLE = 1.96
 REFINED = "refined"  # folder of the batches, in that of the study
@@ -291,7 +292,7 @@ def _contests(
     if (a.kind, a.key) != (b.kind, b.key):
         raise OutputError(f"--crossing {names}: allowed: two strategies, two policies, or two levels of one key")
     axes = dict.fromkeys(key for treatment in treatments for key, _ in treatment.settings if key != a.key)
-    check_name("--axis", axis, [PER, *axes])
+    check_name("--axis", axis, [*([PER] if a.key != PER else []), *axes])
     forms = {treatment: [f"{key}={value}" for key, value in _columns(treatment).items()] for treatment in treatments}
     for text in where:
         check_name("--where", text, list(dict.fromkeys(itertools.chain(*forms.values()))))

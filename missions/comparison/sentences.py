@@ -12,6 +12,7 @@ from missions.comparison.effects import ALL, MainEffect
 from missions.comparison.treatments import MISSION_TIME, SIGNIFICANT
 from missions.metric import Metric
 from missions.statistics import FEW, detectable, least_p
+from missions.sweeps.study_file import PER, level_name
 
 MINUS = "\u2212"
 UNITLESS = ("", "1")
@@ -53,7 +54,7 @@ class Wording:
     def subject(self, row: Comparison) -> str:
         """Return the name of a treatment: strategy, policy or level of the baseline's key."""
         if self._setting:
-            return f"{self._setting}={row.settings[self._setting]}"
+            return level_name(f"{self._setting}={row.settings.get(self._setting, row.per)}")
         strategies, policies = self._varies("strategy"), self._varies("policy")
         return (
             f"{row.strategy} with {row.policy}" if strategies and policies else row.policy if policies else row.strategy
@@ -75,7 +76,7 @@ class Wording:
         varied = {key for key in row.settings if len({other.settings.get(key) for other in self.rows}) > 1}
         parts += [f"{key.rpartition('.')[2]} {row.settings[key]}" for key in sorted(varied - {self._setting})]
         parts += [f"unforeseen: {row.unforeseen}"] if self._varies("unforeseen") else []
-        at = f" at PER {row.per:g}" if self._varies("per") else ""
+        at = f" at PER {row.per:g}" if self._varies("per") and self._setting != PER else ""
         return f"{at} ({', '.join(parts)})" if parts else at
 
     def amount(self, *values: float) -> list[str]:

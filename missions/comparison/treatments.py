@@ -23,7 +23,7 @@ from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
 from missions.sweeps.study import FAULT
-from missions.sweeps.study_file import StudyFile
+from missions.sweeps.study_file import OWN_COLUMNS, PER, StudyFile, level_name
 from worldmodel import suggestion
 
 SIGNIFICANT = 0.05
@@ -82,7 +82,6 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
 
 FIELDS = ("scenario", "strategy", "policy", "channel", "per")
 SUCCESS, MISSION_TIME = "completed", "mission_time_s"  # metrics that failed runs have too: they have not completed
-OWN_COLUMNS = ("strategy.name", "communication.policy", "channel.name", "channel.per")
 
 Summary = Mapping[str, Any]
 
@@ -103,9 +102,16 @@ class Treatment:
         """Columns of a row that identify the treatment."""
         return {**vars(self), "settings": dict(self.settings)}
 
+    @property
+    def levels(self) -> tuple[str, ...]:
+        """Loss rate and settings, each as ``KEY=VALUE``."""
+        return level_name(f"{PER}={self.per}"), *(f"{key}={value}" for key, value in self.settings)
+
     def at(self, baseline: str) -> Treatment:
-        """Return the treatment with a setting ``KEY=VALUE`` in place of its own."""
+        """Return the treatment with a setting ``KEY=VALUE``, or loss rate ``per=VALUE``, in place of its own."""
         key, _, value = baseline.partition("=")
+        if key == PER:
+            return replace(self, per=float(value))
         settings = tuple((own, value if own == key else level) for own, level in self.settings)
         return replace(self, settings=settings)
 
@@ -260,4 +266,4 @@ def _has_reached(run: RunOutcome, metric: Metric) -> bool:
 def check_name(option: str, name: str, known: Collection[str]) -> None:
     """Raise OutputError for an unknown name, with the option and the nearest name."""
     if name not in known:
-        raise OutputError(f"{option} {name!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
+        raise OutputError(f"{option} {name!r}: allowed are {', '.join(known) or 'none'}{suggestion(name, known)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
@@ -19,13 +20,43 @@ LISTS = {"strategies": "strategy.name", "policies": "communication.policy", "veh
 """Lists of ``[study]`` and the scenario key that each sets."""
 
 CONDITIONS = ("channel.name", "channel.per")  # keys that name the conditions of a comparison
+OWN_COLUMNS = ("strategy.name", "communication.policy", *CONDITIONS)  # keys with a column of their own in comparisons
+PER = "per"
+
+
+def level_name(text: str) -> str:
+    """Return a level ``KEY=VALUE`` as comparisons name it: each loss rate in one form.
+
+    >>> level_name("channel.per=0.0"), level_name("per=.50"), level_name("fleet.size=3")
+    ('per=0', 'per=0.5', 'fleet.size=3')
+    """
+    key, _, value = text.partition("=")
+    if key not in (PER, CONDITIONS[1]):
+        return text
+    try:
+        return f"{PER}={float(value)!r}".removesuffix(".0")
+    except ValueError:
+        return text
+
+
+def _levels(file: StudyFile) -> Iterator[str]:
+    """Yield the levels ``KEY=VALUE`` of the keys that vary."""
+    settings = [*dotted(file.grid), *dotted(file.factorial), *(pair for point in file.point for pair in dotted(point))]
+    settings += [(f"channel.{key}", value) for channel in file.channel for key, value in dotted(channel)]
+    settings += [(LISTS["vehicles"], file.study.vehicles or [])]
+    levels: dict[str, dict[str, None]] = {}
+    for key, value in settings:
+        named = (level_name(f"{key}={level}") for level in (value if isinstance(value, list) else [value]))
+        if key not in OWN_COLUMNS or key in CONDITIONS[1:]:
+            levels.setdefault(key, {}).update(dict.fromkeys(named))
+    return itertools.chain(*(own for key, own in levels.items() if len(own) > 1))
 
 
 def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
     """Yield every fault between the tables of a study."""
     design, stopping = file.study, file.stopping
-    compared = (*(design.strategies or ()), *(design.policies or ()))
-    if design.baseline is not None and design.baseline not in compared:
+    compared = (*(design.strategies or ()), *(design.policies or ()), *_levels(file))
+    if design.baseline is not None and level_name(design.baseline) not in compared:
         yield ConfigurationFault("study.baseline", f'"{design.baseline}"', f"allowed: {', '.join(compared) or 'none'}")
     for name in (*LISTS, "scenario", "metrics"):
         values = getattr(design, name)
@@ -169,7 +200,7 @@ class Design(Section):
         description="compared metrics, by field or as package.module:object or file.py:object; the headline "
         "metrics of the mission if absent",
     )
-    baseline: str | None = Field(None, description="baseline strategy or policy; else the first")
+    baseline: str | None = Field(None, description="baseline strategy, policy or KEY=VALUE; else the first")
     sampling: Literal["grid", "list", "latin", "factorial"] = Field("grid", description="source of the points")
     samples: int = Field(10, ge=2, le=100_000, strict=True, description="points of a Latin hypercube")
     halvings: int = Field(

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from missions.comparison import Comparison, Rank
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import Contender, column_ranks, family_of, mean_ranks, ranks
+from missions.comparison.sentences import statements
 from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
 from missions.runs.metrics import CORE_METRICS
@@ -95,6 +96,29 @@ def test_level_of_a_varied_key_is_a_baseline_for_each_policy(tmp_path: Path) -> 
     differences = {(row.policy, *row.settings.values()): row.diff_to_baseline for row in rows}
     assert differences == {(p, w): d for p in ("ack", "mps-ack") for w, d in (("0.0", None), ("2.0", 20.0))}
     assert {row.p_holm for row in rows} == {None, 2 / 2**8}
+
+
+@pytest.mark.parametrize("baseline", ["per=0", "channel.per=0.0", "per=.0"])
+def test_loss_rate_is_a_baseline_for_each_policy(tmp_path: Path, baseline: str) -> None:
+    """Runs take 20 s more at the loss of 1/3: each policy is compared with itself at no loss, repeat by repeat."""
+
+    def slower_by_loss(task: RunTask) -> FinishedRun:
+        summary = made_up(task).line["summary"]
+        return finished(task, **{**summary, "mission_time_s": summary["mission_time_s"] + 60 * summary["per"]})
+
+    text = study_text(repeats=8, per=f"[0.0, {1 / 3}]").replace("seed = 7", f'seed = 7\nbaseline = "{baseline}"')
+    found = swept(tmp_path, text, slower_by_loss)
+    rows = compare(found, ["mission_time_s"])
+    assert {row.baseline for row in rows} == {"per=0"}
+    differences = {(row.policy, row.per > 0.0): row.diff_to_baseline for row in rows}
+    expected = {(policy, lossy): 20.0 if lossy else None for policy in ("ack", "mps-ack") for lossy in (False, True)}
+    assert differences == pytest.approx(expected)
+    assert {row.p_holm for row in rows} == {None, 2 / 2**8}
+    opposite = compare(found, ["mission_time_s"], f"per={1 / 3}")
+    assert sorted(row.diff_to_baseline for row in opposite if row.diff_to_baseline) == pytest.approx([-20.0, -20.0])
+    stated = [one.text for one in statements(CORE_METRICS[0], rows)]
+    assert len(stated) == 2
+    assert all(text.startswith(f"per={1 / 3} was slower than per=0 (") for text in stated)
 
 
 def test_censored_runs_are_included(tmp_path: Path) -> None:

@@ -69,6 +69,7 @@ def test_sampling_list_uses_its_points_unchanged(tmp_path: Path) -> None:
         ),
         (("seed = 7", "seed = 7\nvehicles = [8, 8]"), "study.vehicles = [8, 8]: a value is listed twice"),
         (("seed = 7", 'baseline = "ack-repeat"'), "study.baseline"),
+        (("seed = 7", 'baseline = "per=0.2"'), "study.baseline | allowed: remoras, ack, mps-ack, per=0.1, per=0.4"),
         (("[set]", '[stopping]\nmetric = "n"\nhalf_width = 1\nminimum = 2\nmaximum = 3\n[set]'), "stopping.metric"),
         (
             ("[set]", '[stopping]\nmetric = "n_bytes"\nmaximum = 30\n[set]'),

@@ -106,10 +106,8 @@ class Numbers:
                 return "no values"
             contenders = {(rank.strategy, rank.policy) for rank in self.ranks}
             return "" if len(contenders) > 1 else "needs two strategies or policies besides bounds"
-        if kind == "differences" and len(self.arrangement.series) < 2:
-            return "needs two strategies or policies"
         if kind == "differences" and all(row.diff_to_baseline is None for row in self.rows(self.ranked_by.name)):
-            return "no runs can be paired"
+            return "no runs can be paired" if len(self.arrangement.series) > 1 else "needs two strategies or policies"
         missing = [name for name in self.drawn_by(kind) if not self.rows(name)]
         if missing and (kind != "overview" or len(missing) == len(self.overview)):
             return f"no run has a value of {', '.join(missing)}"
@@ -228,7 +226,9 @@ def _telling(results: SweepResults, charts: Mapping[str, Metric]) -> list[str]:
     strategies, policies = len(design.strategies or ()) > 1, len(design.policies or ()) > 1
     kinds = {metric.name: kind for kind, metric in charts.items()}
     compared = [kinds[name] for name in results.compared if name in kinds]
-    general = ["overview", *(["ranking", "differences"] if strategies or policies else [])]
+    compared_by_level = "=" in (design.baseline or "")
+    general = ["overview", *(["ranking"] if strategies or policies else [])]
+    general += ["differences"] if strategies or policies or compared_by_level else []
     general += ["trade-off"] if policies else []
     return list(dict.fromkeys([*general, *compared]))
 
