@@ -13,10 +13,10 @@ differences without 2.5 % at either end (Hartigan 1969). It is exact for symmetr
 agrees with ``missions.statistics.step_down_p`` of a single comparison.
 
 **Censored times.** Let p be the share of runs that do not complete, m the mean of the others, H the horizon. The
-restricted mean is (1 - p) m + p H. Each part has an interval: Clopper and Pearson (1934) for p, the above for m, or
-Student's below 30 runs. They are combined by variance estimates recovery (Zou and Donner 2008): the distance to a bound
-is the root of the summed squares of the parts' contributions. With ten completed runs p may still be 0.31, so the
-interval extends beyond all observed values.
+restricted mean is (1 - p) m + p H. Without incomplete runs its range or interval is that of any mean, of runs that
+complete. Else each part has an interval: Clopper and Pearson (1934) for p, the above for m, or Student's below 30 runs.
+They are combined by variance estimates recovery (Zou and Donner 2008): the distance to a bound is the root of the
+summed squares of the parts' contributions.
 """
 
 from __future__ import annotations
@@ -154,9 +154,7 @@ MANY = 30  # fewest values for an interval of a mean
 TAIL = 0.0125  # share of resamples beyond the bound at the long tail
 STEADY = 0.05  # relative spread below which a resample counts as constant, with infinite studentised mean
 STRAIGHT = 1e-9  # skewness up to which values have no long tail (rounding)
-INTERVALS_OF_MEANS = (
-    "95 % confidence intervals of the mean (Student's t, bootstrap-t for long tails), or ranges below 30 runs"
-)
+INTERVALS_OF_MEANS = "95 % confidence intervals of the mean (Student's t, bootstrap-t for long tails)"
 INTERVALS_OF_DIFFERENCES = "95 % confidence intervals of the mean difference (sign-flip test)"
 
 

@@ -51,7 +51,7 @@ class Comparison:
         n_completed: runs with a completed mission; ``n_failed`` raised or killed their process.
         n_reached: runs with the event of a censored metric; None for other metrics.
         p_holm: p value of equality with the baseline, step-down corrected, see ``missions/comparison/ranking.py``.
-        ci95_low: for a censored metric valid whatever unseen runs do, see ``missions/statistics.py``.
+        ci95_low: of the restricted mean if runs are censored, see ``missions/statistics.py``.
         deterministic: repeats are one run: no interval, no p value.
         ci95_note: reason for a missing interval, or empty; ``diff_note`` is for the difference.
         reached_mean: mean of the uncensored runs; its interval does not cover the others.
@@ -257,7 +257,8 @@ def _interval(sample: Measured) -> Estimated:
     values = list(sample.values.values())
     if sample.constant:
         return NoInterval.DETERMINISTIC
-    if sample.reached is None:
+    # Without incomplete runs, a time is a metric like others: see ``missions.statistics``.
+    if sample.reached is None or len(sample.reached) == len(values):
         return mean_interval(values)
     return restricted_interval(Timed(values, [repeat in sample.reached for repeat in sample.values], sample.horizon))
 

@@ -47,8 +47,8 @@ from missions.statistics import FEW, RESAMPLES, Array, Interval, NoInterval, gen
 from missions.sweeps.driver import ReportProgress, sweep
 from missions.sweeps.folder import CODE_CHANGED, STUDY, STUDY_TEXT, SweepResults, record_of
 from missions.sweeps.plan import ConfigurationLabel, SweepPlan, seed_of
-from missions.sweeps.study import FAULT, load_study, study_of
-from missions.sweeps.study_file import PER
+from missions.sweeps.study import load_study, study_of
+from missions.sweeps.study_file import FAULT, PER
 
 KEY_OF_PER = "channel.per"
 STEPS, COARSE = 50, 5  # grid points between two levels of the study; every fifth can be refined

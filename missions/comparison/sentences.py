@@ -103,14 +103,8 @@ class Wording:
             return Statement(subject, text, False)
         significant = row.p_holm is not None and row.p_holm < SIGNIFICANT
         sign = -1.0 if significant and row.diff_to_baseline < 0.0 else 1.0
-        # As in figures: without incomplete runs, the interval is of the completed ones.
-        whole = row.n_pairs_reached == row.n_pairs
-        low, high = (
-            (row.diff_reached_ci95_low, row.diff_reached_ci95_high)
-            if whole
-            else (row.diff_ci95_low, row.diff_ci95_high)
-        )
-        bounds = sorted(sign * bound for bound in (low, high) if bound is not None)
+        ends_of = (row.diff_ci95_low, row.diff_ci95_high)
+        bounds = sorted(sign * bound for bound in ends_of if bound is not None)
         shown, *ends = self.amount(sign * row.diff_to_baseline, *bounds)
         parts = [f"95 % CI {ends[0]} to {ends[1]}" if ends else "no interval", instances(row.n_pairs), "paired"]
         if n_both < row.n_pairs:

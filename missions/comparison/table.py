@@ -6,53 +6,88 @@ from collections.abc import Collection, Iterator, Sequence
 
 from missions.comparison.baseline import Comparison
 from missions.comparison.treatments import SIGNIFICANT, SUCCESS
-from missions.statistics import least_p
+from missions.statistics import FEW, MANY, NoInterval, least_p
 
-ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p")
+ALWAYS = ("per", "strategy", "policy", "n", "done", "mean", "p")
 NUMBERS = ("per", "n", "done")
 """Columns that are always shown, and those of numbers."""
 
 
+def number(value: float) -> str:
+    """Return a value with four significant digits, without exponent from 10,000 on.
+
+    >>> number(10763.2), number(0.98765), number(-12166.0)
+    ('10760', '0.9877', '-12170')
+    """
+    text = f"{value:.4g}"
+    return f"{float(text):.0f}" if "e+" in text else text
+
+
 def interval(mean: float | None, low: float | None, high: float | None) -> str:
     """Return a value with its interval, if any; ``-`` without a value."""
-    bounds = "" if low is None or high is None else f" [{low:.4g}, {high:.4g}]"
-    return "-" if mean is None else f"{mean:.4g}{bounds}"
+    bounds = "" if low is None or high is None else f" [{number(low)}, {number(high)}]"
+    return "-" if mean is None else f"{number(mean)}{bounds}"
 
 
-def _mean(row: Comparison) -> str:
+def _has_range(row: Comparison) -> bool:
     # Without an interval the range is shown; see ``missions.statistics``.
-    spread = f" ({row.least:.4g} to {row.largest:.4g})" * (row.ci95_low is None and row.least < row.largest)
-    return interval(row.mean, row.ci95_low, row.ci95_high) + spread
+    return row.ci95_low is None and row.least < row.largest
 
 
 def _entries(row: Comparison, bounds: Collection[str]) -> dict[str, str]:
+    spread = f" ({number(row.least)} to {number(row.largest)})" if _has_range(row) else ""
     return {
         "per": f"{row.per:g}",
         "strategy": f"{row.strategy} (bound)" if row.strategy in bounds else row.strategy,
         "policy": row.policy,
         "n": str(row.n),
         "done": str(row.n_completed),
-        "mean [95 %]": _mean(row),
-        "completed runs [95 %]": interval(row.reached_mean, row.reached_ci95_low, row.reached_ci95_high),
+        "mean": interval(row.mean, row.ci95_low, row.ci95_high) + spread,
+        "completed runs": interval(row.reached_mean, row.reached_ci95_low, row.reached_ci95_high),
         f"difference to {row.baseline}": interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high),
         "both completed": interval(row.diff_reached, row.diff_reached_ci95_low, row.diff_reached_ci95_high),
         "p": "-" if row.p_holm is None else f"{row.p_holm:.2g}",
-        "note": row.ci95_note,
+        "note": row.ci95_note * (row.ci95_note != NoInterval.RARE.value),
         "unforeseen": row.unforeseen,
         "settings": " ".join(f"{key}={value}" for key, value in row.settings.items()),
     }
 
 
 def table(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[list[str], list[list[str]]]:
-    """Return heads and entries of the rows of a metric, without empty columns; ``bounds`` are marked strategies."""
+    """Return heads and entries of the rows of a metric, without empty columns; ``bounds`` are marked strategies.
+
+    The columns of completed runs and pairs equal the others unless a run did not complete.
+    """
     entries = [_entries(row, bounds) for row in rows]
-    used = [head for head in entries[0] if head in ALWAYS or any(own[head] not in ("", "-") for own in entries)]
-    return used, [[own[head] for head in used] for own in entries]
+    of_completed = ("completed runs", "both completed")
+    left_out = () if any(_has_incomplete(row) for row in rows) else of_completed
+    used = [
+        head
+        for head in entries[0]
+        if head not in left_out and (head in ALWAYS or any(own[head] not in ("", "-") for own in entries))
+    ]
+    estimates = ("mean", *of_completed, f"difference to {rows[0].baseline}")
+    kinds = {"[": " [95 %]", "(": " (range)"}
+    heads = [
+        head + "".join(kind for mark, kind in kinds.items() if any(mark in own[head] for own in entries))
+        if head in estimates
+        else head
+        for head in used
+    ]
+    return heads, [[own[head] for head in used] for own in entries]
+
+
+def _has_incomplete(row: Comparison) -> bool:
+    return row.n_reached is not None and row.n_reached < row.n
 
 
 def notes(rows: Sequence[Comparison]) -> Iterator[str]:
     """Yield what a reader of the rows of a metric has to know."""
-    if rows[0].n_reached is not None:
+    if any(map(_has_range, rows)):
+        yield f"range: least to largest value; fewer than {MANY} runs allow no interval of a mean"
+    if any(row.diff_note == NoInterval.TOO_FEW.value for row in rows):
+        yield f"fewer than {FEW} pairs allow no interval of a difference"
+    if any(map(_has_incomplete, rows)):
         n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
         yield f"restricted means: {n - reached} of {n} runs did not complete and count with the full mission duration"
         yield "their intervals allow for further runs that do not complete"

@@ -22,8 +22,7 @@ from missions.statistics import (
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
-from missions.sweeps.study import FAULT
-from missions.sweeps.study_file import OWN_COLUMNS, PER, StudyFile, level_name
+from missions.sweeps.study_file import FAULT, OWN_COLUMNS, PER, StudyFile, level_name
 from worldmodel import suggestion
 
 SIGNIFICANT = 0.05
@@ -70,6 +69,8 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
         return paired
     both = a.reached & b.reached
     reached = [x for x, repeat in zip(differences, shared, strict=True) if repeat in both]
+    if len(reached) == len(shared):
+        return replace(paired, n_reached=len(shared), reached=paired.difference, reached_interval=paired.interval)
     interval = restricted_difference_interval(
         Timed(mine, [repeat in a.reached for repeat in shared], a.horizon, a.constant),
         Timed(others, [repeat in b.reached for repeat in shared], b.horizon, b.constant),

@@ -451,3 +451,20 @@ def _name(
     # One order for all equal faults (draw 0), so that they befall different vehicles.
     order = sorted(able, key=lambda data: loss.uniform(seed, loss.FAULTS, stream, 0, data.node + 1))
     return order[nth].name
+
+
+def fault_text(fault: Mapping[str, Any]) -> str:
+    """Return vehicle, kind and time of a ``[[fault]]`` table.
+
+    >>> fault_text({"kind": "lost", "vehicle": "any", "at_s": [61.0, 303.0]})
+    'any vehicle lost between 61 s and 303 s'
+    >>> fault_text({"kind": "mute", "vehicle": "AUV01", "at_s": 600.0, "until_s": 900.0})
+    'AUV01 mute at 600 s, until 900 s'
+    """
+    at_s, until_s = fault.get("at_s"), fault.get("until_s")
+    earliest, *latest = at_s if isinstance(at_s, list) else [at_s]
+    start = f"at {earliest:g} s" if at_s is not None and not latest else ""
+    start += f"between {earliest:g} s and {latest[0]:g} s" if latest else ""
+    start += f"{fault['rate_per_h']:g} times per hour" if "rate_per_h" in fault else ""
+    end = f", until {until_s:g} s" if until_s is not None else ""
+    return f"{fault['vehicle']}{' vehicle' * (fault['vehicle'] == ANY)} {fault['kind']} {start}{end}".rstrip()

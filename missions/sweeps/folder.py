@@ -36,7 +36,7 @@ from missions.sweeps.ledger import (
     read_ledger,
 )
 from missions.sweeps.plan import ConfigurationLabel, RunSchedule
-from missions.sweeps.study_file import StudyFile
+from missions.sweeps.study_file import FAULT, StudyFile
 from remoras.plugins import installed
 
 if TYPE_CHECKING:
@@ -213,6 +213,29 @@ class SweepResults:
         if is_damaged(self.folder, line):
             raise OutputError(f"{folder}: {DAMAGED}")
         return Results.read(folder)
+
+    @cached_property  # it reads all tables, to leave out damaged ones
+    def examples(self) -> list[Line]:
+        """Run with tables of each scenario: of the baseline if possible, first repeat, least loss."""
+        baseline = self.file.study.baseline or next(iter(self.file.study.strategies or ()), "")
+        lines = sorted(
+            (line for line in self.lines.values() if line["tables"] and not is_damaged(self.folder, line)),
+            key=lambda line: (
+                line["summary"]["strategy"] != baseline, line["repeat"], line["summary"]["per"], line["key"],
+            ),
+        )  # fmt: skip
+        return list({line["summary"]["scenario"]: line for line in reversed(lines)}.values())[::-1]
+
+    @property
+    def shared_faults(self) -> list[str]:
+        """Faults of the scenario as texts, if all runs share them and a run has kept its tables."""
+        from missions.scenarios.faults import fault_text  # slow to load
+
+        labels = self.schedule.labels
+        varies = len({(label.source, label.unforeseen) for label in labels}) > 1
+        varies |= any(key.partition(".")[0] == FAULT for label in labels for key, _ in label.settings)
+        tables = [] if varies else [self.kept(line).scenario_tables for line in self.examples[:1]]
+        return [fault_text(fault) for own in tables for fault in own.get(FAULT, ())]
 
     def runs(self) -> Any:
         """Return a pandas data frame with one row per finished run."""

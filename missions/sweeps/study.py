@@ -36,6 +36,7 @@ from missions.scenarios.loading import scenario_from
 from missions.scenarios.parts import METRICS, entrants, importable, metric_named, with_files_found
 from missions.sweeps.factorial import HIGH
 from missions.sweeps.study_file import (
+    FAULT,
     LISTS,
     TABLE_OF,
     Design,
@@ -52,7 +53,6 @@ from remoras.plugins import installed
 from worldmodel import suggestion
 
 Settings = tuple[StudySetting, ...]
-FAULT = "fault"  # scenario key of the faults of a run
 
 
 class Combination(NamedTuple):

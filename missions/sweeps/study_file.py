@@ -22,6 +22,7 @@ LISTS = {"strategies": "strategy.name", "policies": "communication.policy", "veh
 CONDITIONS = ("channel.name", "channel.per")  # keys that name the conditions of a comparison
 OWN_COLUMNS = ("strategy.name", "communication.policy", *CONDITIONS)  # keys with a column of their own in comparisons
 PER = "per"
+FAULT = "fault"  # scenario key of the faults of a run
 
 
 def level_name(text: str) -> str:
@@ -158,7 +159,7 @@ def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
     ):
         set_by += [(f"{table}.{key}", key) for setting in settings for key, _ in dotted(setting)]
     for place, key in set_by:
-        if own_faults and key.partition(".")[0] == "fault":
+        if own_faults and key.partition(".")[0] == FAULT:
             yield ConfigurationFault(place, "", "[[unforeseen.fault]] sets all faults of its runs; set them there")
     set_by += [
         ("unforeseen.set", key) for key in {key for unforeseen in file.unforeseen for key, _ in dotted(unforeseen.set)}

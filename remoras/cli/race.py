@@ -133,6 +133,8 @@ def _failures(folder: Path) -> Iterator[str]:
 
 
 def _race_lines(lines: Sequence[RaceLine], metric: str, within: float) -> Iterator[str]:
+    from missions.comparison.table import number
+
     yield f"Best by {metric}; all statements of a line hold with 95 % confidence."
     rows = [("per", "winner", "lead over the next, % [95 %]", "certainty", "not decided", "runs", "CPU s")]
     for line in lines:
@@ -149,7 +151,7 @@ def _race_lines(lines: Sequence[RaceLine], metric: str, within: float) -> Iterat
         ranks = [("strategy", "n", "completed", "mean", "p", "")]
         for own in line.ranks:
             p = "-" if own.p_to_best is None else f"{own.p_to_best:.2g}"
-            counts = f"{own.n}", f"{100.0 * own.success_rate:.0f} %", f"{own.mean:.4g}", p
+            counts = f"{own.n}", f"{100.0 * own.success_rate:.0f} %", number(own.mean), p
             ranks.append((own.strategy, *counts, "" if own.among_best else "beaten"))
         yield from aligned(ranks, (1, 2, 3))
 

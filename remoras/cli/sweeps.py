@@ -350,12 +350,12 @@ def _status_line(status: dict[str, Any]) -> str:
 
 
 def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:
-    from missions.comparison.table import interval
+    from missions.comparison.table import interval, number
 
     yield results.file.two_level_design.description()
     for (metric, condition), same in itertools.groupby(rows, key=lambda row: (row.metric, row.condition)):
         own = list(same)
-        yield f"{metric}, {condition}: mean {own[0].mean:.4g}, n = {own[0].n}"
+        yield f"{metric}, {condition}: mean {number(own[0].mean)}, n = {own[0].n}"
         width = max(len(row.term) for row in own)
         for row in own:
             levels = f"  {row.low} -> {row.high}" if row.is_main else ""

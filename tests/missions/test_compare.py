@@ -17,6 +17,7 @@ from missions.comparison import Comparison, Rank
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import Contender, column_ranks, family_of, mean_ranks, ranks
 from missions.comparison.sentences import statements
+from missions.comparison.table import number
 from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
 from missions.runs.metrics import CORE_METRICS
@@ -165,6 +166,49 @@ def test_no_run_is_omitted_from_a_censored_metric(tmp_path: Path) -> None:
     assert slow.reached_mean == 9.0
     text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "time_to_95_s"]).stdout
     assert "restricted means: 4 of 16 runs did not complete and count with the full mission duration" in text
+
+
+@pytest.mark.parametrize("n_incomplete", [0, 1])
+def test_intervals_allow_for_incomplete_runs_only_if_some_are(tmp_path: Path, n_incomplete: int) -> None:
+    """Of eight complete runs: range, and the plain paired interval, which excludes 0 as p = 0.0078 does."""
+    found = results(tmp_path, lambda task: made_up(task, task.repeat >= n_incomplete))
+    row = row_of(compare(found, ["mission_time_s"]), "mps-ack")
+    plain = (row.diff_reached_ci95_low, row.diff_reached_ci95_high)
+    assert ((row.diff_ci95_low, row.diff_ci95_high) == plain) is (n_incomplete == 0)
+    assert (row.ci95_low is None) is (n_incomplete == 0)
+    text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "mission_time_s"]).stdout
+    head = text.splitlines()[1]
+    if n_incomplete:
+        assert "mean [95 %]  " in head
+        assert "completed runs  difference to ack [95 %]  " in head
+        assert "restricted means: 2 of 16 runs did not complete" in text
+    else:
+        assert head.split() == [
+            "per",
+            "strategy",
+            "policy",
+            "n",
+            "done",
+            "mean",
+            "(range)",
+            "difference",
+            "to",
+            "ack",
+            "[95",
+            "%]",
+            "p",
+        ]
+        assert "135 (100 to 170)" in text
+        assert "range: least to largest value; fewer than 30 runs" in text
+        assert "completed" not in text
+        assert "restricted" not in text
+
+
+@given(st.floats(-1e12, 1e12))
+def test_numbers_of_tables_have_four_digits_and_no_exponent_if_large(value: float) -> None:
+    text = number(value)
+    assert "e+" not in text
+    assert float(text) == float(f"{value:.4g}")
 
 
 def test_runs_without_value_of_a_metric_are_omitted(tmp_path: Path) -> None:

@@ -15,9 +15,8 @@ from missions.errors import OutputError
 from missions.files import dotted, text_of
 from missions.metric import Metric
 from missions.runs.results import Results
-from missions.statistics import FEW, MANY
+from missions.statistics import FEW, MANY, NoInterval
 from missions.sweeps.folder import STUDY_TEXT, SweepResults
-from missions.sweeps.ledger import Line
 from visualisation import output, words
 from visualisation.output import FACTORIAL_KINDS, DrawingError
 from visualisation.page import DrawnPage
@@ -128,22 +127,9 @@ def _factors(results: SweepResults) -> dict[str, list[str]]:
     return {name: list(dict.fromkeys(levels)) for name, levels in shown.items() if levels}
 
 
-def _kept(results: SweepResults) -> list[Line]:
-    """Return a line with tables for each scenario: of the baseline if possible, first repeat, least loss."""
-    baseline = results.file.study.baseline or next(iter(results.file.study.strategies or ()), "")
-    damaged = {path.name for path in results.damaged}
-    lines = sorted(
-        (line for line in results.lines.values() if line["tables"] and f"key={line['key']}" not in damaged),
-        key=lambda line: (
-            line["summary"]["strategy"] != baseline, line["repeat"], line["summary"]["per"], line["key"],
-        ),
-    )  # fmt: skip
-    return list({line["summary"]["scenario"]: line for line in reversed(lines)}.values())[::-1]
-
-
 def _map(results: SweepResults, map_of: Callable[[Results], DrawnPage]) -> list[Part]:
     parts: list[Part] = []
-    for number, line in enumerate(_kept(results)[:MOST_FIGURES]):
+    for number, line in enumerate(results.examples[:MOST_FIGURES]):
         drawn = map_of(results.kept(line))
         parts.append(Picture(f"map-{number + 1}", drawn.caption, drawn))
     return parts or ["No run has kept its tables, so there is no map."]
@@ -198,19 +184,14 @@ def _table(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) ->
     equal = [n for n, head in enumerate(heads) if head in CONSTANT and len(set(columns[n])) == 1]
     kept = [n for n in range(len(heads)) if n not in equal]
     same = [f"{heads[n]} {columns[n][0]}" for n in equal]
-    few = any(row.ci95_low is None and row.least < row.largest for row in rows)
     sentences = [
         f"{words.capital(words.axis(metric.label, metric.unit))} of all configurations.",
         f"All rows: {', '.join(same)}." if same else "",
-        f"In brackets 95 % intervals{'; in parentheses least and largest value' * few}."
-        if any("[" in text for entry in entries for text in entry)
-        else "In parentheses least and largest value." * few,
-        f"Differences are to {rows[0].baseline} in the same instance, with intervals from {FEW} pairs on; p by sign "
-        "flips with step-down."
+        f"Differences are to {rows[0].baseline} in the same instance; p by sign flips with step-down."
         if any(row.n_pairs for row in rows)
         else "",
         "Both completed: differences of the pairs in which both runs completed."
-        if any(row.diff_reached is not None for row in rows)
+        if any("both completed" in head for head in heads)
         else "",
         *(_sentence(note) for note in notes(rows)),
     ]
@@ -256,8 +237,7 @@ def _stated(stated: Sequence[Statement], metric: Metric, rows: Sequence[Comparis
 
 def _methods(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -> Iterator[str]:
     study = results.file.study
-    kept = _kept(results)
-    software = _software(results.kept(kept[0])) if kept else ""
+    software = _software(results.kept(results.examples[0])) if results.examples else ""
     yield f"Missions were simulated with remoras {results.schedule.version} [@remoras]{software}."
     yield (
         f"The study {study.name} ran {words.named_all('scenario', [row.scenario for row in rows])} with "
@@ -265,11 +245,12 @@ def _methods(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) 
         f"{words.named_all('policy', [row.policy for row in rows], 'policies')} and "
         f"{words.named_all('channel', [row.channel for row in rows])}."
     )
-    if metric.censored:
+    incomplete = [row for row in rows if row.n_reached is not None and row.n_reached < row.n]
+    if incomplete:
         ends = sorted({label.duration_s for label in results.schedule.labels})
         duration = " to ".join(dict.fromkeys(f"{end:g}" for end in (ends[0], ends[-1])))
         yield f"A run that did not complete within {duration} s counts with this duration (restricted mean)."
-        if any(row.ci95_low is not None for row in rows):
+        if any(row.ci95_low is not None for row in incomplete):
             yield (
                 "Intervals of restricted means and of their differences allow for further runs that do not complete "
                 "[@zou2008]."
@@ -279,7 +260,7 @@ def _methods(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) 
             f"Treatments were compared with {rows[0].baseline} by the mean of paired differences of equal instances; a "
             "positive difference means a greater value of the first-named treatment."
         )
-        if any(row.diff_reached_ci95_low is not None or row.diff_ci95_low is not None for row in rows):
+        if any(row.diff_ci95_low is not None for row in rows):
             yield (
                 "Intervals of differences hold all shifts that sign flips do not reject at 5 % [@hartigan1969] and are "
                 "of single comparisons."
@@ -310,7 +291,7 @@ def _limits(
     few = [row for row in rows if not row.deterministic and row.n < FEW]
     if few:
         yield f"{len(few)} of {len(rows)} configurations have fewer than {FEW} runs, hence no intervals"
-    if not metric.censored and any(row.ci95_low is None and not row.deterministic for row in rows):
+    if any(row.ci95_note == NoInterval.RARE.value for row in rows):
         yield f"means of fewer than {MANY} runs have no interval"
     n_not, tested = (sum(one.significant in kinds for one in stated) for kinds in ((False,), (False, True)))
     if n_not:

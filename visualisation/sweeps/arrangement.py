@@ -63,11 +63,9 @@ class Measure:
         return row.n_reached is not None and 2 * row.n_reached < row.n
 
     def bounds(self, row: Comparison) -> tuple[float, float]:
-        """Return the interval on the axis: of completed runs if all completed; minimum and maximum without one."""
-        all_reached = row.n_reached == row.n
-        ends = (row.reached_ci95_low, row.reached_ci95_high) if all_reached else (row.ci95_low, row.ci95_high)
-        spread = row.least, row.largest
-        low, high = (other if bound is None else bound for bound, other in zip(ends, spread, strict=True))
+        """Return the interval on the axis; minimum and maximum without one."""
+        low = row.least if row.ci95_low is None else row.ci95_low
+        high = row.largest if row.ci95_high is None else row.ci95_high
         return low * self.scale, high * self.scale
 
 
@@ -83,13 +81,13 @@ def measure(metric: Metric, rows: Sequence[Comparison]) -> Measure:
 
 def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, list[Comparison]]:
     """Return differences to the baseline as a measure, and the rows that have one, with it in place of means."""
-    metric = replace(own.metric, label=f"{own.metric.label}, difference")
+    to = f"\ndifference to {rows[0].baseline}" if rows else ""
+    metric = replace(own.metric, label=f"{own.metric.label},{to}")
     differences = [
         replace(
             row, mean=row.diff_to_baseline, least=row.diff_to_baseline, largest=row.diff_to_baseline,
             ci95_low=row.diff_ci95_low, ci95_high=row.diff_ci95_high,
             n=row.n_pairs, n_reached=row.n_pairs_reached,
-            reached_ci95_low=row.diff_reached_ci95_low, reached_ci95_high=row.diff_reached_ci95_high,
         )
         for row in rows
         if row.diff_to_baseline is not None

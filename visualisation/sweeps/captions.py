@@ -12,17 +12,14 @@ from missions.metric import Better, Metric
 from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.sweeps.folder import SweepResults
 from visualisation import words
-from visualisation.sweeps.arrangement import Arrangement, Measure, PanelSettings, of_differences
+from visualisation.sweeps.arrangement import RATE, Arrangement, Measure, PanelSettings, of_differences
 
 GOAL = "mission.goal"
 OF_RATES = "95 % Wilson intervals"
 RESTRICTED = "Runs that failed or did not complete count with the full mission duration (restricted mean)."
 OFF_SCALE = "An open arrow at the rim: fewer than half of the runs completed, and the mean is off the scale."
 COUNTED = "Beside arrows: completed/all runs, where these change along a series."
-CENSORED = (
-    f"{RESTRICTED} Where all runs of a point completed, the interval is of the mean of completed runs only; where some "
-    "did not, it is of the restricted mean."
-)
+RANGES = "ranges from least to largest value"
 
 
 def metric_caption(
@@ -32,11 +29,11 @@ def metric_caption(
     rate = measure.is_rate
     return words.joined(
         f"{words.capital(measure.name)} over {arrangement.axis_label}.",
-        f"Lines show rates, bars {OF_RATES}." if rate else f"Lines show means, bars {INTERVALS_OF_MEANS}.",
+        f"Lines show rates, bars {OF_RATES}." if rate else _bars(rows),
         measure.metric.note,
         _without_values(arrangement, rows),
         _spacing(arrangement, rows),
-        CENSORED if measure.metric.censored else "",
+        _restricted(rows),
         _off_scale(rows, COUNTED),
         _cases(arrangement),
         "" if rate else unequal_work(rows, arrangement),
@@ -51,10 +48,11 @@ def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measu
              if measure.metric.note]  # fmt: skip
     return words.joined(
         f"Overview of metrics over {arrangement.axis_label}.",
-        f"Lines show means, bars {INTERVALS_OF_MEANS}{f'; success rate: {OF_RATES}' if rates else ''}.",
+        _bars([row for row in rows if row.metric != RATE]),
+        f"Success rate: {OF_RATES}." if rates else "",
         *notes,
         _cases(arrangement),
-        CENSORED if any(measure.metric.censored for measure in measures) else "",
+        _restricted(rows),
         _off_scale(rows, COUNTED),
     )
 
@@ -64,16 +62,17 @@ def differences_caption(
 ) -> str:
     """Return the caption of a metric's differences to the baseline."""
     better = {Better.HIGHER: "Above zero is better.", Better.LOWER: "Below zero is better."}
+    differences = of_differences(measure, rows)[1]
     return words.joined(
         f"{words.capital(measure.name)}: mean difference to {rows[0].baseline} over {arrangement.axis_label}, in "
         "pairs of runs of the same repeat.",
         better.get(measure.metric.better, ""),
-        f"Bars show {INTERVALS_OF_DIFFERENCES}.",
-        without_intervals(rows),
+        f"Bars show {INTERVALS_OF_DIFFERENCES}." if any(row.ci95_low is not None for row in differences) else "",
+        without_intervals(differences),
         measure.metric.note,
         _cases(arrangement),
-        CENSORED if measure.metric.censored else "",
-        _off_scale(of_differences(measure, rows)[1], COUNTED),
+        _restricted(differences),
+        _off_scale(differences, COUNTED),
         unequal_work(rows, arrangement),
         _panels(arrangement, combinations),
     )
@@ -85,6 +84,27 @@ def unequal_work(rows: Sequence[Comparison], arrangement: Arrangement) -> str:
     if not names:
         return ""
     return f"Unequal work: success rates significantly below the highest: {', '.join(names)}."
+
+
+def _bars(rows: Sequence[Comparison], what: str = "Lines show means, bars") -> str:
+    """Name the bars that the rows have, with ``what`` before them; without any, the means only."""
+    kinds = {
+        INTERVALS_OF_MEANS: any(row.ci95_low is not None and not _is_incomplete(row) for row in rows),
+        "95 % confidence intervals of the restricted mean where runs are incomplete": any(
+            row.ci95_low is not None and _is_incomplete(row) for row in rows
+        ),
+        RANGES: any(row.ci95_low is None and row.least < row.largest for row in rows),
+    }
+    shown = [kind for kind, is_drawn in kinds.items() if is_drawn]
+    return f"{what} {' or '.join(shown)}." if shown else f"{what.partition(',')[0]}."
+
+
+def _is_incomplete(row: Comparison) -> bool:
+    return row.n_reached is not None and row.n_reached < row.n
+
+
+def _restricted(rows: Sequence[Comparison]) -> str:
+    return RESTRICTED if any(map(_is_incomplete, rows)) else ""
 
 
 def _off_scale(rows: Sequence[Comparison], *more: str) -> str:
@@ -107,8 +127,9 @@ def trade_off_caption(
     """Return the caption of one metric over another."""
     return words.joined(
         f"{words.capital(up.name)} over {across.name}. Lines join the means in order of "
-        f"{arrangement.axis_label}, which the marker size shows. Crosses show {INTERVALS_OF_MEANS}.",
-        CENSORED if across.metric.censored or up.metric.censored else "",
+        f"{arrangement.axis_label}, which the marker size shows.",
+        _bars(rows, "Crosses show"),
+        _restricted(rows),
         _off_scale(rows),
         _cases(arrangement),
         _panels(arrangement, combinations),
@@ -131,7 +152,7 @@ def ranking(arrangement: Arrangement, by: Metric, rows: Sequence[Rank]) -> str:
         _cases(arrangement),
         "There are too few runs for any difference to be significant." if are_too_few(rows) else "",
         by.note,
-        RESTRICTED if by.censored else "",
+        RESTRICTED if by.censored and any(row.success_rate < 1.0 for row in rows) else "",
     )
 
 
@@ -147,7 +168,14 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
     present = {(row.strategy, row.policy) for row in rows}
     series = [series for series in arrangement.series if series[:2] in present]
     study, status = results.file.study, results.status()
-    unfinished = f", {status.remaining} still to run" if status.remaining else ""
+    counts = {
+        "of them not completed (censored)": status.censored,
+        "failed (count as not completed)": status.failed,
+        "still to run": status.remaining,
+    }
+    progress = ", ".join(
+        [f"{status.done} of {status.planned} runs done", *(f"{n} {what}" for what, n in counts.items() if n)]
+    )
     bounds = sorted({series.strategy for series in arrangement.series} & results.bounds)
     notes = [text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})]
     assumed = f" ({'; '.join(dict.fromkeys(notes))})" if notes else ""
@@ -157,10 +185,17 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
         f"{words.named_all('Scenario', [row.scenario for row in rows])}, "
         f"{words.named_all('strategy', [drawn.strategy for drawn in series], 'strategies')}, "
         f"{words.named_all('policy', [drawn.policy for drawn in series], 'policies')}, "
-        f"{words.named_all('channel', [row.channel for row in rows])}{assumed}. {unranked}"
-        f"Study {study.name}: {status.done} of {status.planned} runs done, {status.censored} of them not completed "
-        f"(censored), {status.failed} failed (count as not completed){unfinished}; remoras {results.schedule.version}."
+        f"{words.named_all('channel', [row.channel for row in rows])}{assumed}. {_of_mission(results)}{unranked}"
+        f"Study {study.name}: {progress}; remoras {results.schedule.version}."
     )
+
+
+def _of_mission(results: SweepResults) -> str:
+    """State duration and faults of the mission, each if all runs share it."""
+    durations = {label.duration_s for label in results.schedule.labels}
+    limit = f"Missions end at {min(durations):g} s at the latest. " if len(durations) == 1 else ""
+    faults = "; ".join(results.shared_faults)
+    return limit + (f"Faults in each run: {faults}. " if faults else "")
 
 
 def _counts(rows: Sequence[Comparison | Rank]) -> str:
@@ -197,7 +232,7 @@ def effects_conditions(results: SweepResults) -> str:
 def without_intervals(rows: Sequence[Comparison]) -> str:
     """Explain points without an interval; empty if none."""
     few = any(not row.deterministic and row.n < FEW for row in rows)
-    return f"Points with fewer than {FEW} runs have no interval." if few else ""
+    return f"Fewer than {FEW} pairs have no interval." if few else ""
 
 
 def _without_values(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:

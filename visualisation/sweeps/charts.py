@@ -235,7 +235,7 @@ def _curves(
         for x, row in itertools.compress(zip(xs, own, strict=True), map(operator.not_, off)):
             axes.vlines(x, *measure.bounds(row), color=look["color"], linewidth=0.7)
         means = [math.nan if is_off else row.mean * measure.scale for row, is_off in zip(own, off, strict=True)]
-        axes.plot(xs, means, **look)
+        axes.plot(xs, means, **look, clip_on=False)
         rim.draw(axes, list(itertools.compress(zip(xs, own, strict=True), off)), look)
     _place_ticks(axes, places, arrangement)
 
@@ -293,7 +293,7 @@ def _scale(
     means = [row.mean * measure.scale for row in rows]
     ends = [*means, *(end for row in rows for end in measure.bounds(row))]
     log = not measure.share and not measure.signed and min(ends) > 0.0 and max(means) > SPREAD * min(means)
-    limits = (0.8 * min(ends), 1.2 * max(ends)) if log else _limits(ends, measure.signed)
+    limits = (0.8 * min(ends), 1.2 * max(ends)) if log else _limits(ends, measure)
     for axes in panels:
         if measure.signed:
             axes.plot(axes.get_xlim(), [0.0, 0.0], color=style.GREY, linewidth=0.7, zorder=0, scalex=False)
@@ -314,12 +314,14 @@ def _scale(
             axes.set_ylim(*(axes.transScale + axes.transLimits).inverted().transform(whole)[:, 1])
 
 
-def _limits(ends: Sequence[float], signed: bool) -> tuple[float, float]:
+def _limits(ends: Sequence[float], measure: Measure) -> tuple[float, float]:
     low, high = min(ends), max(ends)
-    with_0 = signed or 0.0 <= low < 0.5 * high
+    with_0 = measure.signed or 0.0 <= low < 0.5 * high
     span = max(high, 0.0) - min(low, 0.0) if with_0 else high - low
     margin = 0.05 * span or 0.05 * abs(high) or 1.0
     low, high = low - margin, high + margin
+    if measure.share:
+        high = min(high, max(1.0, *ends))
     return (min(low, 0.0), max(high, 0.0)) if with_0 else (low, high)
 
 

@@ -16,7 +16,7 @@ from missions.metric import Better, Metric
 from visualisation import style
 from visualisation.output import DrawingError
 from visualisation.sweeps import charts, sweep_picture
-from visualisation.sweeps.arrangement import Series, arranged, by_kind, measure
+from visualisation.sweeps.arrangement import Measure, Series, arranged, by_kind, measure
 
 TIME = Metric("mission_time_s", "s", Better.LOWER, "mission time", lambda run: run.end_s)
 
@@ -193,4 +193,11 @@ def test_metrics_with_equal_labels_are_refused() -> None:
 
 @pytest.mark.parametrize(("least", "bottom"), [(1500.0, 1475.0), (300.0, 0.0), (0.0, -100.0)])
 def test_axis_begins_at_or_just_below_0_if_values_are_near_it(least: float, bottom: float) -> None:
-    assert charts._limits([least, 2000.0], signed=False)[0] == bottom
+    assert charts._limits([least, 2000.0], measure(ENERGY, ()))[0] == bottom
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1))
+def test_axis_of_a_share_ends_at_1_and_holds_all_values(ends: list[float]) -> None:
+    low, high = charts._limits(ends, Measure(ENERGY, "", 1.0, share=True))
+    assert low <= min(ends) <= max(ends) <= high <= 1.0
+    assert low < high

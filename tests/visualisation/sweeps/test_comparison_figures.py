@@ -181,10 +181,26 @@ def test_captions_state_runs_seed_factors_and_failures(texts: dict[str, str], ki
     assert re.search(r"\d+ of them not completed \(censored\)", text)
     intervals = {
         "ranking": "step-down sign-flip test of all pairs",
-        "differences": INTERVALS_OF_DIFFERENCES,
+        "differences": "Fewer than 8 pairs have no interval.",
         "success-rate": "95 % Wilson intervals",
     }
-    assert intervals.get(kind, INTERVALS_OF_MEANS) in text
+    assert intervals.get(kind, "ranges from least to largest value") in text
+    assert INTERVALS_OF_MEANS not in text
+    assert INTERVALS_OF_DIFFERENCES not in text
+
+
+def test_captions_name_the_bars_that_are_drawn(tmp_path: Path) -> None:
+    """With 30 repeats means have intervals, pairs too; where runs are incomplete, of the restricted mean."""
+    results = few(*SEVEN[:2], repeats=30).write(tmp_path / "sweep")
+    of_bytes, times, differences = captions(results, ["bytes", "mission-time", "differences"], tmp_path / "out")
+    assert f"Lines show means, bars {INTERVALS_OF_MEANS}. n = 30" in of_bytes
+    assert "intervals of the restricted mean where runs are incomplete" in times
+    assert "(restricted mean)" in times
+    assert f"Bars show {INTERVALS_OF_DIFFERENCES}." in differences
+    assert "Missions end at 7200 s at the latest." in differences
+    assert " 0 " not in of_bytes.rpartition("Study")[2]
+    axes = sweep_picture(results, "differences").figure.axes[0]
+    assert axes.get_ylabel() == "mission time,\ndifference to remoras (s)"
 
 
 def test_a_metric_without_values_is_refused(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
