@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
+from traceback import walk_tb
 from types import ModuleType
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -98,8 +99,7 @@ def named_object(reference: str) -> Any:
         with asked_for(module):
             named = getattr(importlib.import_module(module), name)
     except Exception as error:  # plug-in code may raise anything
-        why = next(iter(str(error).splitlines()), "")
-        raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {why})") from error
+        raise PluginError(f"package.module:object that can be imported ({named_error(error)})") from error
     # A shipped module may only import the object, or make it by a class from elsewhere.
     has_home = inspect.isroutine(named) or isinstance(named, type)
     refuse_unshipped(str((named if has_home else type(named)).__module__), reference)
@@ -170,8 +170,30 @@ def _signature_fault(name: str, wanted: Callable[..., Any], offered: Callable[..
     return None
 
 
-LONGEST_REPR = 80
+LONGEST_TEXT = 120
 Answer = TypeVar("Answer")
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= LONGEST_TEXT else text[:LONGEST_TEXT] + "..."
+
+
+def named_error(error: Exception) -> str:
+    """Return kind and text of an exception, and its place in a user's file: the last line called there.
+
+    >>> print(named_error(ValueError("too deep")))
+    ValueError: too deep
+    """
+    text = f"{type(error).__name__}: {_shortened(' '.join(str(error).split()))}"
+    others = SHIPPED | sys.stdlib_module_names
+    theirs = [
+        (Path(frame.f_code.co_filename), line) for frame, line in walk_tb(error.__traceback__)
+        if str(frame.f_globals.get("__name__")).partition(".")[0] not in others
+    ]  # fmt: skip
+    # An installed package counts only where the plug-in is one.
+    for file, line in [place for place in theirs if "site-packages" not in place[0].parts][-1:] or theirs[-1:]:
+        text += f", in {file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file}, line {line}"
+    return text
 
 
 def broken_promise(who: str, part: str, expected: str, result: object) -> PluginError:
@@ -180,11 +202,9 @@ def broken_promise(who: str, part: str, expected: str, result: object) -> Plugin
     >>> print(broken_promise("strategy mine", "form", "an Organisation", None))
     strategy mine: form returned None; expected: an Organisation
     """
+    came = f"returned {_shortened(repr(result))}"
     if isinstance(result, Exception):
-        came = f"raised {type(result).__name__}: {result}"
-    else:
-        text = repr(result)
-        came = f"returned {text if len(text) <= LONGEST_REPR else text[:LONGEST_REPR] + '...'}"
+        came = f"raised {named_error(result)}"
     return PluginError(f"{who}: {part} {came}; expected: {expected}")
 
 

@@ -24,6 +24,7 @@ from missions.scenarios.parts import mission_of
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError
 from remoras.mission import Milestone, Mission
+from remoras.plugins import named_error
 from remoras.recorder import TIME, Content
 from worldmodel import Knowledge, suggestion
 
@@ -231,7 +232,7 @@ def value_of(metric: Metric, run: MeasuredRun, of: str) -> float | int | bool | 
     try:
         value = metric.of(run)
     except Exception as error:  # may be user code
-        raise PluginError(f"{where}: raised {type(error).__name__}: {error}") from error
+        raise PluginError(f"{where}: raised {named_error(error)}") from error
     if value is not None and value is not NOT_APPLICABLE and not isinstance(value, float | int):
         raise PluginError(f"{where}: expected a number, a truth value or None; it gave {type(value).__name__}")
     if isinstance(value, float) and not math.isfinite(value):

@@ -31,7 +31,7 @@ from remoras.mission import Mission
 from remoras.organisation import Group, Organisation
 from remoras.organisation.leadership import ROLE_ATTRIBUTES
 from remoras.organisation.needs import Path, Subjects
-from remoras.plugins import answer, faults_of
+from remoras.plugins import answer, faults_of, named_error
 from remoras.recorder import Recorder, Table
 from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
@@ -62,7 +62,7 @@ def sensors_of(data: VehicleData) -> dict[str, Sensor]:
         try:
             sensor = settings.make(data)
         except Exception as error:  # may be user code
-            raise PluginError(f"{where}: make(data) raised {type(error).__name__}: {error}") from error
+            raise PluginError(f"{where}: make(data) raised {named_error(error)}") from error
         faults = list(faults_of(sensor, Sensor, ("table", "sense")))
         if not faults and not isinstance(sensor.table, Table | None):
             faults = [f"table is {type(sensor.table).__name__}; expected a remoras.Table, or None if it writes none"]

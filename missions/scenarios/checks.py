@@ -30,7 +30,7 @@ from remoras.database import AUVDatabase
 from remoras.errors import PluginError
 from remoras.htn import Domain
 from remoras.mission import ELEMENTARY_TASKS, Mission
-from remoras.plugins import answer
+from remoras.plugins import answer, named_error
 from remoras.recorder import Recorder
 from remoras.strategies import faults_of_settings
 from remoras.work import Job
@@ -53,8 +53,8 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
         made = mission.from_scenario(scenario)
         jobs: Mapping[str, Job] = made.jobs
     except Exception as error:  # user code may raise anything
-        cause = f"{type(error).__name__}: {error}"
-        allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but raised {cause}"
+        cause = f"raised {named_error(error)}"
+        allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but {cause}"
         yield ConfigurationFault("scenario.mission", "", allowed)
         return
     # The checks below call these hooks and would raise.

@@ -20,7 +20,7 @@ from missions.errors import ConfigurationFault, one_of
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.features import with_features
 from remoras.errors import PluginError
-from remoras.plugins import faults_of, known_or_named, refuse
+from remoras.plugins import faults_of, known_or_named, named_error, refuse
 from remoras.table import NotNegative, Section, Sparse
 
 if TYPE_CHECKING:
@@ -212,7 +212,7 @@ def communication_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
     except PluginError as error:
         yield ConfigurationFault("communication.value", "", str(error))
     except Exception as error:  # user code may raise anything
-        allowed = f"it cannot be made without arguments: {type(error).__name__}: {error}"
+        allowed = f"it cannot be made without arguments: {named_error(error)}"
         yield ConfigurationFault("communication.value", "", allowed)
     try:
         key_of(communication.key_file)
@@ -225,7 +225,7 @@ def communication_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("communication.policy", "", str(error))
         return
     except Exception as error:  # user code may raise anything
-        allowed = f"its carries must answer for every bit of a header, but raised {type(error).__name__}: {error}"
+        allowed = f"its carries must answer for every bit of a header, but raised {named_error(error)}"
         yield ConfigurationFault("communication.policy", "", allowed)
         return
     if modem is not None and n_vehicles >= 2 and header + 8 * LEAST_BYTES > modem.payload_bits:

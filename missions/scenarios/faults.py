@@ -34,7 +34,7 @@ from remoras.errors import PluginError
 from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group, Organisation
-from remoras.plugins import answer, faults_of, known_or_named, refuse, refuse_other
+from remoras.plugins import answer, faults_of, known_or_named, named_error, refuse, refuse_other
 from remoras.table import PointM, Positive, Section
 from worldmodel import suggestion
 
@@ -346,7 +346,7 @@ def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFa
         faults = list(asked())
     except Exception as error:  # user code may raise anything
         reason = f"its {hook} must take every scenario whose tables are well-formed, but raised"
-        return [ConfigurationFault(key, "", f"{reason} {type(error).__name__}: {error}")]
+        return [ConfigurationFault(key, "", f"{reason} {named_error(error)}")]
     if all(isinstance(fault, ConfigurationFault) for fault in faults):
         return faults
     allowed = f"its {hook} must give missions.errors.ConfigurationFault values, but gave {faults!r}"
@@ -364,7 +364,7 @@ def draw_faults(
                 fault.befalling(data, 0.0)
             able = [data.name for data in fault.able(database, groups)]
         except Exception as error:  # user code may raise anything
-            text = str(error) if isinstance(error, PluginError) else f"raised {type(error).__name__}: {error}"
+            text = str(error) if isinstance(error, PluginError) else f"raised {named_error(error)}"
             yield ConfigurationFault(f"{KEY}.{number}.kind", shown(fault.kind), text)
             continue
         if fault.vehicle == ANY and ANY not in database:

@@ -35,6 +35,7 @@ from missions.scenarios.parts import mission_class, strategy_named, with_files_f
 from missions.scenarios.scenario import About, Scenario
 from remoras.errors import PluginError
 from remoras.mission import Mission
+from remoras.plugins import named_error
 from remoras.strategies import parameters
 
 
@@ -127,7 +128,7 @@ def _raised(error: Exception) -> ConfigurationFault:
         fault = fault_of(error.errors()[0], Scenario, {})
         allowed = f"{fault.key} = {fault.given} of what its completed adds: {fault.allowed}"
     else:
-        why = f"raised {type(error).__name__}: {error}"
+        why = f"raised {named_error(error)}"
         allowed = f"its completed must take every scenario whose tables are well-formed, but {why}"
     return ConfigurationFault("scenario.mission", "", allowed)
 

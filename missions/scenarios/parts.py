@@ -29,6 +29,7 @@ from remoras.plugins import (
     faults_of,
     installed,
     look_in,
+    named_error,
     named_object,
     refuse,
     refuse_unshipped,
@@ -253,8 +254,8 @@ def strategy_named(name: str) -> Strategy:
         try:
             loaded = loaded()
         except Exception as error:  # user code may raise anything
-            why = f"{type(error).__name__}: {error}"
-            raise PluginError(f"a class that needs no arguments, or an object; {name} raised {why}") from error
+            why = f"{name} raised {named_error(error)}"
+            raise PluginError(f"a class that needs no arguments, or an object; {why}") from error
     refuse("a strategy", faults_of_strategy(loaded))
     strategy: Strategy = loaded
     return strategy

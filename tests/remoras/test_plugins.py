@@ -1,6 +1,8 @@
 """Plug-ins: lookup by name, and messages about missing parts of the interface."""
 
 import functools
+import sys
+from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 import pytest
@@ -116,6 +118,29 @@ def test_a_part_with_a_wrong_result_is_reported_with_the_expected_type() -> None
     def broken() -> float:
         raise ZeroDivisionError("no echo")
 
-    with pytest.raises(PluginError, match=r"read raised ZeroDivisionError: no echo; expected: a number") as caught:
+    with pytest.raises(
+        PluginError, match=r"read raised ZeroDivisionError: no echo, in .*; expected: a number"
+    ) as caught:
         answer("gauge deep", "read", "a number", lambda given: True, broken)
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
+
+
+@pytest.mark.parametrize(("cause", "says"), [
+    ("{}['x' * 500]", rf"KeyError: '{'x' * 119}\.\.\."),
+    ("json.loads('nonsense')", "JSONDecodeError: Expecting value: line 1 column 1 \\(char 0\\)"),  # in Python's own
+    ("numpy.linalg.inv(numpy.zeros((2, 2)))", "LinAlgError: Singular matrix"),  # in an installed package
+    ("distance((0.0,), ())", "IndexError: tuple index out of range"),  # in this program
+])  # fmt: skip
+def test_an_error_names_the_last_line_of_the_users_files(
+    cause: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plug-in calls a second file of its folder, which fails in its third line."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "sounding", raising=False)
+    imports = "import json; import numpy; from exchange.arithmetic import distance"
+    (tmp_path / "sounding.py").write_text(f"{imports}\ndef read():\n    {cause}\n", encoding="utf-8")
+    (tmp_path / f"gauge{len(cause)}.py").write_text("import sounding\ndef read():\n    sounding.read()\n")
+    read = named_object(f"gauge{len(cause)}:read")
+    with pytest.raises(PluginError, match=rf"^gauge: read raised {says}, in sounding\.py, line 3; expected: a number$"):
+        answer("gauge", "read", "a number", lambda given: True, read)
