@@ -4,7 +4,6 @@ import json
 import re
 import shlex
 import sys
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,7 @@ import pytest
 from remoras.cli import main
 
 LONG, WORDS = "x" * 10_000, "'" + "many words " * 1000 + "'"
-AGO = (datetime.now(UTC) - timedelta(hours=10)).isoformat()
+AGO = "2020-01-01T00:00:00+00:00"
 MINE, NODE, PATCHES = "run mapping-rendezvous", "node mapping-rendezvous AUV00", "run mapping-patches"
 SWARM, BENCHMARK = "swarm mapping-rendezvous", "benchmark fathom-2 --strategy cbba"
 RACE = "race mapping-rendezvous"
