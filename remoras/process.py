@@ -99,7 +99,8 @@ class Progress:
         self._last_line = now
         rate = (done - self._first) / (now - self._began)
         left = f", {(self._total - done) / rate:.0f} s left" if rate > 0.0 else ""
-        text = f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}, {rate:.2g} per s{left}"
+        digits = f"{rate:.0f}" if rate >= 10.0 else f"{rate:.2g}"
+        text = f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}, {digits} per s{left}"
         if rewrites:
             # A longer line would wrap, and the next one not replace it.
             text = text[: shutil.get_terminal_size().columns - 1]

@@ -209,12 +209,22 @@ class MappingTruth(MeetingTruth):
         """Add abandoned surveys; return the reason of failure: missing vehicles, share of work done."""
         self.milestones += self._stopped.values()
         reason = super().close(fleet, now_s)
-        if not self._seabed.cells or self.goal_fraction >= 1.0 or (self._apart and not self._consulted):
+        if not self._seabed.cells or self.goal_fraction >= 1.0:
             return reason
-        done = f"{100.0 * self._done_fraction:.0f} % of the work done of {100.0 * self._goal:g} %"
         stopped = [f"{stone.vehicle} left its survey at {stone.time_s:.0f} s" for stone in self._stopped.values()]
-        share = "; ".join([f"{100.0 * self.goal_fraction:.0f} % of the goal, {done}", *stopped])
-        return f"{reason}; {share}" if reason else f"together after {now_s:.0f} s: {share}"
+        if not reason:
+            reason = f"together after {now_s:.0f} s: {self.share}"
+        elif self.share not in reason:
+            reason += f"; {self.share}"
+        return "; ".join([reason, *stopped])
+
+    @property
+    def share(self) -> str:
+        """Share of the goal and of the work, as text."""
+        if not self._seabed.cells:
+            return super().share
+        done = f"{100.0 * self._done_fraction:.0f} % of the work is done, {100.0 * self._goal:g} % is due"
+        return f"{super().share} ({done})"
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         for number, vehicle in enumerate(fleet.vehicles):

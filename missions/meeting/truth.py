@@ -183,11 +183,20 @@ class MeetingTruth:
         self.milestones.sort(key=lambda milestone: milestone.time_s)
         return reason
 
+    @property
+    def share(self) -> str:
+        """Share of the goal reached, as text."""
+        return f"{100.0 * self.goal_fraction:.0f} % of the goal"
+
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
         """Yield reasons of failure: impossible work, missing, waiting or moving vehicles."""
+        is_open = self._apart or (self.goal_fraction < 1.0 and not self.is_over)
+        at_work = self._at_work(fleet) if is_open else []
         if self.goal_fraction < 1.0 and self.reachable_fraction(fleet) < 1.0:
             work = " ".join((self.work, ", ".join(self.out_of_reach(fleet)))).strip()
             yield f"no vehicle left that is able to {work}: {100.0 * self.open_fraction:.0f} % open"
+        elif at_work and not self.is_over:
+            yield f"time is up: {self.share}"
         if self._apart:
             yield from self._who_is_missing(fleet, now_s)
         if self._apart or self.goal_fraction < 1.0:
@@ -196,8 +205,8 @@ class MeetingTruth:
             for since_s, names in deadlocks(waits, {vehicle.name for vehicle, _ in left(fleet)} - waits.keys()):
                 self.milestones += [Milestone(since_s, DEADLOCK, name) for name in names]
                 yield f"deadlock since {since_s:.0f} s: {', '.join(names)} wait for each other"
-        if self._apart or (self.goal_fraction < 1.0 and not self.is_over):
-            yield from self._under_way(fleet)
+        if at_work:
+            yield f"under way: {', '.join(at_work)}"
 
     def _waits(self, fleet: FleetView) -> dict[str, PeerWait]:
         """Return the waits for peers: help by able ones, at a rally point all late members, room by a near vehicle."""
@@ -228,18 +237,17 @@ class MeetingTruth:
         return frozenset(vehicle.name for vehicle, _ in left(fleet))
 
     @staticmethod
-    def _under_way(fleet: FleetView) -> Iterator[str]:
+    def _at_work(fleet: FleetView) -> list[str]:
         at_work = []
         for vehicle in fleet.vehicles:
             doing = [name for name in vehicle.performed if name not in IN_ANY_CASE]
             if doing and vehicle.is_alive and not vehicle.waits:
                 at_work.append(f"{vehicle.name} {' and '.join(doing)}")
-        if at_work:
-            yield f"under way: {', '.join(at_work)}"
+        return at_work
 
     def _who_is_missing(self, fleet: FleetView, now_s: float) -> Iterator[str]:
         if not self._consulted:
-            yield f"consultation had not ended after {now_s:.0f} s"
+            yield f"not all assignments had taken effect after {now_s:.0f} s"
             return
         survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
         names = ", ".join(group.name + self._what_it_lacks(survivors, group) for group in self._apart)
@@ -429,6 +437,11 @@ class JobTruth(MeetingTruth):
 
     def is_worked_off(self, group: Group) -> bool:
         return not self._undone(group)
+
+    @property
+    def share(self) -> str:
+        """Share of the goal reached, as text."""
+        return f"{100.0 * self.goal_fraction:.0f} % of the goal"
 
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
         reasons = list(super().reasons(fleet, now_s))

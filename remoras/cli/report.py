@@ -44,7 +44,7 @@ def report(
     else:
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
     for note in notes:
-        print(f"remoras: {note}", file=sys.stderr)
+        print(f"remoras: note: {note}", file=sys.stderr)
     for path in write_report(made, out):
         print(path)
 

@@ -132,7 +132,7 @@ def draw_run(
 
 def _show_drawn(drawn: Drawn) -> None:
     for note in drawn.notes:
-        print(f"remoras: {note}", file=sys.stderr)
+        print(f"remoras: note: {note}", file=sys.stderr)
     for path in drawn.files:
         print(path)
 

@@ -89,7 +89,7 @@ def test_group_is_together_within_the_radius_with_no_open_assignment() -> None:
 
 def test_reason_names_missing_groups_and_vehicles_out_of_action() -> None:
     watching, fleet = truth(), Fleet()
-    assert truth().close(fleet, 60.0) == "consultation had not ended after 60 s"
+    assert truth().close(fleet, 60.0) == "not all assignments had taken effect after 60 s"
     watching.observe(fleet, 1.0)
     assert watching.close(fleet, 60.0) == "not together after 60 s: Team"
     fleet.b.is_alive = False
@@ -162,7 +162,8 @@ def test_gathering_below_the_goal_does_not_complete_the_mission() -> None:
     watching.observe(fleet, 71.0)
     assert watching.is_over
     assert watching.goal_fraction == pytest.approx(0.625)
-    assert watching.close(fleet, 71.0) == "together after 71 s: 63 % of the goal, 50 % of the work done of 80 %"
+    share = "63 % of the goal (50 % of the work is done, 80 % is due)"
+    assert watching.close(fleet, 71.0) == f"together after 71 s: {share}"
     assert "mission_complete" not in names(watching)
 
 
