@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,6 +15,7 @@ from remoras.cli.app import FAILED, Json, as_typed, command, fail, show_json
 from remoras.process import Progress
 
 if TYPE_CHECKING:
+    from missions.runs.results import MemoryResults
     from remoras.api import Run as Finished
 
 
@@ -28,6 +29,7 @@ NUMBERS = (
     ("closest approach", "closest_approach_m", 1.0, "m"),
 )
 """Printed metrics of a run, most important first: label, key in summary, scale, unit."""
+MOST_OUT = 6  # printed times of vehicles out of the mission
 
 ScenarioName = Annotated[
     str,
@@ -117,17 +119,40 @@ def run(
     if as_json:
         show_json(results.summary)
     else:
-        _print_summary(results.figures)
+        _print_summary(results.figures, list(_out(results)))
         kept = f"results in {out}; see: remoras plot {as_typed(out)}, or why, replay, report" if out is not None else ""
         print(kept or "all metrics and milestones: add --json, or --out DIR")
     if not finished.completed:
         raise typer.Exit(FAILED)
 
 
-def _print_summary(report: dict[str, Any]) -> None:
+def _out(results: MemoryResults) -> Iterator[str]:
+    """Yield which vehicles were out of the mission, or went home on their last energy, in time order."""
+    from missions.fault import EMPTY, Absence, absence, absences
+
+    rows = [(row["time_s"], row["vehicle"], row["kind"], row["detail"]) for row in results.rows("faults")]
+    changes = []
+    for at_s, vehicle, is_away in absences(rows):
+        kinds = [row[2] for row in rows if row[:2] == (at_s, vehicle) and absence(row[2]) is not None]
+        of_kind = absence(kinds[0])
+        if not is_away:
+            changes.append((at_s, vehicle, "joined" if of_kind is Absence.BEFORE else "back"))
+        elif of_kind is not Absence.BEFORE:
+            lost = "out of energy" if EMPTY in kinds else "lost"
+            changes.append((at_s, vehicle, "off" if of_kind is Absence.PAUSE else lost))
+    rows_home = [row for row in results.rows("decisions") if row["chosen"] and "ReturningHome" in row["activities"]]
+    homing = {row["vehicle"]: row["time_s"] for row in reversed(rows_home)}  # the first of each
+    changes += [(at_s, vehicle, "turned home on its last energy") for vehicle, at_s in homing.items()]
+    yield from (f"{vehicle} {what} at {at_s:.0f} s" for at_s, vehicle, what in sorted(changes))
+
+
+def _print_summary(report: dict[str, Any], out: Sequence[str]) -> None:
     print(f"{'completed':<20} {'yes' if report['completed'] else 'no'}")
     if report["reason"]:
         print(f"{'reason':<20} {report['reason']}")
+    if out:
+        more = f", and {len(out) - MOST_OUT} more" if len(out) > MOST_OUT else ""
+        print(f"{'out':<20} {', '.join(out[:MOST_OUT])}{more}")
     for label, key, scale, unit in NUMBERS:
         value = report.get(key)
         print(f"{label:<20} {f'{value * scale:.1f} {unit}' if isinstance(value, float | int) else 'none'}")

@@ -120,7 +120,7 @@ def test_settings_of_a_strategy_are_listed():
     ("settings", "code", "says"),
     [
         ([], 0, r"(?s)^completed +yes$.*^goal reached +100.0 %$"),
-        (SHORT, 1, "not together after 30 s: Operational, Coordination"),
+        (SHORT, 1, r"^reason +time is up: 0 % of the goal .*; not together after 30 s: Operational, Coordination; "),
     ],
 )
 def test_a_summary_has_ten_lines_and_the_exit_code_of_completion(settings: list[str], code: int, says: str):
@@ -128,6 +128,26 @@ def test_a_summary_has_ten_lines_and_the_exit_code_of_completion(settings: list[
     assert result.exit_code == code
     assert len(result.stdout.splitlines()) <= 10
     assert re.search(says, result.stdout, re.MULTILINE)
+
+
+ABSENT = (
+    "fault=[{vehicle='AUV02',kind='joins',at_s=20.0},{vehicle='ASV00',kind='lost',at_s=40.0},"
+    "{vehicle='AUV00',kind='restarts',at_s=25.0,until_s=50.0}]"
+)
+
+
+def test_summary_names_vehicles_that_were_out() -> None:
+    """1000 J are used up at sea: of the reserve for the way home, the vehicle turns home before."""
+    settings = ("--set", "scenario.duration_s=60", "--set", ABSENT, "--set", "vehicle.AUV01.energy_j=1000")
+    (line,) = [
+        line for line in remoras("run", "mapping-rendezvous", *settings).stdout.splitlines() if line.startswith("out")
+    ]
+    assert line.startswith("out                  ")
+    told = dict(re.findall(r"(\w+ [a-z ]+) at (\d+) s", line))
+    home_s, empty_s = (float(told.pop(f"AUV01 {what}")) for what in ("turned home on its last energy", "out of energy"))
+    assert 0.0 < home_s < empty_s < 60.0
+    assert told == {"AUV02 joined": "20", "ASV00 lost": "40", "AUV00 off": "25", "AUV00 back": "50"}
+    assert "\nout " not in remoras("run", "mapping-rendezvous", *SHORT).stdout
 
 
 def test_json_is_one_value_and_nothing_else(tmp_path: Path):
@@ -288,7 +308,7 @@ def test_a_sweep_is_drawn_by_the_same_command(swept: Path, tmp_path: Path):
     assert result.stderr == ""
     everything = remoras("plot", swept, "--all", "--format", "svg", "--out", tmp_path / "all")
     assert everything.stdout.count(".svg") > 20
-    assert "no run has a value of" in everything.stderr
+    assert re.search(r"^remoras: note: .*no run has a value of", everything.stderr, re.MULTILINE)
 
 
 def test_figures_of_a_run_and_of_a_sweep_are_not_confused(results: Path, swept: Path):
