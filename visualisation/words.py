@@ -38,6 +38,11 @@ def within(text: str) -> str:
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]
 
 
+def are(number: int) -> str:
+    """Return a number with its verb, as in ``1 is`` and ``2 are``."""
+    return f"{number} {'is' if number == 1 else 'are'}"
+
+
 def joined(*sentences: str) -> str:
     """Join non-empty sentences."""
     return " ".join(sentence for sentence in sentences if sentence)

@@ -461,10 +461,10 @@ def fault_text(fault: Mapping[str, Any]) -> str:
     >>> fault_text({"kind": "mute", "vehicle": "AUV01", "at_s": 600.0, "until_s": 900.0})
     'AUV01 mute at 600 s, until 900 s'
     """
-    at_s, until_s = fault.get("at_s"), fault.get("until_s")
+    at_s, rate_per_h, until_s = (fault.get(key) for key in ("at_s", "rate_per_h", "until_s"))
     earliest, *latest = at_s if isinstance(at_s, list) else [at_s]
     start = f"at {earliest:g} s" if at_s is not None and not latest else ""
     start += f"between {earliest:g} s and {latest[0]:g} s" if latest else ""
-    start += f"{fault['rate_per_h']:g} times per hour" if "rate_per_h" in fault else ""
+    start += f"{rate_per_h:g} times per hour" if rate_per_h is not None else ""
     end = f", until {until_s:g} s" if until_s is not None else ""
     return f"{fault['vehicle']}{' vehicle' * (fault['vehicle'] == ANY)} {fault['kind']} {start}{end}".rstrip()

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from missions.errors import DiskFullError, MissionsError, OutputError
 from missions.sweeps.code import fingerprint, short
-from missions.sweeps.folder import SweepFolder, SweepResults, SweepStatus
+from missions.sweeps.folder import STUDY, SweepFolder, SweepResults, SweepStatus
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import DRAWN, RunTask, SweepPlan
 from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart, cluster_executor
@@ -34,25 +34,30 @@ class PartlyDoneError(MissionsError):
 
 @dataclass(frozen=True)
 class SweepEstimate:
-    """Result of a dry run; ``planned`` bounds the runs, since configurations without random draws run once."""
+    """Result of a dry run; ``remaining`` bounds the runs to make, since configurations without draws run once."""
 
     planned: int
+    done: int
+    remaining: int
     estimate_s: float
 
 
 ReportProgress = Callable[[int, int], None]  # callback with the numbers of finished and of planned runs
 
 
-def estimate(study: Study, jobs: int) -> SweepEstimate:
-    """Count the runs of a study and time a few of them, without writing anything."""
+def estimate(study: Study, jobs: int, folder: Path) -> SweepEstimate:
+    """Count the runs of a study that its folder has and lacks, and time a few of them, without writing anything."""
     plan = SweepPlan(study)
-    planned = study.n_runs
+    lines = SweepResults.read(folder).lines if (folder / STUDY).is_file() else {}
+    done = {key: line["summary"] for key, line in lines.items()}
+    remaining = sum(len(plan.schedule.lacking(number, done)) for number in range(len(study.configurations)))
     numbers = sorted({round(share * (len(study.configurations) - 1) / TIMED_RUNS) for share in range(TIMED_RUNS + 1)})
     began = time.perf_counter()
     once = sum(run_task(plan.task(number, 0)).line["summary"].get(DRAWN) is False for number in numbers)
-    planned -= once * (study.maximum - 1)
     spent_s = time.perf_counter() - began
-    return SweepEstimate(planned, round(planned * spent_s / len(numbers) / jobs, 1))
+    likely = max(0, remaining - once * (study.maximum - 1))
+    estimate_s = round(likely * spent_s / len(numbers) / jobs, 1)
+    return SweepEstimate(len(done) + remaining, len(done), remaining, estimate_s)
 
 
 def sweep(

@@ -67,6 +67,7 @@ class StudyRecord(BaseModel):
     id: str = ""
     version: str
     study: StudyFile
+    scenario: dict[str, dict[str, Any]] = {}
     metrics: tuple[dict[str, Any], ...]
     own_metrics: tuple[str, ...] = ()
     configurations: tuple[ConfigurationLabel, ...]
@@ -83,6 +84,20 @@ class SweepStatus:
     censored: int
     remaining: int
     with_tables: int
+
+    @property
+    def progress(self) -> str:
+        """Progress in words, as of a dry run."""
+        return progress_text(self.done + self.failed, self.remaining)
+
+
+def progress_text(done: int, to_do: int) -> str:
+    """Return the number of runs made and the greatest number still to make.
+
+    >>> progress_text(32, 18), progress_text(50, 0)
+    ('done 32, at most 18 to do; equal runs are made once', 'done 50, none to do')
+    """
+    return f"done {done}, " + (f"at most {to_do} to do; equal runs are made once" if to_do else "none to do")
 
 
 @dataclass(frozen=True)
@@ -228,14 +243,19 @@ class SweepResults:
 
     @property
     def shared_faults(self) -> list[str]:
-        """Faults of the scenario as texts, if all runs share them and a run has kept its tables."""
+        """Faults of the scenario as texts, if all runs share them."""
         from missions.scenarios.faults import fault_text  # slow to load
 
         labels = self.schedule.labels
         varies = len({(label.source, label.unforeseen) for label in labels}) > 1
         varies |= any(key.partition(".")[0] == FAULT for label in labels for key, _ in label.settings)
-        tables = [] if varies else [self.kept(line).scenario_tables for line in self.examples[:1]]
+        tables = [] if varies else self.scenarios.values()
         return [fault_text(fault) for own in tables for fault in own.get(FAULT, ())]
+
+    @property
+    def scenarios(self) -> Mapping[str, Mapping[str, Any]]:
+        """Tables of the first configuration of each scenario, by its source; none of an older version."""
+        return self._record.scenario
 
     def runs(self) -> Any:
         """Return a pandas data frame with one row per finished run."""

@@ -155,7 +155,7 @@ def _validate_study(file: str, as_json: bool) -> None:
 
     study = load_study(file)
     n_configurations, at_most = len(study.configurations), "at most " if study.file.stopping else ""
-    runs = f"{at_most}{study.maximum} repeats = {at_most}{study.n_runs} runs"
+    runs = f"{at_most}{study.maximum} repeats, at most {study.n_runs} runs; equal runs are made once"
     warnings = [text for text in [too_few(study.maximum)] if text]
     report = {"configurations": n_configurations, "planned": study.n_runs, "warnings": warnings}
     lines = [

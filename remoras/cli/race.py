@@ -21,6 +21,7 @@ from remoras.process import Progress
 
 if TYPE_CHECKING:
     from missions.comparison.race import RaceLine
+    from missions.metric import Metric
     from missions.scenarios import Scenario
 
 RUNS_PER_LOSS, MOST_PER_LOSS = 150, 2000  # default budget, without and with --time
@@ -75,6 +76,7 @@ def race(
     from missions.comparison.race import race_study
     from missions.scenarios import load
     from missions.scenarios.parts import entrants
+    from missions.statistics import FEW
     from missions.sweeps.driver import PartlyDoneError
     from remoras.strategies import bounds
     from remoras.strategies import strategies as known
@@ -91,6 +93,8 @@ def race(
     study = race_study(scenario, [*others, *own], [float(rate) for rate in rates], seed, runs)
     for line in _not_applied(load(scenario), [part.scenario for part in study.configurations]):
         print(f"remoras: {line}", file=sys.stderr)
+    first = FEW * len(study.configurations)
+    print(f"remoras: at most {runs} runs; beaten strategies are dropped after the first {first}", file=sys.stderr)
     with TemporaryDirectory() if out is None else nullcontext(str(out)) as folder:
         with Progress(f"race {scenario}", 1, "runs") as progress:
             try:
@@ -99,7 +103,7 @@ def race(
                 kept = "" if out is None else f"; finished runs are kept in {out}, the same command resumes"
                 fail(f"{error}{kept}", PARTLY_DONE)
         failed = list(_failures(Path(folder)))
-    show([asdict(line) for line in lines], as_json, _race_lines(lines, metric, within))
+    show([asdict(line) for line in lines], as_json, _race_lines(lines, study.metrics[metric], within))
     if failed:
         print(*[f"remoras: {line}" for line in failed], sep="\n", file=sys.stderr)
         raise typer.Exit(FAILED)
@@ -132,16 +136,16 @@ def _failures(folder: Path) -> Iterator[str]:
         yield f"{len(errors)} runs of {name} failed and count as not completed: {errors[0]}"
 
 
-def _race_lines(lines: Sequence[RaceLine], metric: str, within: float) -> Iterator[str]:
+def _race_lines(lines: Sequence[RaceLine], metric: Metric, within: float) -> Iterator[str]:
     from missions.comparison.table import number
 
-    yield f"Best by {metric}; all statements of a line hold with 95 % confidence."
-    rows = [("per", "winner", "lead over the next, % [95 %]", "certainty", "not decided", "runs", "CPU s")]
+    yield f"Best by {metric.name}; all statements of a line hold with 95 % confidence."
+    rows = [("per", "winner", "lead over the next [95 %]", "certainty", "not decided", "runs", "CPU s")]
     for line in lines:
         certain = (
             f"within {100.0 * within:g}" if line.certain else f"only within {100.0 * max(0.0, -line.lead_low):.1f}"
         )
-        named = f"{line.per:g}", line.winner or "none: no run completes", _lead(line)
+        named = f"{line.per:g}", line.winner or "none: no run completes", _lead(line, metric)
         rows.append(
             (*named, f"{certain} % of the best", ", ".join(line.undecided) or "-", f"{line.runs}", f"{line.cpu_s:.0f}")
         )
@@ -156,8 +160,13 @@ def _race_lines(lines: Sequence[RaceLine], metric: str, within: float) -> Iterat
         yield from aligned(ranks, (1, 2, 3))
 
 
-def _lead(line: RaceLine) -> str:
+def _lead(line: RaceLine, metric: Metric) -> str:
+    """Return the lead, as in ``0.4 % shorter than remoras [-0.6 to +1.1]``."""
+    from missions.metric import Better
+
     if line.lead is None or line.winner is None:
         return "-"
     lead, low, high = (f"{100.0 * value:+.1f}" for value in (line.lead, line.lead_low, line.lead_high))
-    return f"{lead} [{low}, {high}] {line.runner_up}"
+    shorter, longer = ("shorter", "longer") if metric.unit == "s" else ("lower", "higher")
+    word = shorter if (metric.better is Better.LOWER) is (line.lead >= 0.0) else longer
+    return f"{lead[1:]} % {word} than {line.runner_up} [{low} to {high}]"

@@ -12,6 +12,7 @@ from remoras.cli.app import command, fail
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
+    from missions.sweeps.folder import SweepResults
     from visualisation.page import DrawnPage
     from visualisation.report.document import Report
 
@@ -31,10 +32,12 @@ def report(
     from visualisation.report import study_report, write_report
 
     check_output(out, force)
+    results: SweepResults | None = None
     if (folder / "study.json").is_file():
         from missions.sweeps.folder import SweepResults
 
-        made, notes = study_report(SweepResults.read(folder), metric, lambda run: _drawn(run, "trajectories", "a"))
+        results = SweepResults.read(folder)
+        made, notes = study_report(results, metric, lambda run: _drawn(run, "trajectories", "a"))
     elif (folder / "summary.json").is_file():
         from missions.runs.results import Results
 
@@ -47,6 +50,26 @@ def report(
         print(f"remoras: note: {note}", file=sys.stderr)
     for path in write_report(made, out):
         print(path)
+    if results is not None and (why := _not_repeated(results, out)):
+        print(f"remoras: To repeat: {why}", file=sys.stderr)
+
+
+def _not_repeated(results: SweepResults, folder: Path) -> str:
+    """Return why the study in the folder of a report does not repeat its runs; empty if it does."""
+    from missions.errors import MissionsError
+    from missions.sweeps.folder import STUDY_TEXT
+    from missions.sweeps.plan import SweepPlan
+    from missions.sweeps.study import load_study
+    from remoras.errors import RemorasError
+    from visualisation.report.study import added
+
+    path = folder / STUDY_TEXT
+    try:
+        again = SweepPlan(load_study(str(path), added(path.read_text(encoding="utf-8")))).schedule
+    except (MissionsError, RemorasError) as error:
+        return f"{path.name} and the files copied beside it are not complete: {error}"
+    lost = {label.digest for label in results.schedule.labels} - {label.digest for label in again.labels}
+    return f"the scenario has changed since {len(lost)} configurations were run" if lost else ""
 
 
 def _of_run(run: Results) -> Report:

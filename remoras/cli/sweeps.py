@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from missions.comparison.crossing import Crossing
     from missions.comparison.effects import MainEffect
     from missions.runs.two_runs import RunDifference
-    from missions.sweeps.folder import SweepResults
+    from missions.sweeps.folder import SweepResults, SweepStatus
     from missions.sweeps.study import Study
 
 PARTLY_DONE = 3
@@ -84,12 +84,14 @@ def sweep(
         return
     file_of(STUDY, study, shipped_studies())  # report an unknown name before heavy imports
     from missions.sweeps import driver
+    from missions.sweeps.folder import progress_text
     from missions.sweeps.study import load_study
 
     loaded = load_study(study, strategies or ())
     if dry_run:
-        guess = driver.estimate(loaded, jobs)
-        lines = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]
+        guess = driver.estimate(loaded, jobs, out)
+        counted = progress_text(guess.done, guess.remaining)
+        lines = [counted, *([f"about {guess.estimate_s:.0f} s on {jobs} processes"] if guess.remaining else [])]
         show(asdict(guess), as_json, lines)
         _note_on_repeats(loaded)
         return
@@ -107,7 +109,7 @@ def sweep(
             )
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command resumes", PARTLY_DONE)
-    lines = [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
+    lines = [_status_line(outcome), f"compare them with: remoras compare {as_typed(out)}"]
     show(asdict(outcome), as_json, lines)
     _note_on_repeats(loaded)
     if outcome.failed:
@@ -126,11 +128,11 @@ def _show_status(folder: Path, as_json: bool) -> None:
     from missions.sweeps.folder import DAMAGED, SweepResults
 
     results = SweepResults.read(folder)
-    status = asdict(results.status())
+    status = results.status()
     failures = [line for line in results.lines.values() if line["error"]]
     shown = [f"failed: {line['error'].strip().splitlines()[-1]}\n  replay: {line['replay']}" for line in failures]
     shown += [f"{path}: {DAMAGED}" for path in results.damaged]
-    show(status, as_json, [_status_line(status), *shown])
+    show(asdict(status), as_json, [_status_line(status), *shown])
 
 
 @command("compare", "remoras compare results/quick --metric mission_time_s --baseline remoras")
@@ -161,7 +163,8 @@ def compare(
     crossing: Annotated[
         str | None,
         typer.Option(
-            metavar="A,B", help="Where B overtakes A: strategies, policies, or levels KEY=VALUE,VALUE; with interval."
+            metavar="A,B",
+            help="Where the better of two changes, with interval: strategies, policies, or levels KEY=VALUE,VALUE.",
         ),
     ] = None,
     axis: Annotated[
@@ -247,13 +250,24 @@ def _show_crossings(
 def _crossing_lines(rows: Sequence[Crossing]) -> Iterator[str]:
     first = rows[0]
     yield f"Crossing along {first.axis} by the mean paired difference of {first.metric}; each line has 95 % confidence."
-    table = [("condition", "crossing [95 %]", "ahead, from low to high", "pairs per level", "probability", "note")]
+    table = [("condition", "crossing [95 %]", "ahead", "pairs per level", "probability", "note")]
     for row in rows:
         where = " ".join(f"{key}={value}" for key, value in row.condition.items()) or "all"
         pairs = f"{row.n_least}" if row.n_least == row.n_most else f"{row.n_least} to {row.n_most}"
         share = "-" if row.probability is None else f"{row.probability:.2g}"
-        table.append((where, _crossed(row), " > ".join(row.leaders) or "none", pairs, share, row.note))
+        table.append((where, _crossed(row), _leaders(row), pairs, share, row.note))
     yield from aligned(table)
+
+
+def _leaders(row: Crossing) -> str:
+    """Return who is ahead between the crossings, as in ``a ahead below 0.3, b above``."""
+    if len(row.leaders) < 2:
+        return f"{row.leaders[0]} throughout" if row.leaders else "none"
+    levels = [f"{level:.3g}" for level in row.at]
+    between = [f"from {low} to {high}" for low, high in itertools.pairwise(levels)]
+    first, *others = row.leaders
+    parts = [f"{name} {place}" for name, place in zip(others, [*between, "above"], strict=True)]
+    return ", ".join([f"{first} ahead below {levels[0]}", *parts])
 
 
 def _crossed(row: Crossing) -> str:
@@ -267,7 +281,7 @@ def _crossed(row: Crossing) -> str:
     ]
     bounds = ", ".join(parts)
     if not row.at:
-        return f"not in {low} to {high}" + (f"; not excluded: {bounds}" if bounds else "")
+        return "no crossing seen" + (f"; not excluded: {bounds}" if bounds else "")
     found = ", ".join(f"{level:.3g}" for level in row.at)
     unique = " (not unique)" if len(row.at) > 1 else ""
     return f"{found}{unique}" + (f" [{bounds}]" if bounds else "")
@@ -345,8 +359,9 @@ def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
     show(values, as_json, [f"{name}  {value}" for name, value in values.items()])
 
 
-def _status_line(status: dict[str, Any]) -> str:
-    return ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in status.items())
+def _status_line(status: SweepStatus) -> str:
+    counts = {"failed": status.failed, "not completed": status.censored, "with tables": status.with_tables}
+    return "; ".join([status.progress, *(f"{count} {name}" for name, count in counts.items() if count)])
 
 
 def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:

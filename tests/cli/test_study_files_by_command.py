@@ -54,7 +54,8 @@ def test_commented_keys_of_the_example_load(tmp_path: Path) -> None:
 def test_validate_tells_studies_from_scenarios_and_counts_runs(example: Path) -> None:
     found = json.loads(remoras("validate", example, "--json").stdout)
     assert (found["kind"], found["configurations"], found["planned"]) == ("study", 32, 320)
-    assert "study ok; 32 configurations x 10 repeats = 320 runs" in remoras("validate", example).stdout
+    shown = remoras("validate", example).stdout
+    assert "study ok; 32 configurations x 10 repeats, at most 320 runs; equal runs are made once" in shown
     assert json.loads(remoras("validate", "mapping-rendezvous", "--json").stdout)["kind"] == "scenario"
     assert "scenario ok; 4 vehicles" in remoras("validate", "mapping-rendezvous").stdout
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,12 @@ from typer.testing import CliRunner
 from missions.comparison.race import Race, RaceLine
 from missions.comparison.ranking import Contender
 from missions.comparison.treatments import Treatment
-from missions.metric import Metric
+from missions.metric import Better, Metric
 from missions.runs.metrics import CORE_METRICS
 from missions.statistics import FEW
 from missions.sweeps.folder import SweepResults
 from remoras.cli import app
+from remoras.cli.race import _lead
 
 TIME = next(metric for metric in CORE_METRICS if metric.name == "mission_time_s")
 SHARE = next(metric for metric in CORE_METRICS if metric.name == "goal_fraction")
@@ -135,6 +137,21 @@ def test_leads_hold_for_either_direction_and_unit(columns: list[list[int]]) -> N
     assert [rank.strategy for rank in turned.ranks] == [rank.strategy for rank in line.ranks]
 
 
+@pytest.mark.parametrize(
+    ("better", "unit", "lead", "expected"),
+    [
+        (Better.LOWER, "s", 0.004, "0.4 % shorter than b [-0.6 to +1.1]"),
+        (Better.LOWER, "s", -0.004, "0.4 % longer than b [-0.6 to +1.1]"),
+        (Better.HIGHER, "1", 0.004, "0.4 % higher than b [-0.6 to +1.1]"),
+        (Better.HIGHER, "1", -0.004, "0.4 % lower than b [-0.6 to +1.1]"),
+    ],
+)
+def test_a_lead_says_how_much_better_than_which_strategy(better: Better, unit: str, lead: float, expected: str) -> None:
+    line = raced({"a": [100.0 + x for x in range(8)], "b": [110.0 + x for x in range(8)]}, TIME, 16)
+    line = replace(line, lead=lead, lead_low=-0.006, lead_high=0.011, runner_up="b")
+    assert _lead(line, replace(TIME, better=better, unit=unit)) == expected
+
+
 def race_of(folder: Path, *arguments: object, per: str = "0.2") -> str:
     """JSON of a race on a small mission, without the CPU times."""
     (folder / "pond.toml").write_text(SMALL, encoding="utf-8")
@@ -183,5 +200,6 @@ def test_parameters_of_the_scenario_race_with_the_strategies_that_have_them(tmp_
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 0, done.output
     assert [line for line in done.stderr.splitlines() if line.startswith("remoras: ")] == [
-        "remoras: strategy.parameters.join_s is not applied to contract-net: no such parameter"
+        "remoras: strategy.parameters.join_s is not applied to contract-net: no such parameter",
+        "remoras: at most 16 runs; beaten strategies are dropped after the first 16",
     ]

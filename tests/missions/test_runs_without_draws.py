@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from recorded import flown
-from sweeping import Serial, study_text, written
+from sweeping import Serial, finished, study_text, written
 from typer.testing import CliRunner
 
 from missions.comparison.baseline import compare
@@ -14,8 +14,9 @@ from missions.comparison.ranking import ranks
 from missions.comparison.treatments import Measured, RunOutcome, is_one_run, paired_with
 from missions.statistics import NoInterval
 from missions.sweeps.driver import estimate, sweep
-from missions.sweeps.folder import SweepResults
-from missions.sweeps.plan import SweepPlan
+from missions.sweeps.folder import SweepFolder, SweepResults
+from missions.sweeps.ledger import FinishedRun
+from missions.sweeps.plan import RunTask, SweepPlan
 from missions.sweeps.study import load_study
 from missions.sweeps.worker import run_task
 from remoras.cli import app
@@ -122,10 +123,24 @@ def test_interval_against_a_constant_covers_only_the_random_side() -> None:
     assert paired.reached_interval[1] < 7.0
 
 
-def test_dry_run_counts_runs_without_draws_once(tmp_path: Path) -> None:
+def test_dry_run_counts_the_runs_to_make_as_validation_and_a_sweep_do(tmp_path: Path) -> None:
+    """Of 2 x 2 x 9 runs, those without loss draw nothing: known only once one is made, which leaves 2 x 9."""
+
+    def made(task: RunTask) -> FinishedRun:
+        return finished(task, completed=True, mission_time_s=9.0, n_bytes=1, drawn=task.scenario.channel.per > 0.0)
+
     study = load_study(str(written(tmp_path, study_text(repeats=9, per="[0.0, 0.4]"))))
-    guess = estimate(study, 1)
-    assert guess.planned == 20
+    guess = estimate(study, 1, tmp_path / "out")
+    assert (guess.planned, guess.done, guess.remaining) == (study.n_runs, 0, 36)
+    log = SweepFolder(tmp_path / "out", plan := SweepPlan(study))
+    log.append([made(plan.task(number, 0)) for number in range(4)])
+    log.close()
+    status = SweepResults.read(tmp_path / "out").status()
+    guess = estimate(study, 1, tmp_path / "out")
+    assert (
+        (guess.planned, guess.done, guess.remaining) == (status.planned, status.done, status.remaining) == (20, 4, 16)
+    )
+    assert status.progress == "done 4, at most 16 to do; equal runs are made once"
 
 
 def test_a_run_without_packets_is_made_once_for_all_losses(tmp_path: Path) -> None:

@@ -67,7 +67,7 @@ def test_invalid_cluster_address_is_refused_immediately(tmp_path: Path, address:
 
 
 def test_a_dry_run_counts_and_writes_nothing(tmp_path: Path) -> None:
-    found = estimate(study_of(tmp_path), jobs=2)
+    found = estimate(study_of(tmp_path), 2, tmp_path / "out")
     assert found.planned == 16
     assert 0.0 < found.estimate_s < 60.0
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]

@@ -1,6 +1,7 @@
 """Provenance of the runs of a sweep: code digests, seals of ledger lines, damaged tables."""
 
 import json
+import re
 import shlex
 import shutil
 from collections.abc import Callable
@@ -8,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import HERE, Serial, environment, outcome, study_text, written
+from sweeping import HERE, Serial, environment, finished, outcome, study_text, swept, written
 from typer.testing import CliRunner
 
 from missions.errors import OutputError, StudyChangedError
@@ -17,6 +18,7 @@ from missions.sweeps import code
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import KEPT, STUDY, SweepResults
 from missions.sweeps.ledger import LEDGER
+from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study, load_study
 from remoras.cli import app
 
@@ -217,3 +219,33 @@ def test_repeated_sweep_restores_a_damaged_table(
     assert (status.done, status.remaining) == (2, 0)
     assert outcome(folder) == outcome(made)
     assert not SweepResults.read(folder).damaged
+
+
+def test_report_has_the_fleet_and_the_files_to_repeat_the_study(tmp_path: Path) -> None:
+    """The three vehicles are alike. The copied files repeat the runs, until the scenario changes."""
+    runner, scenario = CliRunner(), tmp_path / "mine.toml"
+    assert runner.invoke(app, ["new", "scenario", "mine", "--out", str(tmp_path), "--lost", "1"]).exit_code == 0
+    (tmp_path / "near.py").write_text("", encoding="utf-8")
+    text = study_text(repeats=2, per="[0.1]", duration_s=900).replace("mapping-rendezvous", "mine.toml")
+    text += "\n# 'near.py:NEAR' is no strategy yet\n"
+    found = swept(tmp_path, text, lambda task: finished(task, completed=True, mission_time_s=9.0 + task.repeat))
+
+    def reported(name: str) -> str:
+        result = runner.invoke(app, ["report", str(found.folder), "--out", str(tmp_path / name)])
+        assert result.exit_code == 0, result.output
+        return result.stderr
+
+    assert reported("report") == ""
+    again = SweepPlan(load_study(str(tmp_path / "report" / "study.toml"))).schedule
+    assert [label.digest for label in again.labels] == [label.digest for label in found.schedule.labels]
+    assert (tmp_path / "report" / "near.py").is_file()
+    page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    assert "Fleet of scenario mine: 3 vehicles, modem nanomodem-v3, range " in page
+    assert '<td class="text">AUV00, AUV01, AUV02</td>' in page or "<td>AUV00, AUV01, AUV02</td>" in page
+    assert "Faults in each run: any vehicle lost between" in page
+    assert "did not complete" not in page
+    assert re.search(r"\b1 are\b|\b0 (of|failed)", page) is None
+    scenario.write_text(scenario.read_text(encoding="utf-8").replace("swath_m = ", "swath_m = 1"), encoding="utf-8")
+    assert reported("changed") == "remoras: To repeat: the scenario has changed since 2 configurations were run\n"
+    scenario.unlink()
+    assert reported("lost").startswith("remoras: To repeat: study.toml and the files copied beside it are not complete")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from missions.comparison.baseline import Comparison, compare
@@ -12,7 +13,7 @@ from missions.comparison.sentences import Statement, effect_statements, power, s
 from missions.comparison.table import NUMBERS, interval, notes, table
 from missions.comparison.treatments import check_name
 from missions.errors import OutputError
-from missions.files import dotted, text_of
+from missions.files import dotted, shown, text_of
 from missions.metric import Metric
 from missions.runs.results import Results
 from missions.statistics import FEW, MANY, NoInterval
@@ -32,6 +33,14 @@ CONSTANT = (
     "unforeseen",
     "settings",
 )  # columns of a table that its caption states if equal
+FLEET = {
+    "transit_speed_mps": ("transit (m/s)", 1.0),
+    "survey_speed_mps": ("survey (m/s)", 1.0),
+    "energy_j": ("energy (kJ)", 1e3),
+    "hotel_w": ("hotel load (W)", 1.0),
+}
+"""Columns of the table of the fleet, with their units."""
+NAMED_FILE = re.compile(r"""["' ]([\w-][\w.-]*\.(?:toml|py))(?=["':])""")
 OPTION = "# --strategy "  # line of a stored study for a strategy added by option
 COMMENT = re.compile(r"^#\s?")
 RATE = "packet error rate"
@@ -59,7 +68,7 @@ def study_report(
     text = text_of(results.folder / STUDY_TEXT)
     sections: dict[str, Sequence[Part]] = {
         "Question": [_question(text, results, measured)],
-        "Scenario": _map(results, map_of),
+        "Scenario": [*_map(results, map_of), *_fleets(results)],
         "Design": list(_design(results, measured, rows)),
         "Results": [*figures, _effects(effects, measured) if effects else _table(results, measured, rows)],
         "Statistical statements": _stated(stated, measured, rows, bool(effects)),
@@ -69,13 +78,48 @@ def study_report(
     }
     design, version = results.file.study, results.schedule.version
     title = f"{design.name}: {words.within(measured.label)}"
-    return Report(title, version, sections, output.of_sweep(results), {STUDY_TEXT: text}), lacking
+    return Report(title, version, sections, output.of_sweep(results), _files(results, text)), lacking
+
+
+def _files(results: SweepResults, text: str) -> dict[str, str]:
+    """Return the study, with the files beside its scenarios that it and they name, by name."""
+    files = {STUDY_TEXT: text}
+    for folder in {Path(label.source).parent for label in results.schedule.labels if Path(label.source).is_file()}:
+        named = NAMED_FILE.findall(text)
+        while named:
+            name = named.pop()
+            if name not in files and (path := folder / name).is_file():
+                files[name] = text_of(path)
+                named += NAMED_FILE.findall(files[name])
+    return files
+
+
+def _fleets(results: SweepResults) -> Iterator[Part]:
+    """Yield a table per scenario: vehicles with equal data share a row."""
+    varied = {key.partition(".")[0] for label in results.schedule.labels for key, _ in label.settings}
+    changed = "Factors of the study change some values." if varied & {"vehicle", "fleet", "communication"} else ""
+    for number, tables in enumerate(list(results.scenarios.values())[:MOST_FIGURES], 1):
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for vehicle in tables["vehicle"]:
+            entries = [f"{vehicle[key] / scale:g}" if key in vehicle else "\u2013" for key, (_, scale) in FLEET.items()]
+            equipment = [", ".join(f"{key} {shown(value)}" for key, value in sensor.items() if value is not None)
+                         for sensor in vehicle.get("sensor", ())]  # fmt: skip
+            alike.setdefault((*entries, "; ".join(equipment) or "none"), []).append(vehicle["name"])
+        radio, name, n = tables["communication"], tables["scenario"]["name"], len(tables["vehicle"])
+        caption = words.joined(
+            f"Fleet of scenario {name}: {n} vehicle{'s' * (n > 1)}, modem {radio['modem']}, range "
+            f"{radio['range_m']:g} m; missions end at {tables['scenario']['duration_s']:g} s at the latest.",
+            changed,
+        )
+        heads = ["vehicles", *(head for head, _ in FLEET.values()), "sensors"]
+        rows = [[", ".join(names), *entries] for entries, names in alike.items()]
+        yield Table(f"fleet-{number}", caption, heads, rows, range(1, len(heads) - 1))
 
 
 def _lacking(results: SweepResults, stated: Sequence[Statement]) -> Iterator[str]:
     status = results.status()
     if status.remaining:
-        yield f"the study is not finished: {len(results.lines)} of {status.planned} runs are made"
+        yield f"the study is not finished: {status.progress}"
     if not stated:
         yield "no two treatments share conditions and repeats, so the report has means and no comparison"
 
@@ -146,8 +190,8 @@ def _design(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -
     n = " to ".join(dict.fromkeys(map(str, (counts[0], counts[-1])))) if counts else "1"
     status = results.status()
     yield words.joined(
-        f"The design has {len(results.schedule.labels)} configurations and {status.planned} runs at most, of which "
-        f"{len(results.lines)} have been made; n = {n} instance{'s' * (n != '1')} of each configuration.",
+        f"The design has {len(results.schedule.labels)} configurations. Runs: {status.progress}; n = {n} "
+        f"instance{'s' * (n != '1')} of each configuration.",
         f"The master seed is {design.seed}; the k-th instance of every configuration has the same seed, hence the same "
         "losses and draws.",
         "Configurations without random draws have one run, marked as deterministic."
@@ -221,11 +265,11 @@ def _stated(stated: Sequence[Statement], metric: Metric, rows: Sequence[Comparis
         return ["There is no comparison to state: see Limits."]
     significant = [one for one in stated if one.significant]
     numbers = {
-        "are significant": len(significant),
-        "are not significant (p \u2265 0.05)": sum(one.significant is False for one in stated),
-        "are stated without a test": sum(one.significant is None for one in stated),
+        "significant": len(significant),
+        "not significant (p \u2265 0.05)": sum(one.significant is False for one in stated),
+        "stated without a test": sum(one.significant is None for one in stated),
     }
-    shown = words.listed([f"{number} {what}" for what, number in numbers.items() if number])
+    shown = words.listed([f"{words.are(number)} {what}" for what, number in numbers.items() if number])
     of = "effects on" if is_factorial else f"comparisons with {rows[0].baseline} in"
     count = f"Of {len(stated)} {of} {words.within(metric.label)}, {shown}."
     if len(stated) <= MOST_STATEMENTS:
@@ -284,24 +328,24 @@ def _limits(
     results: SweepResults, metric: Metric, rows: Sequence[Comparison], stated: Sequence[Statement]
 ) -> Iterator[str]:
     status = results.status()
-    yield (
-        f"{status.censored} of {len(results.lines)} runs did not complete their mission and {status.failed} failed; "
-        "they count as not completed"
-    )
+    counts = {"did not complete their mission": status.censored, "failed": status.failed}
+    if any(counts.values()):
+        incomplete = " and ".join(f"{number} {what}" for what, number in counts.items() if number)
+        yield f"of {len(results.lines)} runs, {incomplete}; they count as not completed"
     few = [row for row in rows if not row.deterministic and row.n < FEW]
     if few:
-        yield f"{len(few)} of {len(rows)} configurations have fewer than {FEW} runs, hence no intervals"
+        yield f"fewer than {FEW} runs, hence no intervals: {len(few)} of {len(rows)} configurations"
     if any(row.ci95_note == NoInterval.RARE.value for row in rows):
         yield f"means of fewer than {MANY} runs have no interval"
     n_not, tested = (sum(one.significant in kinds for one in stated) for kinds in ((False,), (False, True)))
     if n_not:
         yield (
-            f"{n_not} of {tested} tested differences are not significant (p \u2265 0.05), which does not show that the "
-            "treatments are equal"
+            f"of {tested} tested differences, {words.are(n_not)} not significant (p \u2265 0.05), which does not show "
+            "that the treatments are equal"
         )
     alone = [row for row in rows if row.deterministic]
     if alone:
-        yield f"{len(alone)} configurations are deterministic (n = 1)"
+        yield f"of {len(rows)} configurations, {words.are(len(alone))} deterministic (n = 1)"
     assumed = dict.fromkeys(
         text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})
     )
@@ -311,12 +355,14 @@ def _limits(
     yield "the statements hold for the simulated scenarios, channels and levels of this design"
 
 
+def added(text: str) -> list[str]:
+    """Return the strategies that an option added to a stored study."""
+    return [line.removeprefix(OPTION).strip() for line in text.splitlines() if line.startswith(OPTION)]
+
+
 def _commands(text: str, name: str, metric: str | None) -> list[str]:
-    added = [
-        f" --strategy {line.removeprefix(OPTION).strip()}" for line in text.splitlines() if line.startswith(OPTION)
-    ]
     of_metric = "" if metric is None else f" --metric {metric}"
     return [
-        f"remoras sweep {STUDY_TEXT} --out results/{name}{''.join(added)}",
+        f"remoras sweep {STUDY_TEXT} --out results/{name}{''.join(f' --strategy {name}' for name in added(text))}",
         f"remoras report results/{name} --out report{of_metric}",
     ]
