@@ -74,6 +74,18 @@ def test_a_new_plug_in_equals_its_template_under_another_name(kind: str) -> None
     assert f"\npython -m pytest -q test_{word}.py\n" in how_to
 
 
+@pytest.mark.parametrize("kind", PLUGINS)
+def test_a_new_plug_in_is_renamed_whole_or_not_at_all(kind: str) -> None:
+    """The name is a word of code, never of a sentence about the template's subject; of a sensor, no subject remains."""
+    assert remoras("new", kind, "by_night").exit_code == 0
+    for path in Path().iterdir():
+        text = path.read_text(encoding="utf-8")
+        texts = re.findall(r'#.*|"""[^"]+"""|"[^"\n]*"', text)
+        sentences = [one for one in texts if " " in one.strip("# ") or one.startswith("#")]
+        assert not [one for one in sentences if re.search(r"\bby_night\b(?![.:])|By[nN]ight", one)]
+        assert kind != "sensor" or not re.search("temperature|warm|degree|degC", text)
+
+
 # What is refused ----------------------------------------------------------------------------------
 
 

@@ -122,7 +122,7 @@ def an_external_sensor_writes_its_table(folder: Path, said: dict[str, str]) -> N
     """The warm patch is 4 degrees, the depth of 20 m takes 1: readings lie within 11 and 15."""
     readings = rows(folder / "warm", "thermometer")
     assert {row["vehicle"] for row in readings} == {"AUV01"}
-    assert all(11.0 <= row["temperature_c"] <= 15.0 for row in readings)
+    assert all(11.0 <= row["reading"] <= 15.0 for row in readings)
     assert min(b["time_s"] - a["time_s"] for a, b in itertools.pairwise(readings)) >= 5.0
 
 

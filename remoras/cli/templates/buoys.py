@@ -23,7 +23,7 @@ class BuoyTable(Section):
     name: Name = Field(description="name of the buoy")
     position_m: PointM = Field(description="position, x east, y north")
     service_s: float = Field(60.0, gt=0.0, description="duration of servicing it")
-    after: tuple[str, ...] = Field((), description="names of buoys to service before")
+    after: tuple[str, ...] = Field((), description="name of each buoy to service before")
 
 
 class BuoySettings(JobSettings):

@@ -14,4 +14,4 @@ def closest_m(run):
     return min((math.dist(a, b) for at_once in places for a, b in itertools.combinations(at_once, 2)), default=None)
 
 
-CLOSEST = Metric("closest_m", "m", Better.HIGHER, "closest distance", closest_m, note="After the first minute.")
+CLOSEST = Metric("closest_m", "m", Better.HIGHER, "least distance", closest_m, note="After the first minute.")

@@ -1,4 +1,4 @@
-"""Sensor for the water temperature at its vehicle."""
+"""Sensor for one quantity of the water at its vehicle."""
 
 import math
 
@@ -7,8 +7,8 @@ from pydantic import Field
 from remoras import TIME, VEHICLE, Column, Observation, SensorSettings, Table
 
 
-def temperature_c(x_m, y_m, depth_m):
-    """A warm patch at (300, 300), and one degree less for every 20 m of depth."""
+def true_value(x_m, y_m, depth_m):
+    """A patch of high values at (300, 300), and one less for every 20 m of depth: write your own law here."""
     return 12.0 + 4.0 * math.exp(-((x_m - 300.0) ** 2 + (y_m - 300.0) ** 2) / 200.0**2) - depth_m / 20.0
 
 
@@ -20,7 +20,7 @@ class ThermometerSettings(SensorSettings):
 
 
 class Thermometer:
-    table = Table("thermometer", (TIME, VEHICLE, Column("temperature_c", "float", "degC")))
+    table = Table("thermometer", (TIME, VEHICLE, Column("reading", "float")))  # a third argument of Column is its unit
 
     def __init__(self, every_s):
         self._every_s, self._next_s = every_s, 0.0
@@ -29,4 +29,4 @@ class Thermometer:
         if now_s < self._next_s:
             return []
         self._next_s = now_s + self._every_s
-        return [Observation(row=(temperature_c(pose.x_m, pose.y_m, pose.depth_m),))]
+        return [Observation(row=(true_value(pose.x_m, pose.y_m, pose.depth_m),))]
