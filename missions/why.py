@@ -275,7 +275,7 @@ class Causes:
         way_m, speed_mps = math.dist((now["x_m"], now["y_m"]), data["start_m"]), data["survey_speed_mps"]
         power_w = data["hotel_w"] + data["drag_w_per_mps3"] * speed_mps**3
         if self._scenario["communication"].get("count_listening"):
-            power_w += self._run.manifest["modem"]["receive_w"]
+            power_w += self._run.manifest.get("modem", {}).get("receive_w") or 0.0  # live, it is unknown
         left_j, need_j = data["energy_j"] - now["energy_j"], HOME_MARGIN * power_w * way_m / speed_mps
         text = f": of {data['energy_j'] / 1e3:.1f} kJ {vehicle} had {left_j / 1e3:.1f} kJ left, and the way home of"
         return f"{text} {way_m:.0f} m needs {need_j / 1e3:.1f} kJ, with a margin of {100.0 * (HOME_MARGIN - 1.0):.0f} %"

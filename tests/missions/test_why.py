@@ -419,6 +419,14 @@ def test_act_of_a_run_under_way_lasts() -> None:
     assert "until the run's end" not in text
 
 
+def test_a_way_home_is_explained_in_a_run_under_way() -> None:
+    settings = ("vehicle.AUV01.energy_j=60000", "communication.count_listening=true", "scenario.duration_s=400")
+    with stepping("mapping-rendezvous", set=settings) as steps:
+        next(state for state in steps if state.time_s >= 150.0)
+        page = steps.shown()
+    assert "kJ left, and the way home of" in decompress(page, -15).decode(errors="replace")
+
+
 @pytest.mark.slow
 def test_without_weight_of_signals_neither_event_nor_explanation_exists() -> None:
     deaf = recorded("deaf to signals")
