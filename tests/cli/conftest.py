@@ -31,5 +31,5 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("swept")
     (folder / "two.toml").write_text(STUDY, encoding="utf-8")
     made = remoras("sweep", folder / "two.toml", "--out", folder / "out", "--jobs", "1")
-    assert "8 done" in made.stdout
+    assert "done 8, none to do" in made.stdout
     return folder / "out"
