@@ -74,6 +74,7 @@ def race(
     file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
     from missions.comparison.race import race as raced
     from missions.comparison.race import race_study
+    from missions.comparison.ranking import rankable
     from missions.scenarios import load
     from missions.scenarios.parts import entrants
     from missions.statistics import FEW
@@ -93,8 +94,9 @@ def race(
     study = race_study(scenario, [*others, *own], [float(rate) for rate in rates], seed, runs)
     for line in _not_applied(load(scenario), [part.scenario for part in study.configurations]):
         print(f"remoras: {line}", file=sys.stderr)
-    first = FEW * len(study.configurations)
-    print(f"remoras: at most {runs} runs; beaten strategies are dropped after the first {first}", file=sys.stderr)
+    ranked_by, first = rankable(metric, study.metrics), FEW * len(study.configurations)
+    if runs >= first:  # the race refuses fewer
+        print(f"remoras: at most {runs} runs; beaten strategies are dropped after the first {first}", file=sys.stderr)
     with TemporaryDirectory() if out is None else nullcontext(str(out)) as folder:
         with Progress(f"race {scenario}", 1, "runs") as progress:
             try:
@@ -103,7 +105,7 @@ def race(
                 kept = "" if out is None else f"; finished runs are kept in {out}, the same command resumes"
                 fail(f"{error}{kept}", PARTLY_DONE)
         failed = list(_failures(Path(folder)))
-    show([asdict(line) for line in lines], as_json, _race_lines(lines, study.metrics[metric], within))
+    show([asdict(line) for line in lines], as_json, _race_lines(lines, ranked_by, within))
     if failed:
         print(*[f"remoras: {line}" for line in failed], sep="\n", file=sys.stderr)
         raise typer.Exit(FAILED)
