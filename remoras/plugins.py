@@ -192,7 +192,7 @@ def named_error(error: Exception) -> str:
     ]  # fmt: skip
     # An installed package counts only where the plug-in is one.
     for file, line in [place for place in theirs if "site-packages" not in place[0].parts][-1:] or theirs[-1:]:
-        text += f", in {file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file}, line {line}"
+        text += f", in {file.name}, line {line}"
     return text
 
 
