@@ -173,8 +173,9 @@ def test_what_a_study_lacks_is_stated(tmp_path: Path, given: dict[str, Any], sai
     assert ("faster than" in text or "slower than" in text or "differ significantly" in text) == ("no two" not in said)
 
 
-def test_question_without_a_comment_names_the_factors(tmp_path: Path) -> None:
-    report, _ = study_report(studied(tmp_path / "sweep", comment=""), "n_bytes", no_map)
+@pytest.mark.parametrize("comment", ["", "# study.toml\n"])
+def test_question_without_a_comment_names_the_factors(tmp_path: Path, comment: str) -> None:
+    report, _ = study_report(studied(tmp_path / "sweep", comment=comment), "n_bytes", no_map)
     question = str(report.sections["Question"][0])
     assert question == "What is the effect of strategy (remoras, fixed-partition, central) on bytes?"
     assert "--metric n_bytes" in texts_of(report)

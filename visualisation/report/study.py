@@ -136,7 +136,8 @@ def _question(text: str, results: SweepResults, metric: Metric) -> str:
         if not line.startswith("#") or (not COMMENT.sub("", line).strip() and comment):
             break
         comment.append(COMMENT.sub("", line).strip())
-    if found := " ".join(filter(None, comment)):
+    # A comment may only name the file.
+    if found := " ".join(line for line in comment if line and not line.endswith(".toml")):
         return found
     factors = [f"{name} ({', '.join(levels)})" for name, levels in _factors(results).items() if len(levels) > 1]
     return f"What is the effect of {words.listed(factors or ['the seed'])} on {words.within(metric.label)}?"
@@ -193,7 +194,7 @@ def _design(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -
         f"The design has {len(results.schedule.labels)} configurations. Runs: {status.progress}; n = {n} "
         f"instance{'s' * (n != '1')} of each configuration.",
         f"The master seed is {design.seed}; the k-th instance of every configuration has the same seed, hence the same "
-        "losses and draws.",
+        "random draws.",
         "Configurations without random draws have one run, marked as deterministic."
         if any(row.deterministic for row in rows)
         else "",

@@ -181,7 +181,7 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
     assumed = f" ({'; '.join(dict.fromkeys(notes))})" if notes else ""
     unranked = f"Not ranked, since a bound: {', '.join(bounds)}. " if bounds else ""
     return (
-        f"{_counts(rows)}, master seed {study.seed} (repeat k has the same losses at all points). "
+        f"{_counts(rows)}, master seed {study.seed} (repeat k has the same random draws at all points). "
         f"{words.named_all('Scenario', [row.scenario for row in rows])}, "
         f"{words.named_all('strategy', [drawn.strategy for drawn in series], 'strategies')}, "
         f"{words.named_all('policy', [drawn.policy for drawn in series], 'policies')}, "
