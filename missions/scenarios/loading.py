@@ -57,7 +57,7 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     # The organisation file comes first: the other overrides may change its groups.
     chosen = [(option, text) for option, text in overrides if text.partition("=")[0].strip() == ORGANISATION]
     faults += [fault for option, text in chosen if (fault := _override(document.raw, option, text)) is not None]
-    document, more = with_organisation(document)
+    document, more = with_organisation(document, folder(ORGANISATION))
     faults += more
     if any(fault.key == ORGANISATION for fault in more):  # most checks depend on the groups
         raise document.error(faults, options)

@@ -528,14 +528,14 @@ class OrganisationTables(Section):
     group: tuple[GroupTable, ...] = Field(min_length=1)
 
 
-def with_organisation(document: Document) -> tuple[Document, list[ConfigurationFault]]:
-    """Merge the named organisation file; raise ConfigurationError if it is unreadable."""
+def with_organisation(document: Document, folder: Path) -> tuple[Document, list[ConfigurationFault]]:
+    """Merge the organisation file, named relative to ``folder``; raise ConfigurationError if it is unreadable."""
     if ORGANISATION not in document.raw:
         return document, []
     file = document.raw[ORGANISATION]
     if not isinstance(file, str):
         return document, [ConfigurationFault(ORGANISATION, shown(file), "a text: the name of a TOML file")]
-    path = Path(document.path).parent / file
+    path = folder / file
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with {', '.join(TABLES)}"
         return document, [ConfigurationFault(ORGANISATION, shown(file), allowed)]

@@ -17,7 +17,16 @@ from remoras.errors import StrategyError
 from remoras.organisation import Outcome
 from remoras.plugins import named_object
 from remoras.strategies import configured, parameters
-from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, division_of, faults_of_strategy
+from remoras.strategy import (
+    INFLUENCE_SIGNAL,
+    JOB_DONE,
+    OBJECTIVE,
+    Situation,
+    Strategy,
+    ask,
+    division_of,
+    faults_of_strategy,
+)
 from remoras.testing.behaviours import passed
 from remoras.testing.missions import check_free_of_hashes
 from remoras.testing.sample_worlds import (
@@ -184,7 +193,7 @@ def _check_states(strategy: Strategy) -> None:
                 data.draw(hearsay(strategy, database, jobs, mentioned)),
                 data.draw(st.dictionaries(st.sampled_from(NAMES), st.floats(0.0, 7.0 * number))),
             )
-            statements = negotiator.negotiate(situation).statements
+            statements = ask(strategy.name, negotiator, situation).statements
             _assert_within(situation, group.name, statements)
             _assert_lawful(situation, me, rules, statements)
             for stated in statements if communicates and not strategy.declaration.private_jobs else ():

@@ -104,3 +104,11 @@ def test_new_replaces_no_file_without_force(arguments: str) -> None:
 def test_a_file_in_place_of_the_folder_is_reported_in_one_line() -> None:
     Path("taken").touch()
     assert refused("new", "metric", "mine", "--out", "taken").count("\n") == 1
+
+
+def test_wrong_answer_of_a_strategy_is_one_line_of_check(tmp_path: Path) -> None:
+    text = (TEMPLATES / "nearest.py").read_text()
+    wrong = text.replace("return Move(tuple(statements), holding=bool(work.unfinished))", "return statements")
+    assert wrong != text
+    (tmp_path / "mine.py").write_text(wrong)
+    assert "negotiate returned []; expected: a Move" in refused("check", "strategy", "mine.py:NEAREST")

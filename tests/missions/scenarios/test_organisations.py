@@ -41,6 +41,16 @@ def written(folder: Path, *changes: tuple[str, str], of_scenario: tuple[tuple[st
     return folder / TEAMS.name
 
 
+def test_organisation_file_of_an_option_is_relative_to_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "own.toml").write_bytes(ORGANISATION.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    load("mapping-nine-teams", [("--set", "organisation=own.toml")])
+    with pytest.raises(ConfigurationError, match=r"there is no file none\.toml"):
+        load("mapping-nine-teams", [("--set", "organisation=none.toml")])
+
+
 def faults(file: Path) -> list[str]:
     with pytest.raises(ConfigurationError) as caught:
         set_up(load(str(file)))
