@@ -17,6 +17,7 @@ from functools import cached_property
 from itertools import takewhile
 from typing import Any, NamedTuple
 
+from exchange.arithmetic import distance
 from missions.errors import OutputError
 from missions.fault import absences
 from missions.figure import RunResults
@@ -272,8 +273,8 @@ class Causes:
             sides = ((now[axis], *world[axis]) for axis in ("x_m", "y_m"))
             far_m = max(max(least - at_m, at_m - most) for at_m, least, most in sides)
             return f": {vehicle} was {far_m:.1f} m outside the area of operations"
-        way_m, speed_mps = math.dist((now["x_m"], now["y_m"]), data["start_m"]), data["survey_speed_mps"]
-        power_w = data["hotel_w"] + data["drag_w_per_mps3"] * speed_mps**3
+        way_m, speed_mps = distance((now["x_m"], now["y_m"]), data["start_m"]), data["survey_speed_mps"]
+        power_w = data["hotel_w"] + data["drag_w_per_mps3"] * speed_mps * speed_mps * speed_mps
         if self._scenario["communication"].get("count_listening"):
             power_w += self._run.manifest.get("modem", {}).get("receive_w") or 0.0  # live, it is unknown
         left_j, need_j = data["energy_j"] - now["energy_j"], HOME_MARGIN * power_w * way_m / speed_mps

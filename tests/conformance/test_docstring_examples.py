@@ -1,5 +1,6 @@
 """The examples in the docstrings of plug-in interfaces run and conform."""
 
+import doctest
 import inspect
 import math
 import textwrap
@@ -27,8 +28,10 @@ from remoras.work import Outlook
 
 
 def example_of(documented: Any) -> str:
-    """The indented block behind ``::`` in a docstring."""
+    """The indented block behind ``::`` in a docstring, else its interactive example."""
     text = inspect.getdoc(documented) or ""
+    if "::\n" not in text and (examples := doctest.DocTestParser().get_examples(text)):
+        return "".join(example.source for example in examples)
     assert "::\n" in text, documented
     block: list[str] = []
     for line in text.split("::\n", 1)[1].splitlines():
