@@ -157,7 +157,7 @@ def test_an_installed_feature_works_and_faulty_ones_are_left_out(install: Instal
     assert said == [
         "remoras: feature ban is left out, torn:FEATURE of counts 0.1.0: its name: ban has it, too",
         "remoras: feature torn is left out, torn:FEATURE of counts 0.1.0: package.module:object that can be "
-        "imported (RuntimeError: torn)",
+        "imported (RuntimeError: torn, in torn.py, line 1)",
     ]
     assert Path("counted", "headcount.parquet").is_file()
     assert run("--out", "plain").returncode == 1  # not complete after 10 s
