@@ -120,7 +120,8 @@ def file_or_name(name: str, known: Iterable[str]) -> str:
     names = list(known)
     if name.endswith(".toml"):
         try:
-            beside = [str(path) for path in Path(name).parent.glob("*.toml")]
+            asked = Path(name)
+            beside = [str(path) for path in asked.parent.glob("*.toml") if suggestion(asked.stem, [path.stem])]
         except (OSError, ValueError):  # an impossible name
             beside = []
         return f"no such file{suggestion(name, sorted(beside))}"

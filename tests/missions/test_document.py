@@ -106,6 +106,8 @@ def test_missing_file_is_refused_with_the_nearest_one(tmp_path: Path) -> None:
     (tmp_path / "fleet.toml").touch()
     with pytest.raises(ConfigurationError, match=r"no such file; did you mean '.*/fleet.toml'\?$"):
         Document.read(str(tmp_path / "fleat.toml"), {}, "scenario")
+    with pytest.raises(ConfigurationError, match=r"no such file$"):  # only the endings are alike
+        Document.read(str(tmp_path / "nope.toml"), {}, "scenario")
 
 
 @pytest.mark.parametrize("name", ["x" * 5000 + ".toml", "a\0/b.toml"])
