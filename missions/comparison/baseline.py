@@ -103,6 +103,16 @@ class Comparison:
     diff_reached_ci95_high: float | None = None
     unequal_success: bool = False
 
+    @property
+    def is_incomplete(self) -> bool:
+        """True if a run did not reach the event of a censored metric."""
+        return self.n_reached is not None and self.n_reached < self.n
+
+    @property
+    def has_range(self) -> bool:
+        """True if least and largest value are shown for want of an interval."""
+        return self.ci95_low is None and self.least < self.largest
+
 
 def compare(
     results: SweepResults, metrics: Sequence[str | Metric] = (), baseline: str | None = None

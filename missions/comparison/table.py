@@ -29,13 +29,8 @@ def interval(mean: float | None, low: float | None, high: float | None) -> str:
     return "-" if mean is None else f"{number(mean)}{bounds}"
 
 
-def _has_range(row: Comparison) -> bool:
-    # Without an interval the range is shown; see ``missions.statistics``.
-    return row.ci95_low is None and row.least < row.largest
-
-
 def _entries(row: Comparison, bounds: Collection[str]) -> dict[str, str]:
-    spread = f" ({number(row.least)} to {number(row.largest)})" if _has_range(row) else ""
+    spread = f" ({number(row.least)} to {number(row.largest)})" if row.has_range else ""
     return {
         "per": f"{row.per:g}",
         "strategy": f"{row.strategy} (bound)" if row.strategy in bounds else row.strategy,
@@ -60,7 +55,7 @@ def table(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[list[str
     """
     entries = [_entries(row, bounds) for row in rows]
     of_completed = ("completed runs", "both completed")
-    left_out = () if any(_has_incomplete(row) for row in rows) else of_completed
+    left_out = () if any(row.is_incomplete for row in rows) else of_completed
     used = [
         head
         for head in entries[0]
@@ -77,17 +72,13 @@ def table(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[list[str
     return heads, [[own[head] for head in used] for own in entries]
 
 
-def _has_incomplete(row: Comparison) -> bool:
-    return row.n_reached is not None and row.n_reached < row.n
-
-
 def notes(rows: Sequence[Comparison]) -> Iterator[str]:
     """Yield what a reader of the rows of a metric has to know."""
-    if any(map(_has_range, rows)):
+    if any(row.has_range for row in rows):
         yield f"range: least to largest value; fewer than {MANY} runs allow no interval of a mean"
     if any(row.diff_note == NoInterval.TOO_FEW.value for row in rows):
         yield f"fewer than {FEW} pairs allow no interval of a difference"
-    if any(map(_has_incomplete, rows)):
+    if any(row.is_incomplete for row in rows):
         n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
         yield f"restricted means: {n - reached} of {n} runs did not complete and count with the full mission duration"
         yield "their intervals allow for further runs that do not complete"

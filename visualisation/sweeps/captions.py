@@ -89,22 +89,18 @@ def unequal_work(rows: Sequence[Comparison], arrangement: Arrangement) -> str:
 def _bars(rows: Sequence[Comparison], what: str = "Lines show means, bars") -> str:
     """Name the bars that the rows have, with ``what`` before them; without any, the means only."""
     kinds = {
-        INTERVALS_OF_MEANS: any(row.ci95_low is not None and not _is_incomplete(row) for row in rows),
+        INTERVALS_OF_MEANS: any(row.ci95_low is not None and not row.is_incomplete for row in rows),
         "95 % confidence intervals of the restricted mean where runs are incomplete": any(
-            row.ci95_low is not None and _is_incomplete(row) for row in rows
+            row.ci95_low is not None and row.is_incomplete for row in rows
         ),
-        RANGES: any(row.ci95_low is None and row.least < row.largest for row in rows),
+        RANGES: any(row.has_range for row in rows),
     }
     shown = [kind for kind, is_drawn in kinds.items() if is_drawn]
     return f"{what} {' or '.join(shown)}." if shown else f"{what.partition(',')[0]}."
 
 
-def _is_incomplete(row: Comparison) -> bool:
-    return row.n_reached is not None and row.n_reached < row.n
-
-
 def _restricted(rows: Sequence[Comparison]) -> str:
-    return RESTRICTED if any(map(_is_incomplete, rows)) else ""
+    return RESTRICTED if any(row.is_incomplete for row in rows) else ""
 
 
 def _off_scale(rows: Sequence[Comparison], *more: str) -> str:
