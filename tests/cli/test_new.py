@@ -111,4 +111,6 @@ def test_wrong_answer_of_a_strategy_is_one_line_of_check(tmp_path: Path) -> None
     wrong = text.replace("return Move(tuple(statements), holding=bool(work.unfinished))", "return statements")
     assert wrong != text
     (tmp_path / "mine.py").write_text(wrong)
-    assert "negotiate returned []; expected: a Move" in refused("check", "strategy", "mine.py:NEAREST")
+    report = refused("check", "strategy", "mine.py:NEAREST")
+    assert re.search(r"negotiate returned \[.*\]; expected: a Move with statements", report)
+    assert report.count("\n") == 1
