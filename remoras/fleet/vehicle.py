@@ -6,7 +6,7 @@ layer consults. Calls only go down and return values (``docs/DESIGN.md``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from mesa import Agent, Model
 
@@ -67,8 +67,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._may_have_replanned = True  # since the last rows of plans; saves 1 % of the calls of a mission
         self._weighed: tuple[ActivitySet, ...] = ()
         self._uneventful: Sequence[Perception] = ()  # last perceptions without results
-        self._organisation = self.social.organisation
-        self._shared: dict[str, tuple[str, ...]] = {}  # by peer: common groups
         for tell in made:
             tell(self)
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
@@ -302,7 +300,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if reception.fault is not None:
             return reception
         self.consider(changes, now_s)
-        shared = self._shared_with(emitter) if signals else ()
+        shared = self.social.organisation.shared_groups(self.name, emitter) if signals else ()
         links = self.functional.picture.peers.links
         p_loss = links[emitter].incoming.p_reckoned if signals and emitter in links else 0.0
         for (group, role, addressed), value in signals:
@@ -313,16 +311,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if self.social.planner.due:
             self.think(now_s, 0.0)
         return reception
-
-    def _shared_with(self, peer: str) -> Collection[str]:
-        organisation = self.social.organisation
-        if organisation is not self._organisation:  # keeping them saves 0.5 % of the instructions of a mission
-            self._organisation = organisation
-            self._shared.clear()
-        shared = self._shared.get(peer)
-        if shared is None:
-            shared = self._shared[peer] = tuple(organisation.shared_groups(self.name, peer))
-        return shared
 
     # New facts -----------------------------------------------------------------------------------
 
