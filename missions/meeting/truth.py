@@ -438,11 +438,6 @@ class JobTruth(MeetingTruth):
     def is_worked_off(self, group: Group) -> bool:
         return not self._undone(group)
 
-    @property
-    def share(self) -> str:
-        """Share of the goal reached, as text."""
-        return f"{100.0 * self.goal_fraction:.0f} % of the goal"
-
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
         reasons = list(super().reasons(fleet, now_s))
         yield from reasons
