@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import sys
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -21,21 +19,7 @@ if TYPE_CHECKING:
     from visualisation.output import Drawn
 
 
-@contextmanager
-def _glyphs_noted() -> Iterator[None]:
-    with warnings.catch_warnings(record=True) as caught:
-        yield
-    # Matplotlib warns of each missing glyph; one line says it all.
-    others = [warning for warning in caught if "missing from font" not in str(warning.message)]
-    if len(others) < len(caught):
-        text = "the font of figures lacks some characters of the names; they are drawn as boxes"
-        print(f"remoras: {text}", file=sys.stderr)
-    for other in others:
-        warnings.showwarning(other.message, other.category, other.filename, other.lineno)
-
-
 @command("plot", "remoras plot results/lossy trajectories roles --format pdf")
-@_glyphs_noted()
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
     kinds: Annotated[

@@ -290,15 +290,6 @@ def test_the_schema_refuses_the_values_that_validation_refuses(old: str, new: st
 # plot, doctor, what is not there yet --------------------------------------------------------------
 
 
-def test_a_name_with_glyphs_missing_in_the_font_is_reported_in_one_line(tmp_path: Path):
-    text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8").replace("AUV01", "AUV\N{FISH}")
-    (tmp_path / "fish.toml").write_text(text, encoding="utf-8")
-    assert remoras("run", tmp_path / "fish.toml", *SHORT, "--out", tmp_path / "out").exit_code == 1
-    drawn = remoras("plot", tmp_path / "out", "trajectories", "roles")
-    assert drawn.exit_code == 0
-    assert drawn.stderr == "remoras: the font of figures lacks some characters of the names; they are drawn as boxes\n"
-
-
 def test_a_sweep_is_drawn_by_the_same_command(swept: Path, tmp_path: Path):
     result = remoras("plot", swept, "bytes", "ranking", "--metric", "n_bytes", "--format", "svg", "--out", tmp_path)
     assert result.exit_code == 0, result.output
