@@ -128,7 +128,8 @@ def new(
         _check_plugin_name(name, folder / name if package else out)
         files = dict((package_files if package else plugin_files)(kind, name))
         trial = f"python -m pytest -q {as_typed(out / next(file for file in files if 'test_' in file))}"
-        trial = f"pip install {as_typed(folder)} && {trial}" if package else trial
+        # Without a slash pip would search the package index for the name.
+        trial = f"pip install {as_typed(folder)}/ && {trial}" if package else trial
         trial += f"  # {AUTHORS} has what it needs"
     written = [out / file for file in files]
     # A dangling link does not exist, but writing would follow it.

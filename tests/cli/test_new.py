@@ -74,6 +74,11 @@ def test_a_new_plug_in_equals_its_template_under_another_name(kind: str) -> None
     assert f"\npython -m pytest -q test_{word}.py\n" in how_to
 
 
+def test_pip_takes_the_name_of_a_new_package_for_a_folder() -> None:
+    made = remoras("new", "strategy", "patient", "--package")
+    assert "try it with: pip install remoras-patient/ && " in made.stdout
+
+
 @pytest.mark.parametrize("kind", PLUGINS)
 def test_a_new_plug_in_is_renamed_whole_or_not_at_all(kind: str) -> None:
     """The name is a word of code, never of a sentence about the template's subject; of a sensor, no subject remains."""
