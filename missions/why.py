@@ -245,8 +245,9 @@ class Causes:
         vehicle, time_s, won = turn.vehicle, turn.time_s, turn.main
         rival = _best(row for row in turn.decision.rows if not row["chosen"])
         if won is None:
-            text = f"No activity of {vehicle}'s roles had a stimulus at {_s(time_s)}."
-            return [Line(text, time_s, vehicle)] if rival is None else []
+            if rival is not None:
+                return [Line(f"{self._lost(turn.decision, rival, vehicle)}.", time_s, vehicle)]
+            return [Line(f"No activity of {vehicle}'s roles had a stimulus at {_s(time_s)}.", time_s, vehicle)]
         if not won["role"]:
             text = f"{self._name(won)} is vital and precedes all else; its stimulus at {_s(time_s)} was"
             need = self._need(vehicle, won["activities"][0], time_s)
@@ -255,10 +256,10 @@ class Causes:
         if won["external"] > 0.0:
             weight = f" of weight {self._decision['weight_external']:g}" if "weight_external" in self._decision else ""
             parts += f", own {won['own']:.2f}, {won['external']:.2f} by a call{weight}"
-        text = f"{self._name(won)} won at {_s(time_s)} with motivation {_motivation(won):.2f} ({parts}){_mean(won)}"
+        text = f"{self._name(won)} won at {_s(time_s)} with motivation {_value(won)} ({parts}){_mean(won)}"
         lost = "nothing else had a stimulus"
         if rival is not None:
-            lost = f"the best that lost, {self._name(rival)}, had {_motivation(rival):.2f}{_mean(rival)}"
+            lost = f"the best that lost, {self._name(rival)}, had {_value(rival)}{_mean(rival)}"
         roles = dict.fromkeys((row["group"], row["role"]) for row in (won, rival) if row is not None)
         return [Line(f"{text}; {lost}.", time_s, vehicle), *self._satisfactions(vehicle, time_s, roles)]
 
@@ -490,11 +491,13 @@ class Causes:
         """Return why a candidate was not chosen."""
         at_s, acts = decision.time_s, decision.acts.values()
         won = next((row for row in acts if not row["role"]), _best(acts))
-        if won is None or _motivation(lost) <= 0.0:
+        if lost["stimulus"] <= 0.0:
             return f"{self._name(lost)} had no stimulus at {_s(at_s)}{self._plan(vehicle, lost, at_s)}"
-        first = f"{_motivation(won):.2f}{_mean(won)}" if won["role"] else "precedence, as it is vital"
-        mean = _mean(lost) or ", in no valid combination"
-        text = f"{self._name(lost)} had motivation {_motivation(lost):.2f}{mean} at {_s(at_s)}"
+        mean = _mean(lost) or (", in no valid combination" if _motivation(lost) else "")
+        text = f"{self._name(lost)} had motivation {_value(lost)}{mean} at {_s(at_s)}"
+        if won is None:
+            return text
+        first = f"{_value(won)}{_mean(won)}" if won["role"] else "precedence, as it is vital"
         return f"{text}, {self._name(won)} had {first}"
 
     def _plan(self, vehicle: str, row: Row | None, at_s: float) -> str:
@@ -651,10 +654,14 @@ def _motivation(row: Row) -> float:
     return float(row["own"] + row["external"])
 
 
+def _value(row: Row) -> str:
+    return f"{_motivation(row):.2f}" if _motivation(row) else "0.00 (importance 0)"
+
+
 def _best(rows: Iterable[Row]) -> Row | None:
     """Return the candidate with a stimulus whose best combination has the highest mean; None without one."""
-    moved = [row for row in rows if _motivation(row) > 0.0]
-    return max(moved, key=lambda row: (row["best_mean"] or 0.0, _motivation(row)), default=None)
+    moved = [row for row in rows if row["stimulus"] > 0.0]
+    return max(moved, key=lambda row: (bool(_motivation(row)), row["best_mean"] or 0.0, _motivation(row)), default=None)
 
 
 def _mean(row: Row) -> str:

@@ -30,6 +30,7 @@ from missions.errors import ConfigurationFault, one_of
 from missions.figure import Place, Tiles
 from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring, formation_of, positioning, room_of
 from missions.mapping.detections import (
+    INSPECTING,
     Inspecting,
     InspectionJob,
     inspecting,
@@ -39,7 +40,8 @@ from missions.mapping.detections import (
 )
 from missions.mapping.jobs import SurveyJob, ground_of, grounds_of, swaths_of
 from missions.mapping.metrics import FIGURES, METRICS
-from missions.mapping.scenario import NEEDED_OBJECTIVES, Area, FindsTable, MappingScenario
+from missions.mapping.scenario import OBJECTIVES as IMPORTANT
+from missions.mapping.scenario import STATED_OBJECTIVES, Area, FindsTable, MappingScenario
 from missions.mapping.sensors import (
     COVERAGE,
     FOUND_PER_OBJECT,
@@ -64,7 +66,7 @@ from missions.mapping.tasks import (
 )
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting.job_mission import JobMission, names_apart, numbered
-from missions.meeting.meeting import OBJECTIVES, importance_of
+from missions.meeting.meeting import GATHERING, OBJECTIVES, RENDEZ_VOUS, importance_of
 from missions.meeting.survey import contains, overlap
 from missions.scenarios.features import place_error_m
 from missions.scenarios.fleet import database_of
@@ -95,11 +97,25 @@ def _of_tables(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[C
     yield from _explorers(scenario)
     yield from _mappers(scenario)
     yield from _finds(scenario)
-    for key in scenario.mission.importance:
-        role, dot, _ = key.rpartition(".")
-        names = [f"{group}.{name}" if "." in role else name for group, name in scenario.roles]
-        if dot:
-            yield from one_of(f"mission.importance.{key}", role, names)
+    yield from _importances(scenario)
+
+
+def _importances(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
+    importance, finds = scenario.mission.importance, numbered("find", scenario.n_finds)
+    for key in importance:
+        path, dot, objective = key.rpartition(".")
+        names = [f"{group}.{name}" if "." in path else name for group, name in scenario.roles]
+        yield from one_of(f"mission.importance.{key}", objective, IMPORTANT)
+        yield from one_of(f"mission.importance.{key}", path if dot else None, names)
+    meet = {group.name for group in scenario.group if group.formed_by is None}
+    for (group, name), role in scenario.roles.items():
+        meeting = ([RENDEZ_VOUS] if role.head else [RENDEZ_VOUS, GATHERING]) if group in meet else []
+        work = ["Mapping" if role.job is None else INSPECTING if role.job in finds else "Exploring"]
+        for objective in meeting if role.founding else work:
+            keys = objective, f"{name}.{objective}", f"{group}.{name}.{objective}"
+            if importance.keys().isdisjoint(keys):
+                allowed = f"missing; allowed: 0, never pursued, to 1, for the role or as {objective} for all roles"
+                yield ConfigurationFault(f"mission.importance.{keys[1]}", "", allowed)
 
 
 def _names(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
@@ -231,7 +247,7 @@ class MappingMission(JobMission):
     group_missions = MISSIONS
     delegating_mission = SUPERVISION
     objective = "Exploring"
-    needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
+    needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in STATED_OBJECTIVES))
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"), FINDS_WORDS, FORMATION_WORDS)
     sensors = SENSORS
     tables = (COVERAGE, GOAL)

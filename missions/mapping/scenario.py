@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from missions.mapping.sensors import ObjectTable
 from missions.meeting.job_mission import MEETING_DEADLINE
@@ -13,8 +13,8 @@ from missions.scenarios.organisation import GroupTable, Role
 from missions.scenarios.scenario import Scenario, World
 from remoras.table import Name, PointM, Positive, Section, Sparse
 
-NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")  # objectives that require an importance
-OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning", "Inspecting")
+STATED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")  # vehicles need their facts
+OBJECTIVES = (*STATED_OBJECTIVES, "GroupSupervision", "Positioning", "Inspecting")
 
 
 class MappingSettings(Section):
@@ -44,17 +44,6 @@ class MappingSettings(Section):
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
         description="importance of objectives, by Role.Objective or by Objective"
     )
-
-    @field_validator("importance")
-    @classmethod
-    def _known_objectives(cls, importance: dict[str, float]) -> dict[str, float]:
-        named = {key: key.split(".")[-1] for key in importance}
-        unknown = [key for key, objective in named.items() if objective not in OBJECTIVES]
-        missing = [objective for objective in NEEDED_OBJECTIVES if objective not in named.values()]
-        if unknown or missing:
-            faults = [f"{key} is none" for key in unknown] + [f"{objective} is missing" for objective in missing]
-            raise ValueError(f"importance of objectives {', '.join(OBJECTIVES)}: {'; '.join(faults)}")
-        return importance
 
 
 class MappingWorld(World):

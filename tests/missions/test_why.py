@@ -24,6 +24,7 @@ from remoras import stepping
 
 LOST = "fault=[{vehicle='AUV01',kind='lost',at_s=90.0,until_s=200.0},{vehicle='AUV02',kind='joins',at_s=60.0}]"
 AFLOAT = "fault=[{vehicle='AUV01',kind='restarts',at_s=5.0,until_s=60.0}]", "scenario.duration_s=200"
+IDLE = 'mission.importance."Performer.RendezVous"=0'
 LIFTS = "scenario.duration_s=700"
 RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "paper": ("mapping-rendezvous", 1, ("channel.name=perfect",)),
@@ -38,6 +39,11 @@ RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "lifts": ("recovery-field", 1, (LIFTS,)),
     "auction": ("recovery-field", 3, ("strategy.name=central", "strategy.parameters.help=auction", LIFTS)),
     "search": ("arrows-archaeology", 1, ("scenario.duration_s=500",)),
+    "no importance": (
+        "mapping-rendezvous",
+        1,
+        ("mission.importance.Exploring=0", IDLE, "channel.name=perfect", "scenario.duration_s=500"),
+    ),
     "no energy": ("mapping-rendezvous", 1, ("vehicle.AUV01.energy_j=60000", "scenario.duration_s=400")),
     "adrift": ("mapping-rendezvous", 1, (*AFLOAT, "world.x_m=[-5, 800]", "current.east_mps=-0.5")),
     "takeover": ("mapping-patches", 1, ("fault=[{vehicle='AUV01',kind='lost',at_s=1530}]", "scenario.duration_s=1800")),
@@ -74,10 +80,12 @@ GRAMMAR = {
     "turn": rf"(\w+) ((?:left|began|ended|waited).*?) at {T}{DONE}"
     rf"(?:; this lasted until (?:{T}|the run's end at {T}))?\.",
     "won": rf"(.+?) won at {T} with motivation {N} \(stimulus {N}(?:, own {N}, {N} by a call of weight {N})?\)"
-    rf"(?:{MEAN})?; (?:nothing else had a stimulus|the best that lost, (.+?), had {N}(?:{MEAN})?)\.",
+    rf"(?:{MEAN})?; (?:nothing else had a stimulus"
+    rf"|the best that lost, (.+?), had {N}(?: \(importance 0\))?(?:{MEAN})?)\.",
     "vital": rf"(\w+) is vital and precedes all else; its stimulus at {T} was {N}: "
     rf"(?:of {N} kJ (\w+) had {N} kJ left, and the way home of {N} m needs {N} kJ, with a margin of 25 %"
     rf"|(\w+) was {N} m outside the area of operations)\.",
+    "lost": rf"({ACT}) had motivation {N}( \(importance 0\)|{MEAN}|, in no valid combination) at {T}\.",
     "idle": rf"No activity of (\w+)'s roles had a stimulus at {T}\.",
     "satisfied": rf"(\w+)'s satisfaction, -128 to 127, was (.+) in its slot at {T}\.",
     "signal": rf"(\w+) received (\w+)'s signal at {T} in slot (\d+) of the run: (-\d+) as ([\w ]+)"
@@ -98,7 +106,7 @@ GRAMMAR = {
     "out": rf"(\w+) was out of the mission from {T} to (?:{T}|the end): (.+)\.",
     "back": rf"(\w+) was back in the mission at {T} and went on with ({ACTS})\.",
 }
-OF_OTHERS = {"won", "vital", "news", "order", "ruled", "agreed"}
+OF_OTHERS = {"won", "lost", "vital", "news", "order", "ruled", "agreed"}
 """Sentences that begin with something else than the vehicle of their line."""
 
 
@@ -155,17 +163,25 @@ class Checked:
         same_label = self.acts(line.vehicle, line.time_s, act)
         row = next(one for one in same_label if near(one["own"] + one["external"], motivation))
         others = self.some("decisions", vehicle=line.vehicle, time_s=line.time_s, chosen=False)
-        others = [other for other in others if other["own"] + other["external"] > 0.0]
+        others = [other for other in others if other["stimulus"] > 0.0]
         assert near(row["stimulus"], stimulus)
         assert (own is None and not row["external"]) or (near(row["own"], own) and near(row["external"], external))
         assert weight is None or float(weight) == recorded(self.name).scenario.decision.weight_external
         assert mean is None or near(row["best_mean"], mean)
         if lost is None:
             return not others
-        rival = max(others, key=lambda other: (other["best_mean"] or 0.0, other["own"] + other["external"]))
+        rival = max(others, key=worth)
         assert rival in self.acts(line.vehicle, line.time_s, lost, chosen=False)
         assert near(rival["own"] + rival["external"], lost_by)
         return lost_mean is None or near(rival["best_mean"], lost_mean)
+
+    def lost(self, line, act, motivation, why_lost, mean, time) -> bool:
+        others = self.some("decisions", vehicle=line.vehicle, time_s=line.time_s)
+        assert not [row for row in others if row["chosen"] and row["role"]]
+        rival = max((row for row in others if row["stimulus"] > 0.0 and not row["chosen"]), key=worth)
+        assert near(rival["own"] + rival["external"], motivation)
+        assert worth(rival)[0] == ("importance" not in why_lost)
+        return rival in self.acts(line.vehicle, line.time_s, act, chosen=False)
 
     def vital(self, line, act, time, stimulus, full, who, left, way, needed, outside, off) -> bool:
         rows = self.some("decisions", vehicle=line.vehicle, time_s=line.time_s, chosen=True, role="", best_mean=None)
@@ -292,6 +308,12 @@ def parted(act: str) -> tuple[str, str]:
     return names, role.rstrip(")").rpartition(".")[2]
 
 
+def worth(row: Row) -> tuple[bool, float, float]:
+    """Order of candidates: any with a motivation first."""
+    motivation = row["own"] + row["external"]
+    return motivation > 0.0, row["best_mean"] or 0.0, motivation
+
+
 def near(value: float, *texts: str) -> bool:
     """True if a number is printed as one of the texts."""
     return any(f"{value:.{len(text.partition('.')[2])}f}" == text for text in texts)
@@ -327,6 +349,7 @@ NEEDED_KINDS = {
     "lifts": {"signal", "sent"},
     "auction": {"request"},
     "no energy": {"vital"},
+    "no importance": {"lost", "won"},
     "adrift": {"vital"},
 }
 """Sentences that answers of a run must contain, so that none goes unchecked."""

@@ -103,6 +103,22 @@ def test_job_of_a_role_must_be_an_area_that_a_vehicle_can_map() -> None:
     assert (fault.key, "did you mean 'Hand'" in fault.allowed) == ("mission.importance.Hnad.RendezVous", True)
 
 
+@pytest.mark.parametrize("left_out", ["Skipper.RendezVous", "Hand.RendezVous", "Mapper.Mapping", "Scout.Exploring"])
+def test_every_role_has_an_importance_for_its_objective(left_out: str) -> None:
+    """Its holders would idle for good; by name, with the group or for all roles are three ways to give it."""
+    raw = pond()
+    role, _, objective = left_out.partition(".")
+    own = {name: f"{name}.{objective}" for name in ("Skipper", "Hand", "Mapper", "Scout") if name != role}
+    del raw["mission"]["importance"][objective]
+    raw["mission"]["importance"] |= dict.fromkeys(own.values(), 0.0)
+    (fault,) = faults(raw)
+    assert (fault.key, fault.allowed[:7]) == (f"mission.importance.{left_out}", "missing")
+    for key in (objective, left_out, f"Team.{left_out}"):
+        given = copy.deepcopy(raw)
+        given["mission"]["importance"][key] = 0.0
+        assert faults(given) == []
+
+
 def test_goal_above_the_share_of_assigned_areas_is_refused() -> None:
     """Two areas of 100 cells; no role has the second one, so half of all can be had."""
     south = {"name": "south bank", "corners_m": [[0.0, 100.0], [100.0, 100.0], [100.0, 200.0], [0.0, 200.0]]}
