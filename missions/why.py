@@ -14,14 +14,15 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import takewhile
+from itertools import pairwise, starmap, takewhile
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 from exchange.arithmetic import distance
 from missions.errors import OutputError
 from missions.fault import absences
 from missions.figure import RunResults
-from remoras.database import HOME_MARGIN
+from remoras.database import HOME_MARGIN, power_w
 from worldmodel import suggestion
 
 Row = Mapping[str, Any]
@@ -267,18 +268,26 @@ class Causes:
         """Return the energy or place that gave a vital activity its stimulus; empty if no table has it."""
         track = _until(self._rows("trajectories")[vehicle], at_s)
         data = next(one for one in self._scenario["vehicle"] if one["name"] == vehicle)
-        if not track or activity not in ("ReturningHome", "ReturningToArea"):
+        if not track or activity not in ("ReturningHome", "ReturningToArea", "FixingPosition"):
             return ""
         now, world = track[-1], self._scenario["world"]
+        if activity == "FixingPosition":
+            past = [turn for turn in self._turns[vehicle] if turn.time_s < at_s]
+            ends_s = [turn.time_s for turn in past for row in turn.ended if activity in row["activities"]]
+            places = [(row["x_m"], row["y_m"]) for row in _until(track, at_s, max(ends_s, default=-math.inf))]
+            way_m, drift = math.fsum(starmap(distance, pairwise(places))), self._scenario["navigation"]["drift"]
+            since = "last fix" if ends_s else "start"
+            return f": {vehicle} had gone {way_m:.0f} m since its {since}, at a drift of {100.0 * drift:g} %"
         if activity == "ReturningToArea":
             sides = ((now[axis], *world[axis]) for axis in ("x_m", "y_m"))
             far_m = max(max(least - at_m, at_m - most) for at_m, least, most in sides)
             return f": {vehicle} was {far_m:.1f} m outside the area of operations"
         way_m, speed_mps = distance((now["x_m"], now["y_m"]), data["start_m"]), data["survey_speed_mps"]
-        power_w = data["hotel_w"] + data["drag_w_per_mps3"] * speed_mps * speed_mps * speed_mps
+        hotel_w = data["hotel_w"]
         if self._scenario["communication"].get("count_listening"):
-            power_w += self._run.manifest.get("modem", {}).get("receive_w") or 0.0  # live, it is unknown
-        left_j, need_j = data["energy_j"] - now["energy_j"], HOME_MARGIN * power_w * way_m / speed_mps
+            hotel_w += self._run.manifest.get("modem", {}).get("receive_w") or 0.0  # live, it is unknown
+        survey_w = power_w(hotel_w, data["drag_w_per_mps3"], speed_mps)
+        left_j, need_j = data["energy_j"] - now["energy_j"], HOME_MARGIN * survey_w * way_m / speed_mps
         text = f": of {data['energy_j'] / 1e3:.1f} kJ {vehicle} had {left_j / 1e3:.1f} kJ left, and the way home of"
         return f"{text} {way_m:.0f} m needs {need_j / 1e3:.1f} kJ, with a margin of {100.0 * (HOME_MARGIN - 1.0):.0f} %"
 
@@ -369,6 +378,9 @@ class Causes:
         plans = _until(self._rows("plans")[vehicle], turn.time_s, turn.since_s)
         changes = _until(self._rows("organisation")[vehicle], turn.time_s, turn.since_s)
         lost = {(one["group"], one["role"]): one for one in changes if (one["event"], one["peer"]) == ("left", vehicle)}
+        heirs = {
+            (one["time_s"], one["group"], one["role"]): one["peer"] for one in changes if one["event"] == "assigned"
+        }
         acts = [act for row in turn.ended for act in row["activities"]]
         for fault in _until(self._rows("faults")[vehicle], turn.time_s, max(turn.since_s, turn.time_s - self._frame_s)):
             if any(act in fault["detail"] for act in acts):
@@ -388,7 +400,9 @@ class Causes:
                 yield from self._news(vehicle, turn.time_s, row["argument"])
                 return
             if one := lost.get((row["group"], row["role"])):
-                text = f"{vehicle} left the role {role} at {_s(one['time_s'])}, as {one['issuer'] or 'it'} decided."
+                issuer, heir = one["issuer"] or "it", heirs.get((one["time_s"], row["group"], row["role"]))
+                how = "decided" if heir is None else "took its place" if heir == issuer else f"gave it to {heir}"
+                text = f"{vehicle} left the role {role} at {_s(one['time_s'])}, as {issuer} {how}."
                 yield Line(text, one["time_s"], vehicle)
                 return
         now = [_key(row) for row in turn.decision.rows if row["stimulus"] > 0.0]
@@ -429,7 +443,8 @@ class Causes:
         if not issuer:
             return Line(f"Agreed before the mission: {words}.", from_s, vehicle)
         orders = _until(self._orders.get(vehicle, ()), from_s)
-        known = [one for one in orders if (one[1]["attribute"], one[1]["subject"], one[1]["value"]) == fact]
+        stated = itemgetter("origin", "attribute", "subject", "value")
+        known = [one for one in orders if stated(one[1]) == (issuer, *fact)]
         since = f", in effect at {_s(from_s)}"
         if not known:
             return Line(f"{issuer} decided that {words}{since}.", from_s, vehicle)
@@ -443,11 +458,12 @@ class Causes:
         origin, slot = fact["origin"], None
         text = f"{origin} {verb} at {_s(fact['recorded_s'])} that {words}"
         if origin != vehicle:
-            lately = reversed(_until(self._packets, known_s, known_s - self._frame_s))
-            carriers = (one for one in lately if fact["uid"] in one["item_uids"])
+            sent = _until(self._packets, known_s, fact["recorded_s"] - self._frame_s)
+            carriers = [one for one in sent if fact["uid"] in one["item_uids"]]
             if packet := next((one for one in carriers if _heard_s(one, vehicle) == known_s), None):
-                slot = packet["slot"]
+                slot, lost = packet["slot"], [one for one in carriers if _heard_s(one, vehicle) is None]
                 text += f"; {packet['sender']} sent it at {_s(packet['time_s'])} in slot {slot} of the run"
+                text += f", {len(lost)} lost since {_s(lost[0]['time_s'])}" if lost else ""
             text += f"; {vehicle} received it at {_s(known_s)}"
         return Line(f"{text}{more}.", known_s, vehicle, slot)
 

@@ -10,6 +10,11 @@ HOME_MARGIN = 1.25
 """Factor on the energy of the way home."""
 
 
+def power_w(hotel_w: float, drag_w_per_mps3: float, speed_mps: float) -> float:
+    """Return the power (W) of a vehicle at a speed."""
+    return hotel_w + drag_w_per_mps3 * (speed_mps * speed_mps * speed_mps)
+
+
 class Carried(Protocol):
     """Settings of a sensor on board (``remoras.SensorSettings``)."""
 
@@ -79,7 +84,7 @@ class VehicleData:
 
     def power_w(self, speed_mps: float) -> float:
         """Return the power (W) at a speed."""
-        return self.hotel_w + self.drag_w_per_mps3 * (speed_mps * speed_mps * speed_mps)
+        return power_w(self.hotel_w, self.drag_w_per_mps3, speed_mps)
 
     def faster(self, factor: float) -> VehicleData:
         """Return the true vehicle, with both speeds multiplied by ``factor``."""

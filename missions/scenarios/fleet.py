@@ -24,7 +24,7 @@ from missions.files import shown
 from missions.scenarios.communication import MODEMS, Communication, modem_in, modem_named
 from missions.scenarios.features import with_features
 from missions.scenarios.knowledge import words_in
-from remoras.database import AUVDatabase, VehicleData
+from remoras.database import AUVDatabase, VehicleData, power_w
 from remoras.errors import PluginError
 from remoras.mission import Mission
 from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
@@ -360,13 +360,12 @@ def lacking(vehicle: VehicleTable, role: Role, scenario: Scenario, mission: type
         parts = tuple(part.of_class for part in equipment_of(vehicle, modem, mission.sensors))
         if requires.capability not in inferred_classes(tbox, vehicle.vehicle_type, HAS_PART, parts):
             yield f"no equipment that makes it a {requires.capability}"
-    speed_mps = vehicle.survey_speed_mps
-    drag_w = vehicle.drag_w_per_mps3 * (speed_mps * speed_mps * speed_mps)
-    power_w = vehicle.hotel_w + listening_w(scenario.communication, modem) + drag_w
+    hotel_w = vehicle.hotel_w + listening_w(scenario.communication, modem)
+    survey_w = power_w(hotel_w, vehicle.drag_w_per_mps3, vehicle.survey_speed_mps)
     for key, offered in (
         ("speed_mps", vehicle.transit_speed_mps),
         ("depth_m", vehicle.depth_limit_m),
-        ("endurance_s", vehicle.energy_j / power_w if power_w > 0.0 else math.inf),
+        ("endurance_s", vehicle.energy_j / survey_w if survey_w > 0.0 else math.inf),
     ):
         if (asked := getattr(requires, key)) is not None and asked > offered:
             yield f"{key} {offered:g}, not {asked:g}"

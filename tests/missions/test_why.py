@@ -9,6 +9,7 @@ import random
 import re
 from collections.abc import Iterator
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from zlib import decompress
@@ -25,6 +26,7 @@ from remoras import stepping
 LOST = "fault=[{vehicle='AUV01',kind='lost',at_s=90.0,until_s=200.0},{vehicle='AUV02',kind='joins',at_s=60.0}]"
 AFLOAT = "fault=[{vehicle='AUV01',kind='restarts',at_s=5.0,until_s=60.0}]", "scenario.duration_s=200"
 IDLE = 'mission.importance."Performer.RendezVous"=0'
+CUT = 'channel.blackout=[{vehicle="AUV00",from_s=60.0,until_s=900.0}]'
 LIFTS = "scenario.duration_s=700"
 RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "paper": ("mapping-rendezvous", 1, ("channel.name=perfect",)),
@@ -42,7 +44,12 @@ RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "no importance": (
         "mapping-rendezvous",
         1,
-        ("mission.importance.Exploring=0", IDLE, "channel.name=perfect", "scenario.duration_s=500"),
+        ("mission.importance.Exploring=0", IDLE, "navigation.drift=0.02", "scenario.duration_s=500"),
+    ),
+    "cut off": (
+        "mapping-patches",
+        1,
+        ("strategy.name=contract-net", "channel.per=0.3", CUT, "scenario.duration_s=1200"),
     ),
     "no energy": ("mapping-rendezvous", 1, ("vehicle.AUV01.energy_j=60000", "scenario.duration_s=400")),
     "adrift": ("mapping-rendezvous", 1, (*AFLOAT, "world.x_m=[-5, 800]", "current.east_mps=-0.5")),
@@ -69,6 +76,7 @@ Row = dict[str, Any]
 ACT = r"\w+(?: \+ \w+)*(?: \([^()]+\))?"
 T, N, ACTS = r"(\d+\.\d) s", r"(-?[\d.]+)", rf"{ACT}(?:(?:, | and ){ACT})*"
 MEAN = rf", in a combination of mean motivation {N}"
+SENT = rf"(?:; (\w+) sent it at {T} in slot (\d+) of the run(?:, (\d+) lost since {T})?)?"
 DONE = r"(?: \(milestone (\w+)\))?"
 FORMS = [
     rf"left (?P<ended>{ACTS}) for (?P<begun>{ACTS})(?: beside (?P<stayed>{ACTS}))?",
@@ -84,7 +92,8 @@ GRAMMAR = {
     rf"|the best that lost, (.+?), had {N}(?: \(importance 0\))?(?:{MEAN})?)\.",
     "vital": rf"(\w+) is vital and precedes all else; its stimulus at {T} was {N}: "
     rf"(?:of {N} kJ (\w+) had {N} kJ left, and the way home of {N} m needs {N} kJ, with a margin of 25 %"
-    rf"|(\w+) was {N} m outside the area of operations)\.",
+    rf"|(\w+) was {N} m outside the area of operations"
+    rf"|(\w+) had gone {N} m since its (last fix|start), at a drift of {N} %)\.",
     "lost": rf"({ACT}) had motivation {N}( \(importance 0\)|{MEAN}|, in no valid combination) at {T}\.",
     "idle": rf"No activity of (\w+)'s roles had a stimulus at {T}\.",
     "satisfied": rf"(\w+)'s satisfaction, -128 to 127, was (.+) in its slot at {T}\.",
@@ -95,12 +104,12 @@ GRAMMAR = {
     "plan": rf"(\w+)'s (?:plan for|step (.+?) of) (\w+)\((.+?)\) as (.+?) was (\w+) at {T}(?:: (.+))?\.",
     "ran": rf"(\w+)'s step (.+) ran from {T} on\.",
     "ceased": rf"(\w+)'s ({ACTS}) had no stimulus any more at {T}\.",
-    "left": rf"(\w+) left the role (.+?) at {T}, as (\w+) decided\.",
+    "left": rf"(\w+) left the role (.+?) at {T}, as (\w+) (?:decided|(took its place)|gave it to (\w+))\.",
     "noted": rf"(\w+) noted at {T}: (.+?), (.+)\.",
     "news": rf"(\w+) recorded at {T} that (\w+) of (.+?) is (.+?)"
-    rf"(?:(?:; (\w+) sent it at {T} in slot (\d+) of the run)?; (\w+) received it at {T})?\.",
+    rf"(?:{SENT}; (\w+) received it at {T})?\.",
     "order": rf"(\w+) decided at {T} that (.+?)"
-    rf"(?:(?:; (\w+) sent it at {T} in slot (\d+) of the run)?; (\w+) received it at {T})?, in effect at {T}\.",
+    rf"(?:{SENT}; (\w+) received it at {T})?, in effect at {T}\.",
     "ruled": rf"(\w+) decided that (.+?), in effect at {T}\.",
     "agreed": r"Agreed before the mission: (.+)\.",
     "out": rf"(\w+) was out of the mission from {T} to (?:{T}|the end): (.+)\.",
@@ -183,12 +192,16 @@ class Checked:
         assert worth(rival)[0] == ("importance" not in why_lost)
         return rival in self.acts(line.vehicle, line.time_s, act, chosen=False)
 
-    def vital(self, line, act, time, stimulus, full, who, left, way, needed, outside, off) -> bool:
+    def vital(
+        self, line, act, time, stimulus, full, who, left, way, needed, outside, off, lost, gone, since, drift
+    ) -> bool:
         rows = self.some("decisions", vehicle=line.vehicle, time_s=line.time_s, chosen=True, role="", best_mean=None)
         assert any(row["activities"] == [act] and near(row["stimulus"], stimulus) for row in rows)
-        assert line.vehicle == (who or outside)
+        assert line.vehicle == (who or outside or lost)
         scenario = recorded(self.name).scenario
         (data,) = (vehicle for vehicle in scenario.vehicle if vehicle.name == line.vehicle)
+        if lost:
+            return self.drifted(line, gone, since) and float(drift) == 100.0 * scenario.of_feature("navigation").drift
         (at,) = self.some("trajectories", vehicle=line.vehicle, time_s=line.time_s)
         if outside:
             return act == "ReturningToArea" and near(scenario.world.x_m[0] - at["x_m"], off)
@@ -200,6 +213,20 @@ class Checked:
         assert near(data.energy_j / 1000.0, full)
         assert near((data.energy_j - at["energy_j"]) / 1000.0, left)
         return act == "ReturningHome" and float(left) <= float(needed)
+
+    def drifted(self, line, gone, since) -> bool:
+        """True if it has gone so far since its last spell of this activity ended."""
+        done: dict[float, set[str]] = {}
+        for row in self.some("activities", vehicle=line.vehicle):
+            done.setdefault(row["time_s"], set()).add(row["name"])
+        ends_s = [at_s for (_, old), (at_s, new) in pairwise(done.items()) if "FixingPosition" in old - new]
+        from_s = max((at_s for at_s in ends_s if at_s < line.time_s), default=-1.0)
+        assert (from_s > 0.0) == (since == "last fix")
+        track = [
+            row for row in self.some("trajectories", vehicle=line.vehicle) if from_s < row["time_s"] <= line.time_s
+        ]
+        places = [(row["x_m"], row["y_m"]) for row in track]
+        return near(sum(math.dist(*two) for two in pairwise(places)), gone)
 
     def idle(self, line, who, time) -> bool:
         decided = self.some("decisions", vehicle=who, time_s=line.time_s)
@@ -252,13 +279,16 @@ class Checked:
         decided = self.some("decisions", vehicle=who, time_s=line.time_s)
         return not [row for row in decided if row["stimulus"] and f"{row['activities'][0]} ({row['role']})" in acts]
 
-    def left(self, line, who, role, time, issuer) -> bool:
-        return bool(self.some("organisation", vehicle=who, peer=who, role=role, event="left", time_s=time))
+    def left(self, line, who, role, time, issuer, took, heir) -> bool:
+        (at,) = self.some("organisation", vehicle=who, peer=who, role=role, event="left", time_s=time)
+        heirs = self.some("organisation", vehicle=who, role=role, event="assigned", time_s=time)
+        assert [row["peer"] for row in heirs] == ([issuer] if took else [heir] if heir else [])
+        return at["issuer"] == issuer or issuer == "it"
 
     def noted(self, line, who, time, kind, detail) -> bool:
         return bool(self.some("faults", vehicle=who, time_s=time, kind=kind, detail=detail))
 
-    def carried(self, line, uid, sender, sent, slot, who, heard) -> bool:
+    def carried(self, line, uid, sender, sent, slot, n_lost, since, who, heard) -> bool:
         """True if the item reached a vehicle so; without packets, at once."""
         if who is None:
             return bool(self.some("items", uid=uid, origin=line.vehicle))
@@ -267,6 +297,10 @@ class Checked:
             return bool(self.some("knowledge", vehicle=who, item=uid, time_s=heard)) or not rows(self.name, "packets")
         (packet,) = self.some("packets", slot=int(slot), sender=sender)
         arrival_s = dict(zip(packet["receivers"], packet["arrivals_s"], strict=True))[who]
+        others = [row for row in rows(self.name, "packets") if uid in row["item_uids"] and row["time_s"] < arrival_s]
+        lost_s = [row["time_s"] for row in others if who not in row["receivers"]]
+        assert int(n_lost or 0) == len(lost_s)
+        assert not lost_s or near(lost_s[0], since)
         return uid in packet["item_uids"] and near(packet["time_s"], sent) and near(arrival_s, heard)
 
     def news(self, line, origin, time, attribute, subject, value, *how) -> bool:
@@ -348,8 +382,9 @@ NEEDED_KINDS = {
     "survey": {"ran", "order"},
     "lifts": {"signal", "sent"},
     "auction": {"request"},
+    "cut off": {"left"},
     "no energy": {"vital"},
-    "no importance": {"lost", "won"},
+    "no importance": {"lost", "vital", "won"},
     "adrift": {"vital"},
 }
 """Sentences that answers of a run must contain, so that none goes unchecked."""
