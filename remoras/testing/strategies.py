@@ -54,7 +54,8 @@ NEARLY_ALL = 0.9
 """Mapped share of an area that suffices: an early turn leaves out a corner."""
 OFTEN = 3
 """Allowed number of releases of one role by a vehicle."""
-UNLAWFUL = (Outcome.OUTSIDE, Outcome.NO_SOCIAL_LAYER, Outcome.NO_AUTHORITY)
+UNLAWFUL = (Outcome.OUTSIDE.value, Outcome.NO_SOCIAL_LAYER.value, Outcome.NO_AUTHORITY.value)
+REMEDY = f"unless it leads, the declaration has to name an authority ({', '.join(map(str, Authority))}) that allows it"
 EXAMPLES = settings(
     max_examples=20,
     deadline=None,
@@ -221,12 +222,8 @@ def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any)
     organisation = situation.work.organisation
     for subject, attribute, of_group, role in role_facts(statements):
         act = Act.ASSIGN if attribute == "playsRole" else Act.RELEASE
-        ruling = may_assign(Request(me, act, of_group, role, subject), organisation, rules)
-        assert ruling not in UNLAWFUL, (
-            f"{me} states that {subject} {attribute} {of_group}.{role}: {ruling.value}; it leads no group, so the "
-            f"declaration has to name an authority ({', '.join(str(authority) for authority in Authority)}) that "
-            "allows it"
-        )
+        ruling = may_assign(Request(me, act, of_group, role, subject), organisation, rules).value
+        assert ruling not in UNLAWFUL, f"{me} states: {subject} {attribute} {of_group}.{role}: {ruling}; {REMEDY}"
         change = organisation.assign if act is Act.ASSIGN else organisation.leave_role
         organisation, _ = change(subject, of_group, role)
 
@@ -297,6 +294,9 @@ def _assert_as_declared(finished: Run, watched: Watched) -> None:
     declaration = watched.declaration
     assert declaration.communicates or not finished.recorder.packets, "sends packets without declaring that it does"
     assert declaration.influences or not finished.recorder.satisfaction, "sends signals without declaring that it does"
+    for _, me, name, of_group, role, _, issuer, act, *_, outcome in finished.recorder.organisation:
+        is_lawful = me != issuer or outcome not in UNLAWFUL  # others may not know a new leader
+        assert is_lawful, f"{me} requests to {act} {name} {of_group}.{role}: {outcome}; {REMEDY}"
     blocks: Counter[tuple[str, str]] = Counter()
     rounds: Counter[tuple[str, str]] = Counter()
     jobs: dict[str, int] = {}

@@ -33,6 +33,13 @@ class SecretSignals(Central):
 
 
 @dataclass(frozen=True, slots=True)
+class Powerless(StatusBroadcast):
+    """Takes jobs without the authority to do so."""
+
+    declaration: ClassVar[Declaration] = replace(StatusBroadcast().declaration, authorities=frozenset())
+
+
+@dataclass(frozen=True, slots=True)
 class Undescribed(Central):
     """Has a parameter without description."""
 

@@ -64,6 +64,11 @@ def test_every_shipped_strategy_conforms(check: Callable[[Strategy], None], name
             "negotiates for|cannot play it|an authority",
         ),
         (conformance.check_states_within_the_group, broken.Presumptuous(), "the declaration has to name an authority"),
+        (
+            conformance.check_runs,
+            broken.Powerless(),
+            "requests to assign .*: issuer without authority; .*Authority.TAKE",
+        ),
         (conformance.check_runs, broken.Skipping(), "not together"),
         (conformance.check_runs, broken.Talkative(), "states .* blocks, its declaration allows"),
         (conformance.check_runs, broken.Undeclared(), "sends undeclared facts: {'hasMission'}"),
