@@ -356,6 +356,8 @@ def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterato
     for name, count in Counter(names).items():
         if count > 1:
             yield ConfigurationFault(_at((group.name, name)), "", f"listed {count} times")
+    for name in group.succession:
+        yield from one_of(f"group.{group.name}.succession", name, names)
     for role in group.role:
         key = _at((group.name, role.name))
         yield from one_of(f"{key}.played_by", role.played_by, paths)
@@ -504,9 +506,7 @@ def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
 def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
     for group in scenario.group:
         key, roles, head = f"group.{group.name}.succession", group.succession, group.head
-        faults = [fault for role in roles for fault in one_of(key, role, group.role_names)]
-        yield from faults
-        if faults or not roles or head is None:
+        if not roles or head is None or not {*roles} <= {*group.role_names}:
             continue
         able = [vehicle for vehicle in scenario.able_to_play(group.name, head.name) if vehicle.social_layer]
         if not any(vehicle.can_play(group.name, role) for vehicle in able for role in roles):

@@ -17,7 +17,8 @@ from exchange.policy.policies import POLICIES
 from missions.errors import LONGEST_VALUE, cut
 from missions.files import shipped_abouts, shipped_studies
 from remoras.cli import completion
-from remoras.cli.app import Json, check_known, command, fail, show, show_json
+from remoras.cli.app import Json, as_typed, check_known, command, fail, show, show_json
+from remoras.cli.runs import Settings
 from remoras.plugins import INSTALLED_KINDS, installed_plugins
 from remoras.strategies import factors_of, parameters, strategies, titles
 
@@ -85,6 +86,7 @@ def validate(
             autocompletion=completion.scenario_or_study,
         ),
     ],
+    settings: Settings = None,
     as_json: Json = False,
 ) -> None:
     """Check a scenario, study or organisation file; report all faults with their lines.
@@ -94,17 +96,18 @@ def validate(
     from missions.files import check_named, is_study
 
     check_named(file)
-    if is_study(file):
+    overrides = [("--set", setting) for setting in settings or ()]
+    if is_study(file) and not overrides:
         _validate_study(file, as_json)
         return
     # An organisation file has no key of its own: all its tables may be in a scenario, too.
-    if file.endswith(".toml") and _validate_organisation(file, as_json):
+    if file.endswith(".toml") and not overrides and _validate_organisation(file, as_json):
         return
     from missions.runs.estimates import cautions
     from missions.runs.setup import resolved
     from missions.scenarios import load
 
-    setup = resolved(load(file))
+    setup = resolved(load(file, overrides))
     warnings = list(cautions(setup))
     schedule, founded = setup.schedule, sorted(setup.agreement.organisation.assignments)
     reserves = [name for name in setup.database if not setup.agreement.organisation.roles_of(name)]
@@ -144,6 +147,7 @@ def _validate_organisation(file: str, as_json: bool) -> bool:
     for group in groups:
         within = "" if group.within is None else f" within {group.within}"
         lines.append(f"  {group.name}{within}: {', '.join(group.role_names)}")
+    lines.append(f"  with mission and vehicles: remoras validate SCENARIO --set organisation={as_typed(Path(file))}")
     report = {"file": file, "kind": "organisation", "ok": True, "templates": n_templates, "groups": roles}
     show(report, as_json, lines)
     return True

@@ -225,6 +225,25 @@ def test_every_example_validates(kind: str, says: str, tmp_path: Path):
         assert load(str(file)) == load("mapping-rendezvous")
 
 
+@pytest.mark.parametrize(("valid", "faulty", "is_seen_alone"), [
+    ('succession = ["Performer"]', 'succession = ["Perfomer"]', True),
+    ('requires = { sensor = "mapping" }', 'requires = { capability = "SurveyPlatfrm" }', False),
+    ("maximum = 3", "maximum = 2", True),
+])  # fmt: skip
+def test_validate_finds_the_faults_that_a_run_refuses(valid: str, faulty: str, is_seen_alone: bool, tmp_path: Path):
+    """Of an organisation alone, all but the demands on vehicles; with a scenario, exactly those of a run."""
+    file = tmp_path / "teams.toml"
+    text = remoras("new", "organisation", "--example").stdout
+    assert valid in text
+    file.write_text(text.replace(valid, faulty), encoding="utf-8")
+    setting = "mapping-nine-teams", "--set", f"organisation={file}"
+    message = refused("validate", *setting)
+    assert message == refused("run", *setting)
+    alone = remoras("validate", file)
+    assert (alone.exit_code != 0) == is_seen_alone
+    assert is_seen_alone or f"validate SCENARIO --set organisation={file}" in alone.stdout
+
+
 def test_a_key_is_explained_by_type_range_and_meaning():
     text = remoras("explain", "channel.per").stdout
     assert "packet error rate" in text
