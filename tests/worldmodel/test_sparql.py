@@ -55,6 +55,9 @@ def test_receptions_have_time_and_sender_of_the_packet() -> None:
         ("DESCRIBE rm:AUV", "the query is a DESCRIBE; allowed: SELECT or ASK"),
         ("SELECT ?x { SERVICE <http://127.0.0.1:9/> { ?x a rm:AUV } }", "the query has FROM or SERVICE"),
         ("SELECT ?x FROM <http://127.0.0.1:9/> { ?x a rm:AUV }", "the query has FROM or SERVICE"),
+        ("SELECT ?x { ?x a rm:AVU }", "rm:AVU is no term of the vocabulary; did you mean 'AUV'"),
+        ("ASK { ?x ^sit:orign|(rm:hasPart+/rm:hasPart) ?y }", "sit:orign is no term .* did you mean 'origin'"),
+        ("ASK { ?x a ?y FILTER NOT EXISTS { ?x rm:areaDun ?z } }", "rm:areaDun is no term .* did you mean 'areaDone'"),
         ("ASK { FILTER NOT EXISTS { SERVICE SILENT <http://a> { ?x a rm:AUV } } }", "the query has FROM or SERVICE"),
     ],
 )
@@ -62,6 +65,16 @@ def test_query_error_is_one_line(sparql: str, reason: str) -> None:
     with pytest.raises(QueryError, match=reason) as caught:
         query(fleet_model(), sparql)
     assert "\n" not in str(caught.value)
+
+
+def test_every_term_of_a_world_model_may_be_asked_for() -> None:
+    known = received(fleet_model(owner=0))
+    merge(known.model, [block(1, STATUS, 7, (AUV_1, BATTERY, 0.5))])
+    terms = {term for row in query(known, "SELECT ?p ?c { ?x ?p ?y OPTIONAL { ?x a ?c } }")[1] for term in row if term}
+    named = {str(term) for term in terms if str(term).startswith(("rm:", "sit:"))}
+    assert len(named) > 5
+    for term in sorted(named):
+        query(known, f"ASK {{ ?x {term} ?y }}")
 
 
 def test_unknown_graph_is_empty() -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from functools import lru_cache
 from itertools import islice
 from typing import Any
 
 from rdflib import Literal, URIRef
+from rdflib.paths import Path
 from rdflib.plugins.sparql import prepareQuery
 from rdflib.plugins.sparql.evaluate import evalQuery
 from rdflib.plugins.sparql.sparql import Query
@@ -20,7 +21,7 @@ from worldmodel.ontology import graph_of
 from worldmodel.ontology.tbox import TBox
 from worldmodel.rdf.terms import instance_uid
 from worldmodel.rdf.triples import as_dataset, as_graph
-from worldmodel.rdf.writing import prefixes_of
+from worldmodel.rdf.writing import iris_of, prefixes_of
 from worldmodel.store import Store
 from worldmodel.world_model import Knowledge
 
@@ -88,17 +89,27 @@ def _prepared(tbox: TBox, sparql: str) -> Query:
     kind = prepared.algebra.name.removesuffix("Query").upper()
     if kind not in {"SELECT", "ASK"}:
         raise QueryError(f"the query is a {kind}; allowed: SELECT or ASK")
-    if prepared.algebra.get("datasetClause") or _asks_others(prepared.algebra):
+    parts = list(_parts(prepared.algebra))
+    if prepared.algebra.get("datasetClause") or any(
+        getattr(part, "name", "") == "ServiceGraphPattern" for part in parts
+    ):
         raise QueryError(
             "the query has FROM or SERVICE; allowed: queries of the world models only, which load no other data"
         )
+    asked = {str(part) for part in parts if isinstance(part, URIRef)}
+    for prefix in ("rm", "sit"):
+        known = {iri.removeprefix(prefixes[prefix]) for iri in iris_of(tbox)}
+        for term in sorted(iri.removeprefix(prefixes[prefix]) for iri in asked if iri.startswith(prefixes[prefix])):
+            if term not in known:
+                raise QueryError(f"{prefix}:{term} is no term of the vocabulary{suggestion(term, known)}")
     return prepared
 
 
-def _asks_others(part: Any) -> bool:
-    if isinstance(part, Mapping):
-        return getattr(part, "name", "") == "ServiceGraphPattern" or any(map(_asks_others, part.values()))
-    return isinstance(part, list | tuple) and any(map(_asks_others, part))
+def _parts(part: Any) -> Iterator[Any]:
+    yield part
+    inner = part.values() if isinstance(part, Mapping) else vars(part).values() if isinstance(part, Path) else part
+    for other in inner if not isinstance(inner, str) and isinstance(inner, Iterable) else ():
+        yield from _parts(other)
 
 
 def _fault(error: Exception, prefixes: Mapping[str, str]) -> QueryError:

@@ -62,12 +62,16 @@ def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True
     return (_json_ld if form is RdfFormat.JSON_LD else _turtle)(graphs, prefixes_of(tbox))
 
 
+def iris_of(tbox: TBox) -> set[str]:
+    """Return all IRIs in the ontology files."""
+    return {str(term) for triple in graph_of(tbox) for term in triple if isinstance(term, URIRef)}
+
+
 @lru_cache(maxsize=8)  # reads all triples of the ontology
 def prefixes_of(tbox: TBox) -> Mapping[str, str]:
     """Return namespaces by prefix: of runs, RDF, OWL and the terms in the ontology files."""
-    graph = graph_of(tbox)
-    terms = {str(term) for triple in graph for term in triple if isinstance(term, URIRef)}
-    bound = {str(prefix): str(iri) for prefix, iri in graph.namespaces() if prefix}
+    terms = iris_of(tbox)
+    bound = {str(prefix): str(iri) for prefix, iri in graph_of(tbox).namespaces() if prefix}
     used = {prefix: iri for prefix, iri in bound.items() if any(term.startswith(iri) for term in terms)}
     own = {"run": str(RUN), "sit": str(SIT), "rm": str(RM)}
     return own | {"rdf": str(RDF), "rdfs": str(RDFS), "owl": str(OWL), "xsd": str(XSD)} | used
