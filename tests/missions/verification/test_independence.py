@@ -89,6 +89,9 @@ def test_command_lists_contradictions(tmp_path: Path) -> None:
     assert found.returncode == 1
     assert [one["stated"] for one in value["findings"]] == ["n_packets is 1"]
     assert "false_beliefs" in value["not_checked"]
+    shown = subprocess.run([*command, str(folder)], capture_output=True, text=True, check=False).stdout
+    n_checked, n_others = sum(value["checked"].values()), len(value["not_checked"])
+    assert f": {n_checked - 1} of {n_checked} checked values follow; {n_others} kinds unchecked\n" in shown
     none = subprocess.run([*command, str(tmp_path)], capture_output=True, text=True, check=False)
     assert none.returncode == 2
     assert len(none.stderr.splitlines()) == 1
