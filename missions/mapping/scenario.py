@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from missions.mapping.sensors import ObjectTable
-from missions.meeting.job_mission import MEETING_DEADLINE
+from missions.meeting.job_mission import MeetingSettings
 from missions.scenarios.organisation import GroupTable, Role
 from missions.scenarios.scenario import Scenario, World
 from remoras.table import Name, PointM, Positive, Section, Sparse
@@ -17,27 +17,14 @@ STATED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")  
 OBJECTIVES = (*STATED_OBJECTIVES, "GroupSupervision", "Positioning", "Inspecting")
 
 
-class MappingSettings(Section):
+class MappingSettings(MeetingSettings):
     """Table ``[mission]``."""
 
-    arrival_radius_m: float = Field(gt=0.0, description="distance within which a vehicle has arrived")
-    follow_distance_m: float = Field(
-        gt=0.0, description="distance to its leader at which a follower catches up, by half"
-    )
     formation_spacing_m: float = Field(
         gt=0.0,
         description="spacing of the formation; more if the leader or the vehicle needs a larger distance to turn",
     )
-    patience_s: float = Field(
-        gt=0.0, description="a leader is satisfied after an update within this time, a worker after progress"
-    )
-    meeting_deadline_s: float = MEETING_DEADLINE
-    goal: float = Field(
-        0.95,
-        gt=0.0,
-        le=1.0,
-        description="share of the cells of all areas to map",
-    )
+    goal: float = Field(0.95, gt=0.0, le=1.0, description="share of the cells of all areas to map")
     half_left: float = Field(
         0.1, ge=0.0, le=1.0, description="remaining share of an area at which its stimulus is midway between its bounds"
     )

@@ -29,17 +29,7 @@ from missions.scenarios.fleet import VehicleTable
 from missions.scenarios.organisation import Role, groups_of
 from missions.scenarios.scenario import Scenario
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import (
-    ADVANCING,
-    CAPTURE_M,
-    DONE,
-    IDLE,
-    Approach,
-    Behaviour,
-    Perception,
-    Reference,
-    distance_m,
-)
+from remoras.behaviours import ADVANCING, CAPTURE_M, DONE, IDLE, Approach, Behaviour, Perception, Reference, distance_m
 from remoras.beliefs import Beliefs, Key, Known
 from remoras.database import VehicleData
 from remoras.errors import PlanningError, PluginError
@@ -159,9 +149,6 @@ class Staying(Behaviour):
 
 
 Tables = TypeVar("Tables", bound=Scenario)
-MEETING_DEADLINE: Any = Field(
-    900.0, gt=0.0, description="time after which a leader at the rally point meets with the vehicles present"
-)
 
 
 def founding_of(scenario: Scenario) -> list[str]:
@@ -246,22 +233,30 @@ WORKING = (ALLOCATE_ROLES, WORK, MEET)
 IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 
 
-class JobSettings(Section):
+class MeetingSettings(Section):
+    """Keys of the table ``[mission]`` on meetings."""
+
+    arrival_radius_m: float = Field(20.0, gt=0.0, description="distance within which a vehicle has arrived")
+    follow_distance_m: float = Field(
+        40.0, gt=0.0, description="distance to its leader at which a follower catches up, by half"
+    )
+    patience_s: float = Field(
+        60.0, gt=0.0, description="a leader is satisfied by an update in this time, a mapping worker by progress"
+    )
+    meeting_deadline_s: float = Field(
+        900.0, gt=0.0, description="time after which a leader at the rally point meets with the vehicles present"
+    )
+
+
+class JobSettings(MeetingSettings):
     """Table ``[mission]``; missions with additional settings subclass it.
 
     >>> JobSettings(importance={"Work": 0.8}).importance["RendezVous"]
     0.3
     """
 
-    arrival_radius_m: float = Field(20.0, gt=0.0, description="distance within which a vehicle has arrived")
-    follow_distance_m: float = Field(
-        40.0, gt=0.0, description="distance to its leader at which a follower catches up, by half"
-    )
-    patience_s: float = Field(60.0, gt=0.0, description="a leader is satisfied by an update in this time")
-    meeting_deadline_s: float = MEETING_DEADLINE
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
-        IMPORTANCE,
-        description=f"importance of objectives, by Role.Objective or by Objective: {', '.join(IMPORTANCE)}",
+        IMPORTANCE, description=f"importance of objectives, by Role.Objective or by Objective: {', '.join(IMPORTANCE)}"
     )
 
     @field_validator("importance")
