@@ -548,8 +548,8 @@ class Sweep:
     >>> with TemporaryDirectory() as folder:
     ...     _ = Path(folder, "short.toml").write_text(study)
     ...     made: Sweep = sweep(f"{folder}/short.toml", f"{folder}/out")
-    ...     made.runs()["strategy"].tolist()
-    ['remoras', 'cbba']
+    ...     sorted(made.runs()["strategy"])
+    ['cbba', 'remoras']
     """
 
     def __init__(self, results: SweepResults) -> None:
