@@ -7,7 +7,8 @@ values are corrected for all cells by step-down. The least ratio is the one that
 0.8.
 
 Then the planned contrasts, differences of log ratios within each instance: help with loss, help with the share,
-and organisation with loss, as the growth of the time without help beyond that of the mean organisation.
+and organisation with loss, as the growth of the time without help beyond that of the mean organisation. Last, the pairs
+of organisation and level that differ in the mean over all cells, and their share of the variance.
 """
 
 from __future__ import annotations
@@ -74,6 +75,27 @@ class Times(NamedTuple):
             **{f"{name}, growth up to loss 0.9": beyond[:, n] for n, name in enumerate(self.organisations)},
         }
 
+    @property
+    def entrants(self) -> Array:
+        """Logs of mission times, shape (instances, cells, entrants): an entrant is an organisation with a level."""
+        by_cell = self.logs.transpose(0, 1, 3, 2, 4)
+        return by_cell.reshape(len(by_cell), by_cell.shape[1] * by_cell.shape[2], -1)
+
+    @property
+    def n_differing(self) -> tuple[int, int]:
+        """Number of pairs of entrants that differ at 5 % (step-down over all pairs), and of all pairs."""
+        mean = self.entrants.mean(axis=1)
+        pairs = list(itertools.combinations(mean.T, 2))
+        differs = [p < 0.05 for p in step_down_p(np.array([one - other for one, other in pairs]).T)]
+        return sum(differs), len(pairs)
+
+    @property
+    def entrants_share(self) -> tuple[float, float]:
+        """Share of the variance that the entrant explains: of all runs, and within each cell of each instance."""
+        logs = self.entrants
+        own = float(((logs.mean(axis=(0, 1)) - logs.mean()) ** 2).mean())
+        return own / float(logs.var()), own / float(logs.var(axis=2).mean())
+
 
 class Ratio(NamedTuple):
     """Ratio of times with its 95 % interval (nan below eight instances), p value and least ratio found."""
@@ -101,17 +123,18 @@ def ratios(logs: Array) -> list[Ratio]:
 
 def figure(times: Times, found: list[Ratio]) -> Figure:
     """Draw the ratios over loss, a panel per level of help and a line per share."""
-    losses = [float(loss) for loss in times.losses if loss != BURSTS]
-    table = np.array(found).reshape(len(times.shares), len(times.levels) - 1, len(times.losses), -1)
+    shown = [place for place, loss in enumerate(times.losses) if loss != BURSTS]
+    losses = [float(times.losses[place]) for place in shown]
+    table = np.array(found).reshape(len(times.shares), len(times.levels) - 1, len(times.losses), -1)[:, :, shown]
     with style.paper():
         drawn = Figure(figsize=(style.PAGE_IN, 2.5), layout="constrained")
         panels = drawn.subplots(1, len(times.levels) - 1, sharey=True, squeeze=False)[0]
         for number, (axes, level) in enumerate(zip(panels, times.levels[1:], strict=True)):
             axes.axhline(1.0, color=style.GREY, linewidth=0.6)
             for place, share in enumerate(times.shares):
-                means, lows, highs = table[place, number, : len(losses), :3].T
+                means, lows, highs = table[place, number, :, :3].T
                 xs, look = np.array(losses) + 0.008 * (place - 1), style.look(place)
-                label = f"{share:.0%} of the lines need a second vehicle"
+                label = f"{100.0 * share:g} % of the lines need a second vehicle"
                 axes.plot(xs, means, color=look.colour, linestyle=look.line, marker=look.marker, label=label)
                 axes.vlines(xs, lows, highs, color=look.colour, linewidth=0.7)
             axes.set(title=f"({'ab'[number]}) {level}", xlabel="packet error rate", yscale="log")
@@ -137,6 +160,9 @@ def main() -> None:
         print(f"escorted {share:g}, {level}, loss {loss}: {ratio}")
     for name, ratio in zip(times.contrasts, ratios(np.array([*times.contrasts.values()]).T), strict=True):
         print(f"{name}: {ratio}")
+    (n_differing, n_pairs), (of_all, within) = times.n_differing, times.entrants_share
+    print(f"pairs of organisation and help that differ: {n_differing} of {n_pairs}")
+    print(f"share of the variance: {of_all:.1%}, within cells of instances {within:.0%}")
     if asked.figure is not None:
         figure(times, found).savefig(asked.figure, dpi=style.DPI)
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.help_value import Times, ratios
+from benchmarks.help_value import BURSTS, Ratio, Times, figure, ratios
 
 
 def simulated(gain: float, slower: float = 0.0, n: int = 8) -> Times:
@@ -30,3 +30,12 @@ def test_ratio_of_a_cell_and_its_correction() -> None:
     found = ratios(simulated(np.log(2.0)).gains.reshape(8, -1))
     assert [ratio.mean for ratio in found] == pytest.approx([1.0, 1.0, 2.0, 1.0])
     assert (found[2].p, found[0].p) == (2 / 2**8, 1.0)
+
+
+def test_the_figure_draws_each_ratio_at_its_loss_and_none_of_bursts() -> None:
+    times = simulated(0.0)
+    times = times._replace(losses=["0", BURSTS, "0.9"], logs=times.logs.repeat(2, axis=3)[:, :, :, :3])
+    found = [Ratio(float(1 + number), 1.0, 2.0, 1.0, 1.0) for number in range(6)]
+    lines = figure(times, found).axes[0].get_lines()[1:]
+    assert [line.get_xdata() for line in lines] == [pytest.approx([0.0, 0.9], abs=0.01)] * 2
+    assert [list(line.get_ydata()) for line in lines] == [[1.0, 3.0], [4.0, 6.0]]
