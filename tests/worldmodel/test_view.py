@@ -97,7 +97,7 @@ def test_a_query_gives_columns_and_plain_rows() -> None:
         SELECT ?subject ?attribute ?value ?time ?missing WHERE {
             ?subject sit:hasPropertyValue ?fact .
             ?fact sit:ofAttribute ?attribute ; sit:dataValue|sit:linkValue ?value ; sit:timestamp ?time .
-            OPTIONAL { ?fact rm:note ?missing } } ORDER BY ?attribute"""
+            OPTIONAL { ?fact rm:areaDone ?missing } } ORDER BY ?attribute"""
     assert query(model, asked) == (
         ("subject", "attribute", "value", "time", "missing"),
         [
