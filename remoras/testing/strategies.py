@@ -294,9 +294,6 @@ def _assert_as_declared(finished: Run, watched: Watched) -> None:
     declaration = watched.declaration
     assert declaration.communicates or not finished.recorder.packets, "sends packets without declaring that it does"
     assert declaration.influences or not finished.recorder.satisfaction, "sends signals without declaring that it does"
-    for _, me, name, of_group, role, _, issuer, act, *_, outcome in finished.recorder.organisation:
-        is_lawful = me != issuer or outcome not in UNLAWFUL  # others may not know a new leader
-        assert is_lawful, f"{me} requests to {act} {name} {of_group}.{role}: {outcome}; {REMEDY}"
     blocks: Counter[tuple[str, str]] = Counter()
     rounds: Counter[tuple[str, str]] = Counter()
     jobs: dict[str, int] = {}
@@ -310,6 +307,10 @@ def _assert_as_declared(finished: Run, watched: Watched) -> None:
     for (vehicle, group), stated in blocks.items():
         allowed = jobs[group] * (declaration.blocks_per_round * rounds[vehicle, group] + OCCASIONAL_BLOCKS)
         assert stated <= allowed, f"{vehicle} states {stated} blocks, its declaration allows {allowed}"
+    for _, me, name, of_group, role, _, issuer, act, *_, outcome in finished.recorder.organisation:
+        is_lawful = me != issuer or outcome not in UNLAWFUL  # others may not know a new leader
+        what = " ".join(filter(None, (act, name, ".".join(filter(None, (of_group, role))))))
+        assert is_lawful, f"{me} requests to {what}: {outcome}; {REMEDY}"
 
 
 def check_deterministic(reference: str) -> None:
