@@ -114,10 +114,6 @@ class FragmentCodec:
             size += LONGEST_KIND_BITS + 1 + (2 * INDEX_BITS if fragment.count > 1 else 0)
         return size + (self.encode_life(fragment.origin, fragment.epoch)[1] if relayed else 0)
 
-    def least_bits(self, fragment: Fragment) -> int:
-        """Return a lower bound of a fragment's size in any packet: its facts, observed just now."""
-        return 1 + self.near_bits + self.facts.of_all(fragment.facts)[1]
-
     def listing(self) -> tuple[FieldSize, ...]:
         """List the fields of a fragment in wire order, without facts."""
         part, step_s, near = "if part of a larger block", self.time.resolution, 1 << self.near_bits
@@ -278,8 +274,6 @@ class Packing:
 
     def add(self, fragment: Fragment) -> bool:
         """Accept a fragment; return False without a change if it does not fit."""
-        if self._codec.least_bits(fragment) > self.left_bits:
-            return False
         bits, size_bits = self._codec.encode(fragment, self._sender, self._epoch, self._base)
         origin, sequence, _, facts, index, _, epoch = fragment
         growth_bits = size_bits if sequence == STATUS else self.size_bits(fragment, size_bits)
