@@ -117,6 +117,7 @@ class ArrowsMission(JobMission):
     Scenario = ArrowsScenario
     group_missions = ("Search",)
     objective, kind = SEARCHING, "SearchArea"
+    other_objectives = (IDENTIFYING, DIRECTING)
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
         "acoustic": AcousticSettings, "magnetic": MagneticSettings, "optical": ClassifyingCameraSettings,
@@ -133,6 +134,7 @@ class ArrowsMission(JobMission):
 
     @classmethod
     def check(cls, scenario: ArrowsScenario) -> Iterable[ConfigurationFault]:
+        yield from super().check(scenario)
         yield from _area(scenario)
         yield from _kinds(scenario)
         kinds = [kind.name for kind in scenario.kind]
@@ -252,7 +254,7 @@ class ArrowsMission(JobMission):
         directs = objective.name == DIRECTING
         doing = Activity(objective.name, ActivityType.PLANNING if directs else ActivityType.GUIDANCE, (AREA,), sensors)
         kind = ActivityKind.COLLECTIVE if directs else ActivityKind.INDIVIDUAL
-        return (ActivitySet(objective, kind, (doing,), self.importance_of_work(objective)),), frozenset({together})
+        return (ActivitySet(objective, kind, (doing,), self.importance_of(objective)),), frozenset({together})
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         if (behaviour := self.meeting.behaviour(activity, data)) is not None:

@@ -168,6 +168,7 @@ def unseen_by_sonar(scenario: JobScenario) -> Iterator[ConfigurationFault]:
 class HelpMission(JobMission):
     """Mission of jobs some of which need help, see the module."""
 
+    other_objectives = (HELPING,)
     help_activity: ClassVar[str] = HELPING
     help_by: ClassVar[tuple[type[Help], str]]
     """Class of ``Help``, and the attribute of the reported job."""
@@ -189,7 +190,7 @@ class HelpMission(JobMission):
             return super().activity_sets(objective, data, facts, position_m)
         rests_on = {("gatheredAt", objective.group)}
         sets = []
-        importance = self.meeting.importance.get(HELPING, HELPING_IMPORTANCE)
+        importance = self.importance_of(objective, HELPING_IMPORTANCE)
         for role in self.groups[objective.group].roles:
             if role.job is None or role.job not in self.helped:
                 continue

@@ -260,6 +260,7 @@ class RecoveryMission(FieldworkMission, HelpMission):
 
     @classmethod
     def check(cls, scenario: RecoveryScenario) -> Iterable[ConfigurationFault]:
+        yield from super().check(scenario)
         lifts, n_vehicles = scenario.lifts, len(scenario.vehicle)
         yield from listed_faults(scenario, "site", "position_m", taken=numbered("lift", lifts.number))
         if lifts.number and lifts.vehicles > 1:
@@ -308,6 +309,7 @@ class FerryMission(FieldworkMission):
 
     @classmethod
     def check(cls, scenario: FerryScenario) -> Iterable[ConfigurationFault]:
+        yield from super().check(scenario)
         yield from listed_faults(scenario, "delivery", "from_m", "to_m")
         reef = scenario.of_feature(PASSAGE)
         for delivery in scenario.delivery if reef is not None else ():
@@ -343,6 +345,7 @@ class EscortMission(FieldworkMission, HelpMission):
 
     @classmethod
     def check(cls, scenario: EscortScenario) -> Iterable[ConfigurationFault]:
+        yield from super().check(scenario)
         if not scenario.line:
             yield ConfigurationFault("line", "", "allowed: at least one [[line]], or the table [drawn_lines]")
         yield from listed_faults(scenario, "line", "from_m", "to_m")
@@ -381,6 +384,7 @@ class ResupplyMission(FieldworkMission, HelpMission):
 
     @classmethod
     def check(cls, scenario: ResupplyScenario) -> Iterable[ConfigurationFault]:
+        yield from super().check(scenario)
         yield from listed_faults(scenario, "site", "position_m", taken=[table.name for table in scenario.boring])
         yield from listed_faults(scenario, "boring", "position_m", taken=[table.name for table in scenario.site])
         sensors = [sensor for vehicle in scenario.vehicle for sensor in vehicle.sensor]

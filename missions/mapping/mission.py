@@ -40,7 +40,6 @@ from missions.mapping.detections import (
 )
 from missions.mapping.jobs import SurveyJob, ground_of, grounds_of, swaths_of
 from missions.mapping.metrics import FIGURES, METRICS
-from missions.mapping.scenario import OBJECTIVES as IMPORTANT
 from missions.mapping.scenario import STATED_OBJECTIVES, Area, FindsTable, MappingScenario
 from missions.mapping.sensors import (
     COVERAGE,
@@ -65,7 +64,7 @@ from missions.mapping.tasks import (
     waiting,
 )
 from missions.mapping.truth import GOAL, MappingTruth
-from missions.meeting.job_mission import JobMission, names_apart, numbered
+from missions.meeting.job_mission import JobMission, importance_faults, names_apart, numbered
 from missions.meeting.meeting import GATHERING, OBJECTIVES, RENDEZ_VOUS, importance_of
 from missions.meeting.survey import contains, overlap
 from missions.scenarios.features import place_error_m
@@ -102,11 +101,7 @@ def _of_tables(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[C
 
 def _importances(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
     importance, finds = scenario.mission.importance, numbered("find", scenario.n_finds)
-    for key in importance:
-        path, dot, objective = key.rpartition(".")
-        names = [f"{group}.{name}" if "." in path else name for group, name in scenario.roles]
-        yield from one_of(f"mission.importance.{key}", objective, IMPORTANT)
-        yield from one_of(f"mission.importance.{key}", path if dot else None, names)
+    yield from importance_faults(scenario, (*OBJECTIVES, "Exploring", "Mapping", "Positioning", INSPECTING))
     meet = {group.name for group in scenario.group if group.formed_by is None}
     for (group, name), role in scenario.roles.items():
         meeting = ([RENDEZ_VOUS] if role.head else [RENDEZ_VOUS, GATHERING]) if group in meet else []

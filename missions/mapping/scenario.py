@@ -14,7 +14,6 @@ from missions.scenarios.scenario import Scenario, World
 from remoras.table import Name, PointM, Positive, Section, Sparse
 
 STATED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")  # vehicles need their facts
-OBJECTIVES = (*STATED_OBJECTIVES, "GroupSupervision", "Positioning", "Inspecting")
 
 
 class MappingSettings(MeetingSettings):

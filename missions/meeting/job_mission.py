@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, field_validator
 
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.figure import Place
 from missions.meeting.meeting import (
     GATHERING,
@@ -228,6 +228,15 @@ def names_apart(scenario: Scenario, kinds: Sequence[str], taken: Collection[str]
             yield ConfigurationFault(f"{kind}.{name}.name", "", allowed)
 
 
+def importance_faults(scenario: Scenario, objectives: Sequence[str]) -> Iterator[ConfigurationFault]:
+    """Yield unknown roles and objectives in ``[mission.importance]``."""
+    for key in scenario.mission.importance:
+        path, dot, objective = key.rpartition(".")
+        names = [f"{group}.{name}" if "." in path else name for group, name in scenario.roles]
+        yield from one_of(f"mission.importance.{key}", objective, objectives)
+        yield from one_of(f"mission.importance.{key}", path if dot else None, names)
+
+
 WORK = "Work"  # key of the default importance of job objectives; task of (group, role, job)
 WORKING = (ALLOCATE_ROLES, WORK, MEET)
 IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
@@ -292,6 +301,8 @@ class JobMission(Mission):
     tables: ClassVar[tuple[Table, ...]] = (JOBS,)
     objective: ClassVar[str]
     """Objective and activity of every role with a job; suffix of ``objective...``."""
+    other_objectives: ClassVar[tuple[str, ...]] = ()
+    """Further objectives of its roles, beside those of the meeting."""
     kind: ClassVar[str] = "Job"
 
     def __init__(self, scenario: Any) -> None:
@@ -313,6 +324,10 @@ class JobMission(Mission):
             self._jobs,
             ABILITIES in self.vocabulary_used,
         )
+
+    @classmethod
+    def check(cls, scenario: Any) -> Iterable[ConfigurationFault]:
+        return importance_faults(scenario, (WORK, *OBJECTIVES, cls.objective, *cls.other_objectives))
 
     # Interface for subclasses --------------------------------------------------------------------
 
@@ -419,11 +434,12 @@ class JobMission(Mission):
         if any(facts.get(key) not in (None, False) for key in ends):
             return (), ends
         doing = Activity(self.objective, ActivityType.GUIDANCE, (job.name,), self.switched_on(job, data))
-        return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), self.importance_of_work(objective)),), ends
+        return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), self.importance_of(objective)),), ends
 
-    def importance_of_work(self, objective: Objective) -> float:
-        """Importance of an objective of work: its own, or the default of jobs."""
-        return importance_of({objective.name: self.meeting.importance[WORK], **self.meeting.importance}, objective)
+    def importance_of(self, objective: Objective, default: float | None = None) -> float:
+        """Importance of an objective: its own, or the default, by default that of jobs."""
+        usual = self.meeting.importance[WORK] if default is None else default
+        return importance_of({objective.name: usual, **self.meeting.importance}, objective)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         behaviour = self.meeting.behaviour(activity, data)

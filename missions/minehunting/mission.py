@@ -104,6 +104,7 @@ class MinehuntingMission(JobMission):
 
     @classmethod
     def check(cls, scenario: MinehuntingScenario) -> Iterable[ConfigurationFault]:
+        yield from super().check(scenario)
         n_revisits, view_m, contacts = scenario.mission.revisits, scenario.mission.view_m, scenario.contact
         yield from listed_faults(scenario, "contact", "position_m", taken=numbered("revisit", n_revisits))
         if n_revisits:

@@ -21,8 +21,8 @@ from typing import Any, ClassVar
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Place
-from missions.meeting.job_mission import WORK, JobMission, names_apart, with_job_roles, with_needs
-from missions.meeting.meeting import expected_of, importance_of
+from missions.meeting.job_mission import JobMission, names_apart, with_job_roles, with_needs
+from missions.meeting.meeting import expected_of
 from missions.pandora.part_actions import (
     Acting,
     InspectingPart,
@@ -148,6 +148,7 @@ class PandoraMission(JobMission):
 
     @classmethod
     def check(cls, scenario: PandoraScenario) -> Iterable[ConfigurationFault]:
+        yield from super().check(scenario)
         if not scenario.parts:
             tables = ", ".join(f"[[{kind}]]" for kind in KINDS)
             yield ConfigurationFault("panel", "", f"there is nothing to be serviced: give one of {tables}")
@@ -277,7 +278,7 @@ class PandoraMission(JobMission):
         facts: FactsLike,
         position_m: Point,
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        importance = importance_of({self.objective: self.meeting.importance[WORK]}, objective)
+        importance = self.importance_of(objective)
         sets = []
         for task in (task for together in steps for task in together):
             kinds = ACTIONS[task.name][1]

@@ -213,6 +213,7 @@ class TridentMission(JobMission):
 
     @classmethod
     def check(cls, scenario: TridentScenario) -> Iterable[ConfigurationFault]:
+        yield from super().check(scenario)
         yield from _blocks(scenario)
         places_m = {"recovery.target_m": scenario.recovery.target_m}
         places_m["transponder.position_m"] = scenario.transponder.position_m if scenario.transponder else None
@@ -317,7 +318,7 @@ class TridentMission(JobMission):
             service = self.matching.services[step.args[1] if step.name == SURVEYING else step.args[2]]
             modules = (service.settings.name,) if service.vehicle == data.name else ()
             doing = Activity(step.name, ActivityType.GUIDANCE, (service.name, *step.args), modules)
-        return ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), self.importance_of_work(objective))
+        return ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), self.importance_of(objective))
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
         if objective.name != SERVING:

@@ -131,3 +131,13 @@ def test_another_strategy_takes_the_parameters_that_it_has(tmp_path: Path, name:
     for key in {"queue", "join_s"} - has:
         with pytest.raises(ConfigurationError, match=f"strategy.parameters.{key}"):
             load(str(file), [asked, ("--set", f"strategy.parameters.{key}=3")])
+
+
+@pytest.mark.parametrize("name", sorted(shipped()))
+def test_importance_of_an_unknown_role_or_objective_is_refused(name: str) -> None:
+    """It would have no effect; importances of objectives that the mission has are taken."""
+    for key, given in (("Nobody.RendezVous", "Nobody"), ("Rendezvous", "Rendezvous")):
+        with pytest.raises(ConfigurationError) as refused:
+            load(name, [("--set", f'mission.importance."{key}"=0.3')])
+        assert [fault.given for fault in refused.value.faults] == [f'"{given}"']
+    assert load(name, [("--set", "mission.importance.RendezVous=0.25")]).mission.importance["RendezVous"] == 0.25
