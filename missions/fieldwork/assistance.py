@@ -109,7 +109,7 @@ class Help:
             if to == self.job:
                 n_nearer += self.goes_before(name, distance(at_m, place_m), to_go_m)
             # Under way, only reported helpers count: free vehicles have had their turn.
-            elif not self.is_on and self._is_free(name, to, picture):
+            elif self.turn_frames and not self.is_on and self._is_free(name, to, picture):
                 n_free += (distance(at_m, place_m), name) < (to_go_m, self.me)
         # Each nearer free vehicle has some frames in which to report that it goes.
         return n_nearer + n_free if now_s < self._since_s + n_free * self.turn_frames * frame_s else n_nearer

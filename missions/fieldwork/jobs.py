@@ -271,10 +271,10 @@ class FollowingSource(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending while the line is open and needs an escort; progresses while approaching or near."""
-        source_m = self._source_m(picture)
-        to_go_m = distance_m(motion, source_m)
-        is_of_use = self._help.is_of_use(source_m, to_go_m, picture, performed)
-        if not self._help.holders or not is_of_use or picture.facts.get(self._line.done) is not None:
+        is_needed = self._help.holders and picture.facts.get(self._line.done) is None
+        source_m = self._source_m(picture) if is_needed else None
+        to_go_m = math.inf if source_m is None else distance_m(motion, source_m)
+        if not self._help.is_of_use(source_m, to_go_m, picture, performed):
             return IDLE
         if performed and to_go_m <= self._within_m:
             perception = ADVANCING if picture.body.contacts_m else STANDING
