@@ -156,8 +156,11 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
         return ConfigurationFault(key, text, allowed)
     # TOML has lists, no tuples.
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list").removeprefix("Value error, ")
+    message = message.replace(" after validation", "")
+    if kind in {"float_type", "int_type"} and isinstance(value, str):
+        message += ", without quotes, unit or %"
     bounds = detail.get("ctx", {})
-    if 1.0 in (bounds.get("lt"), bounds.get("le")) and isinstance(value, int | float) and 1.0 < value <= 100.0:
+    if 1.0 in (bounds.get("lt"), bounds.get("le")) and isinstance(value, int | float) and 2.0 <= value <= 100.0:
         message += f"; {value:g} % is {value / 100.0:g}"
     return ConfigurationFault(key, text, message[0].lower() + message[1:])
 

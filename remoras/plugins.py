@@ -97,9 +97,14 @@ def named_object(reference: str) -> Any:
     refuse_unshipped(module, reference)
     try:
         with asked_for(module):
-            named = getattr(importlib.import_module(module), name)
+            imported = importlib.import_module(module)
+            named = getattr(imported, name, None)
     except Exception as error:  # plug-in code may raise anything
         raise PluginError(f"package.module:object that can be imported ({named_error(error)})") from error
+    if named is None:
+        from worldmodel import suggestion  # loaded for mistyped names only
+
+        raise PluginError(f"an object of {module}, which has no {name}{suggestion(name, dir(imported))}")
     # A shipped module may only import the object, or make it by a class from elsewhere.
     has_home = inspect.isroutine(named) or isinstance(named, type)
     refuse_unshipped(str((named if has_home else type(named)).__module__), reference)

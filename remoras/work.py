@@ -45,7 +45,7 @@ class Outlook(NamedTuple):
 
 
 class Job(Protocol):
-    """Work to be done once by one vehicle, at a place.
+    """Work to be done once, at a place, by one vehicle, or by as many at once as a member ``n_vehicles`` states.
 
     >>> @dataclass(frozen=True)
     ... class Visit:

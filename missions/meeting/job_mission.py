@@ -337,6 +337,8 @@ class JobMission(Mission):
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
         """Create the behaviour that travels to a job, does it and reports its end; by default a dwell."""
+        if (n_taken := vehicles_taken(job)) > 1:
+            raise PlanningError(f"job {job.name!r} takes {n_taken} vehicles at once; give it a behaviour of its own")
         if hasattr(job, "stay_s"):
             return Staying(job, data)
         raise PlanningError(f"job {job.name!r} has no behaviour")

@@ -17,6 +17,9 @@ from remoras.beliefs import NOTHING_KNOWN
 from remoras.database import HOME_MARGIN, VehicleData
 from remoras.work import Job, Outlook, jobs_left
 
+UNUSUAL_SHARE = 0.01
+"""Least usual share of a modem's range; a lower one may be in kilometres."""
+
 
 @dataclass(frozen=True)
 class Caution:
@@ -58,7 +61,12 @@ class _Part:
 
 
 def cautions(setup: Setup) -> Iterator[Caution]:
-    """Yield a warning for each vehicle or job that exceeds energy or mission duration."""
+    """Yield a warning for each vehicle or job that exceeds energy or mission duration, and for too short a range."""
+    range_m = setup.scenario.communication.range_m
+    if range_m < UNUSUAL_SHARE * setup.modem.range_m:
+        yield Caution(
+            "communication.range_m", f"is {range_m:g} m, of modem {setup.modem.name} {setup.modem.range_m:g} m"
+        )
     duration_s = setup.scenario.scenario.duration_s
     jobs, _ = jobs_left(setup.mission.jobs, NOTHING_KNOWN)
     alone = {name: soonest_s for name, job in jobs.items() if (soonest_s := _soonest(setup, job)) is not None}

@@ -33,7 +33,7 @@ from remoras.mission import ELEMENTARY_TASKS, Mission
 from remoras.plugins import answer, named_error
 from remoras.recorder import Recorder
 from remoras.strategies import faults_of_settings
-from remoras.work import Job
+from remoras.work import Job, vehicles_taken
 
 Faults = Iterator[ConfigurationFault]
 
@@ -78,6 +78,9 @@ def _role_jobs(scenario: Scenario, database: AUVDatabase, jobs: Mapping[str, Job
         if role.job in jobs and able and not any(jobs[role.job].is_able(data) for data in able):
             names = ", ".join(data.name for data in able)
             yield ConfigurationFault(key, "", f"none of those able to play the role, {names}, is able to do the job")
+        elif role.job in jobs and (n_taken := vehicles_taken(jobs[role.job])) > len(database):
+            allowed = f"the job takes {n_taken} vehicles at once, the fleet has {len(database)}"
+            yield ConfigurationFault(key, f'"{role.job}"', allowed)
 
 
 def _order_of(jobs: Mapping[str, Job]) -> Faults:

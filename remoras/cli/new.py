@@ -104,6 +104,8 @@ def new(
     if example:
         _print_example(kind, name)
         return
+    if kind in EXAMPLES and kind not in KINDS:
+        fail(f"a {kind} starts from a commented example: remoras new {kind} --example > {name or kind}.toml")
     check_known("kind", kind, KINDS)
     if not name:
         fail(f"NAME is missing; allowed: new {kind} NAME; a commented file is printed by: new scenario --example")

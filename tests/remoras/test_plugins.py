@@ -98,7 +98,6 @@ def test_an_unknown_plug_in_name_is_reported_with_the_allowed_ones(reference: st
     ("reference", "says"),
     [
         ("nowhere.at_all:it", "ModuleNotFoundError: No module named 'nowhere'"),
-        ("math:tau_and_a_half", "AttributeError: module 'math' has no attribute"),
         (".module:it", "TypeError"),
     ],
 )
@@ -106,6 +105,11 @@ def test_an_import_path_that_fails_is_reported_with_the_cause(reference: str, sa
     with pytest.raises(PluginError, match=r"package\.module:object that can be imported") as caught:
         named_object(reference)
     assert says in str(caught.value)
+
+
+def test_a_misspelled_object_is_reported_with_the_nearest() -> None:
+    with pytest.raises(PluginError, match="an object of math, which has no tua; did you mean 'tau'"):
+        named_object("math:tua")
 
 
 # At run time --------------------------------------------------------------------------------------

@@ -125,6 +125,11 @@ def test_every_vehicle_with_too_little_energy_is_named_with_figures(scenario: st
     assert all(f"is {energy_j:g}, for " in one and " J: " in one for one in found)
 
 
+def test_range_that_may_be_in_kilometres_is_warned_of() -> None:
+    (found,) = warned("mapping-rendezvous", "communication.range_m=1.0")
+    assert found == "communication.range_m: is 1 m, of modem nanomodem-v3 2000 m"
+
+
 def test_jobs_that_take_too_long_are_warned_of_with_figures() -> None:
     """Each area of the rendezvous takes 1600 to 1800 s alone; the 13 patches together take three vehicles 2171 s."""
     alone, together = (warned(one, "scenario.duration_s=900.0") for one in ("mapping-rendezvous", "mapping-patches"))
