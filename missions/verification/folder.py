@@ -18,7 +18,7 @@ from missions.verification.ending import check_ending, check_roles
 from missions.verification.mapping import check_ground
 from missions.verification.motion import check_tracks
 from missions.verification.packets import check_knowledge, check_packets
-from missions.verification.record import TIME_STEP_S, CheckReport, NoResults, Record, TableColumns
+from missions.verification.record import TIME_STEP_S, CheckReport, NoResults, Record, TableColumns, shown
 from missions.verification.relations import check_relations
 from missions.verification.summary import check_figures
 
@@ -115,7 +115,7 @@ def _check_values(record: Record, name: str, column: str, allowed: str, report: 
         wrong = [row for row, value in enumerate(values) if value in unknown] if unknown else []
     for row in wrong:
         times_s = record[name]["time_s"]
-        report.add(check, name, times_s[row], "", f"{column} {values[row]!r} in row {row}", allowed.replace("+", " "))
+        report.add(check, name, times_s[row], "", f"{column} {shown(values[row])} in row {row}", allowed.replace("+", " "))
 
 
 def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, report: CheckReport) -> None:

@@ -100,7 +100,7 @@ class CheckReport:
         """Compare a stated value with the expected one, within a tolerance for numbers."""
         self.look(check)
         if not _is_close(stated, follows, within):
-            self.add(check, table, None, "", f"{name} is {_shown(stated)}", _shown(follows))
+            self.add(check, table, None, "", f"{name} is {shown(stated)}", shown(follows))
 
     def alike(self, check: str, table: str, stated: Iterable[Row], other: str, due: Iterable[Row]) -> None:
         """Compare rows (time, vehicle, ...) of a table with expected ones as multisets."""
@@ -137,7 +137,8 @@ def _is_close(stated: Any, follows: Any, within: float) -> bool:
     return isinstance(stated, int | float) and abs(stated - follows) <= within
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
+    """Return a value as in messages."""
     return f"{value:.10g}" if isinstance(value, float) else repr(value) if isinstance(value, str) else str(value)
 
 
