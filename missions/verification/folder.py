@@ -115,7 +115,8 @@ def _check_values(record: Record, name: str, column: str, allowed: str, report: 
         wrong = [row for row, value in enumerate(values) if value in unknown] if unknown else []
     for row in wrong:
         times_s = record[name]["time_s"]
-        report.add(check, name, times_s[row], "", f"{column} {shown(values[row])} in row {row}", allowed.replace("+", " "))
+        stated = f"{column} {shown(values[row])} in row {row}"
+        report.add(check, name, times_s[row], "", stated, allowed.replace("+", " "))
 
 
 def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, report: CheckReport) -> None:
