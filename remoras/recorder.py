@@ -205,6 +205,8 @@ are null if unknown.
 """
 CANNOT = "cannot"
 """Kind of a row of ``FAULTS`` for infeasible work."""
+NO_HEADWAY = "no headway"
+"""End of its detail if the vehicle withdraws because it cannot move on."""
 FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")))
 """Faults of vehicles, and errors that they noticed."""
 REFUSED = Table("refused", (TIME, VEHICLE, Column("sender", "str"), Column("slot", "int"), Column("reason", "str")))

@@ -129,6 +129,7 @@ def run(
 def _out(results: MemoryResults) -> Iterator[str]:
     """Yield which vehicles were out of the mission, or went home on their last energy, in time order."""
     from missions.fault import EMPTY, Absence, absence, absences
+    from remoras.recorder import NO_HEADWAY
 
     rows = [(row["time_s"], row["vehicle"], row["kind"], row["detail"]) for row in results.rows("faults")]
     changes = []
@@ -143,6 +144,7 @@ def _out(results: MemoryResults) -> Iterator[str]:
     rows_home = [row for row in results.rows("decisions") if row["chosen"] and "ReturningHome" in row["activities"]]
     homing = {row["vehicle"]: row["time_s"] for row in reversed(rows_home)}  # the first of each
     changes += [(at_s, vehicle, "turned home on its last energy") for vehicle, at_s in homing.items()]
+    changes += [(at_s, vehicle, "made no headway") for at_s, vehicle, _, detail in rows if detail.endswith(NO_HEADWAY)]
     yield from (f"{vehicle} {what} at {at_s:.0f} s" for at_s, vehicle, what in sorted(changes))
 
 

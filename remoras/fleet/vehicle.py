@@ -23,7 +23,7 @@ from remoras.fleet.run_log import RunLog
 from remoras.functional.layer import FunctionalLayer, Sensed, embody
 from remoras.motion.attraction import NO_PULLS
 from remoras.motion.avoidance import Neighbour
-from remoras.recorder import CANNOT, Recorder
+from remoras.recorder import CANNOT, NO_HEADWAY, Recorder
 from remoras.social.layer import NOTHING_CONSIDERED, Considered, SocialLayer
 from remoras.strategy import Waits
 from worldmodel import Change, WorldModelError
@@ -153,7 +153,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if (is_low or functional.stranded) and not self.has_resigned:
             self.has_resigned = True
             if not is_low:
-                self._run_log.fault(now_s, CANNOT, f"{functional.stranded}: no headway")
+                self._run_log.fault(now_s, CANNOT, f"{functional.stranded}: {NO_HEADWAY}")
             self.conclude(self.social.resign(), now_s)
         if self.social.planner.due and decision.has(ActivityType.PLANNING):
             self._plan(now_s)

@@ -150,6 +150,12 @@ def test_summary_names_vehicles_that_were_out() -> None:
     assert "\nout " not in remoras("run", "mapping-rendezvous", *SHORT).stdout
 
 
+def test_summary_names_a_vehicle_that_a_current_carries_off() -> None:
+    """A fault leaves AUV00 0.4 of its speeds, after its work is done; the mission completes without it."""
+    told = remoras("run", "pandora-inspection", "--seed", "1").stdout
+    assert re.search(r"^out .*AUV00 made no headway at \d+ s", told, re.MULTILINE), told
+
+
 def test_json_is_one_value_and_nothing_else(tmp_path: Path):
     """In a process of its own, where warnings and progress would show."""
     command = [*COMMAND, "run", "mapping-rendezvous", *SHORT, "--json", "--out", tmp_path / "out"]
