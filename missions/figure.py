@@ -133,9 +133,17 @@ def round_up(value: float) -> float:
     return next(step * size for step in STEPS if value <= step * size)
 
 
+def ended_s(results: RunResults) -> float:
+    """Return the time (s) at which a run ended; a failed one may end long before its mission time, its time limit."""
+    summary = results.summary
+    is_exact = summary.get("completed") or summary.get("is_underway") or not results.has("trajectories")
+    ticks_s = [] if is_exact else results.table("trajectories")["time_s"].to_numpy()
+    return float(max(ticks_s, default=summary["mission_time_s"]))
+
+
 def run_end_s(results: RunResults) -> float:
     """Return the end of the run, at least 1 s, so that it can be an axis."""
-    return max(float(results.summary["mission_time_s"]), 1.0)
+    return max(ended_s(results), 1.0)
 
 
 def draw_counts(

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.errors import OutputError
+from missions.figure import ended_s
 from missions.files import dotted, is_named, keys_of_options, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
@@ -350,7 +351,7 @@ class Run:
     def __repr__(self) -> str:
         summary = self.summary
         how = "completed" if summary["completed"] else f"not completed: {summary['reason']}"
-        return f"<Run of {summary['scenario']}, seed {summary['seed']}: {how}, {summary['mission_time_s']:.1f} s>"
+        return f"<Run of {summary['scenario']}, seed {summary['seed']}: {how}, {ended_s(self._results):.1f} s>"
 
     def _repr_html_(self) -> str:
         figures, units = self.summary, self._units()

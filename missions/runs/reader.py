@@ -18,6 +18,7 @@ import pyarrow as pa
 
 from missions.disk import MANIFEST
 from missions.errors import ConfigurationError, OutputError
+from missions.figure import ended_s
 from missions.files import tables_of
 from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun, Metric
 from missions.scenarios.parts import mission_of
@@ -129,7 +130,7 @@ class RunReader(ABC):
 
     @property
     def end_s(self) -> float:
-        """Mission time (s)."""
+        """Mission time (s); the whole duration if not completed."""
         return float(self.summary["mission_time_s"])
 
     @property
@@ -184,7 +185,7 @@ class RunReader(ABC):
 
         Raises OutputError for an unknown vehicle, time or table.
         """
-        moment = self.end_s + (self.summary.get("settling_s") or 0.0) if at_s is None else at_s
+        moment = ended_s(self) + (self.summary.get("settling_s") or 0.0) if at_s is None else at_s
         names = [table.name for table in self.scenario.vehicle] if vehicle is None else [vehicle]
         known = (self.known(name, moment) for name in names)
         return {state.vehicle: Knowledge(state.model, state.receptions) for state in known}

@@ -323,7 +323,7 @@ def statuses(results: RunResults) -> dict[str, list[tuple[float, str]]]:
 
 def uses(results: RunResults, services: Any) -> list[tuple[str, str, float, float]]:
     """Return vehicle, service, begin and end (s) of every step bound to one of ``services``."""
-    end_s = float(results.summary["mission_time_s"])
+    end_s = run_end_s(results)
     running: dict[tuple[str, str, str, int], tuple[str, float]] = {}
     marks = []
     for row in results.table("plans").to_pylist():

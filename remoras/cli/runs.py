@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 
 NUMBERS = (
-    ("mission time", "mission_time_s", 1.0, "s"),
     ("goal reached", "goal_fraction", 100.0, "%"),
     ("distance travelled", "distance_m", 0.001, "km"),
     ("energy", "energy_j", 0.001, "kJ"),
@@ -28,7 +27,7 @@ NUMBERS = (
     ("mean latency", "mean_latency_s", 1.0, "s"),
     ("closest approach", "closest_approach_m", 1.0, "m"),
 )
-"""Printed metrics of a run, most important first: label, key in summary, scale, unit."""
+"""Printed metrics of a run after its end, most important first: label, key in summary, scale, unit."""
 MOST_OUT = 6  # printed times of vehicles out of the mission
 
 ScenarioName = Annotated[
@@ -103,6 +102,7 @@ def run(
 
     file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
     from missions.disk import check_output
+    from missions.figure import ended_s
     from missions.runs.results import MemoryResults, write_results
     from missions.runs.run import run as run_scenario
     from missions.scenarios import load
@@ -119,7 +119,7 @@ def run(
     if as_json:
         show_json(results.summary)
     else:
-        _print_summary(results.figures, list(_out(results)))
+        _print_summary(results.figures, list(_out(results)), ended_s(results))
         kept = f"results in {out}; see: remoras plot {as_typed(out)}, or why, replay, report" if out is not None else ""
         print(kept or "all metrics and milestones: add --json, or --out DIR")
     if not finished.completed:
@@ -148,13 +148,14 @@ def _out(results: MemoryResults) -> Iterator[str]:
     yield from (f"{vehicle} {what} at {at_s:.0f} s" for at_s, vehicle, what in sorted(changes))
 
 
-def _print_summary(report: dict[str, Any], out: Sequence[str]) -> None:
+def _print_summary(report: dict[str, Any], out: Sequence[str], end_s: float) -> None:
     print(f"{'completed':<20} {'yes' if report['completed'] else 'no'}")
     if report["reason"]:
         print(f"{'reason':<20} {report['reason']}")
     if out:
         more = f", and {len(out) - MOST_OUT} more" if len(out) > MOST_OUT else ""
         print(f"{'out':<20} {', '.join(out[:MOST_OUT])}{more}")
+    print(f"{'mission time' if report['completed'] else 'ended at':<20} {end_s:.1f} s")
     for label, key, scale, unit in NUMBERS:
         value = report.get(key)
         print(f"{label:<20} {f'{value * scale:.1f} {unit}' if isinstance(value, float | int) else 'none'}")

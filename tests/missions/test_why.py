@@ -8,7 +8,7 @@ import math
 import random
 import re
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from zlib import decompress
 import pytest
 
 from missions.errors import OutputError
+from missions.figure import ended_s
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
@@ -24,6 +25,7 @@ from missions.why import MOST_LINES, NEEDED, Answer, Causes, Line, why
 from remoras import stepping
 
 LOST = "fault=[{vehicle='AUV01',kind='lost',at_s=90.0,until_s=200.0},{vehicle='AUV02',kind='joins',at_s=60.0}]"
+EACH_LOST = ",".join(f"{{vehicle='{name}',kind='lost',at_s=316}}" for name in ("ASV00", "AUV00", "AUV01", "AUV02"))
 AFLOAT = "fault=[{vehicle='AUV01',kind='restarts',at_s=5.0,until_s=60.0}]", "scenario.duration_s=200"
 IDLE = 'mission.importance."Performer.RendezVous"=0'
 CUT = 'channel.blackout=[{vehicle="AUV00",from_s=60.0,until_s=900.0}]'
@@ -36,6 +38,7 @@ RUNS: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "instant": ("mapping-rendezvous", 1, ("strategy.name=oracle", "scenario.duration_s=1800")),
     "bids": ("mapping-rendezvous", 1, ("strategy.name=cbba", "channel.per=0.3", "scenario.duration_s=1800")),
     "faults": ("mapping-rendezvous", 1, (LOST, "scenario.duration_s=400")),
+    "ended early": ("mapping-rendezvous", 1, (f"fault=[{EACH_LOST}]",)),
     "services": ("pandora-inspection", 2, ("channel.per=0.3",)),
     "survey": ("trident-intervention", 2, ("channel.per=0.3",)),
     "lifts": ("recovery-field", 1, (LIFTS,)),
@@ -164,7 +167,7 @@ class Checked:
             self.acts(who, one, begun or stayed)
         assert not until or self.some("decisions", vehicle=who, time_s=until) or self.some("faults", time_s=until)
         summary = recorded(self.name).summary
-        assert end is None or near(summary["mission_time_s"], end)
+        assert end is None or near(max(row["time_s"] for row in rows(self.name, "trajectories")), end)
         found = [one["name"] for one in summary["milestones"] if one["vehicle"] == who and near(one["time_s"], time)]
         return milestone is None or milestone in found
 
@@ -404,7 +407,7 @@ def test_each_fact_of_an_answer_is_in_the_tables(name: str) -> None:
             checked(line)
     draw = random.Random(name)
     for vehicle in causes.vehicles:
-        for at_s in (draw.uniform(0.0, recorded(name).end_s) for _ in range(12)):
+        for at_s in (draw.uniform(0.0, ended_s(recorded(name))) for _ in range(12)):
             answer = why(recorded(name), vehicle, at_s)
             holds_s = max([from_s for from_s in moments[vehicle] if from_s <= at_s], default=None)
             premise = answer.lines[0].text.startswith(f"{vehicle} changed nothing at")
@@ -564,6 +567,17 @@ def test_rejection_names_the_state_of_the_plan() -> None:
 def test_unknown_names_and_times_are_refused(asked: tuple[Any, ...], message: str) -> None:
     with pytest.raises(OutputError, match=message):
         why(recorded("paper"), *asked)
+
+
+def test_times_after_the_end_of_a_run_that_ended_early_are_refused() -> None:
+    """Its mission time is the whole duration, of which it has no rows."""
+    run = recorded("ended early")
+    assert (run.summary["mission_time_s"], ended_s(run)) == (14400.0, 316.0)
+    assert run.known("AUV00", 316.0).at_s == 316.0
+    assert run.knowledge("AUV00")
+    for ask in (run.known, partial(why, run)):
+        with pytest.raises(OutputError, match=r"allowed: 0 to 316(\.0)?( s)?, the end of the run"):
+            ask("AUV00", 400.0)
 
 
 @pytest.mark.parametrize("table", NEEDED)

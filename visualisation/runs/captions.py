@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missions.figure import RunResults
+from missions.figure import RunResults, ended_s
 from visualisation import run_records, words
 
 
@@ -28,9 +28,9 @@ def run_conditions(results: RunResults) -> str:
     channel = f"{summary['channel']} channel{assumed}" + (f", PER {100 * per:.3g} %" if per is not None else "")
     # Further reasons and vehicles are in the summary.
     reason = (summary["reason"] or "no reason given").partition(";")[0]
-    ending = "mission completed" if summary["completed"] else f"not completed ({reason})"
+    ending = "mission completed, mission time" if summary["completed"] else f"not completed ({reason}), ended at"
     return (
         f"Scenario {summary['scenario']}, n = {summary['n_vehicles']} vehicles, seed {summary['seed']}, "
         f"strategy {summary['strategy']}, policy {summary['policy']}, {channel}; "
-        f"{ending}, mission time {words.time(summary['mission_time_s'])}."
+        f"{ending} {words.time(ended_s(results))}."
     )

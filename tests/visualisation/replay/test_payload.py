@@ -59,6 +59,12 @@ def test_page_requests_no_further_resource(results: Results) -> None:
     assert text.count("url(") == text.count("url(#")  # a part of the page itself
 
 
+def test_a_replay_ends_with_the_run_and_not_at_its_time_limit(tmp_path: Path) -> None:
+    lost = ",".join(f"{{vehicle='{name}',kind='lost',at_s=90}}" for name in ("ASV00", "AUV00", "AUV01", "AUV02"))
+    early = data_of(recorded(tmp_path / "early", f"fault=[{lost}]"))
+    assert asked([early], "([run]) => run.header.end_s", tmp_path) == 90.0
+
+
 # Damaged ------------------------------------------------------------------------------------------
 
 

@@ -10,6 +10,8 @@ import remoras
 from missions.figure import round_up
 from visualisation import DrawingError
 
+END_S, AUVS = 317.0, ("AUV00", "AUV01", "AUV02")
+
 
 @pytest.fixture(scope="module")
 def two_runs(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
@@ -41,10 +43,18 @@ def test_lossless_run_has_no_figure_of_losses(two_runs: list[Any]) -> None:
         calm.plot("links")
 
 
-def test_time_axes_end_with_the_run() -> None:
-    """At a time that is not round: 317 s."""
-    end_s = 317.0
-    run = remoras.run("mapping-rendezvous", per=0.3, seed=3, set={"scenario.duration_s": end_s})
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"scenario.duration_s": END_S},
+        {"fault": [{"vehicle": name, "kind": "lost", "at_s": END_S} for name in ("ASV00", *AUVS)]},
+    ],
+    ids=["out of time", "all vehicles lost"],
+)
+def test_time_axes_end_with_the_run(given: Any) -> None:
+    """At a time that is not round; the mission time of the run that loses all vehicles is its whole duration."""
+    run = remoras.run("mapping-rendezvous", per=0.3, seed=3, set=given)
+    end_s = END_S
     for kind in ("roles", "satisfaction", "organisation", "htn", "knowledge", "coverage", "links"):
         ends = [axes.get_xlim() for axes in run.plot(kind).axes if axes.get_xlabel() == "time (s)"]
         assert ends
