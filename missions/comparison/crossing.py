@@ -64,10 +64,11 @@ class Crossing:
     Args:
         at: estimated crossings in ascending order; more than one is not unique.
         leaders: treatments ahead below, between and above the crossings; empty if all differences are zero.
+        unsure: those nowhere significantly ahead.
         ci95: 95 % confidence set as intervals; it may exist without an estimate. Empty if ``note`` gives the reason.
         open_low, open_high: the set may extend beyond the axis.
-        probability: of at least one crossing; near 1 also for differences about zero, then see ``note``. None without
-            confidence set.
+        probability: of at least one crossing; near 1 also for differences about zero, then see ``unsure``. None
+            without confidence set.
         n_least, n_most: fewest and most pairs at a level.
     """
 
@@ -78,6 +79,7 @@ class Crossing:
     high: float
     at: tuple[float, ...] = ()
     leaders: tuple[str, ...] = ()
+    unsure: tuple[str, ...] = ()
     ci95: tuple[Interval, ...] = ()
     open_low: bool = False
     open_high: bool = False
@@ -264,15 +266,14 @@ def _row(contest: Contest, pairs: Pairs, names: tuple[str, str], metric: Metric,
     if all(own.constant for sides in contest.by_level.values() for own in sides):
         return replace(row, note=NoInterval.DETERMINISTIC.value)
     if min(counts) < FEW:
-        return replace(row, note=NoInterval.TOO_FEW.value)
-    unsure = [name for name, sure in zip(names, pairs.significant, strict=True) if name in row.leaders and not sure]
+        return replace(row, unsure=row.leaders, note=NoInterval.TOO_FEW.value)
     return replace(
         row,
+        unsure=tuple(name for name, sure in zip(names, pairs.significant, strict=True) if not sure),
         ci95=tuple(pairs.confidence_set),
         open_low=bool(pairs.p[0] >= SIGNIFICANT),
         open_high=bool(pairs.p[-1] >= SIGNIFICANT),
         probability=pairs.probability,
-        note=f"nowhere significantly ahead: {', '.join(unsure)}" if unsure else "",
     )
 
 

@@ -250,6 +250,7 @@ def _show_crossings(
 def _crossing_lines(rows: Sequence[Crossing]) -> Iterator[str]:
     first = rows[0]
     yield f"Crossing along {first.axis} by the mean paired difference of {first.metric}; each line has 95 % confidence."
+    yield "probability: of at least one crossing, high also where the two hardly differ"
     table = [("condition", "crossing [95 %]", "ahead", "pairs per level", "probability", "note")]
     for row in rows:
         where = " ".join(f"{key}={value}" for key, value in row.condition.items()) or "all"
@@ -260,14 +261,15 @@ def _crossing_lines(rows: Sequence[Crossing]) -> Iterator[str]:
 
 
 def _leaders(row: Crossing) -> str:
-    """Return who is ahead between the crossings, as in ``a ahead below 0.3, b above``."""
-    if len(row.leaders) < 2:
-        return f"{row.leaders[0]} throughout" if row.leaders else "none"
+    """Return who is ahead between the crossings, as in ``a below 0.3, b above``."""
+    named = [f"{name} (not significant)" if name in row.unsure else name for name in row.leaders]
+    if len(named) < 2:
+        return f"{named[0]} throughout" if named else "none"
     levels = [f"{level:.3g}" for level in row.at]
     between = [f"from {low} to {high}" for low, high in itertools.pairwise(levels)]
-    first, *others = row.leaders
+    first, *others = named
     parts = [f"{name} {place}" for name, place in zip(others, [*between, "above"], strict=True)]
-    return ", ".join([f"{first} ahead below {levels[0]}", *parts])
+    return ", ".join([f"{first} below {levels[0]}", *parts])
 
 
 def _crossed(row: Crossing) -> str:
