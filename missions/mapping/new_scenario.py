@@ -19,7 +19,8 @@ TEMPLATE = Path(__file__).with_name("new-scenario.toml.txt")
 EACH = re.compile(r"^#: each (\w+)\n(.*?)^#: end\n", re.MULTILINE | re.DOTALL)
 SWATH_M, SURVEY_MPS, TRANSIT_MPS, POWER_W = 25.0, 1.5, 2.5, 100.0
 """Sensor width and speeds of the template's vehicles; upper limit (W) of their survey power."""
-MARGIN_M = 100.0  # distance from the start to the first area, and free margin around all areas
+MARGIN_M = 100.0  # distance from the start to the first area, to a cell, and free margin around all areas
+CELL_M, MOST_IN_ROW = 25.0, 64  # greatest side of a cell, most cells in a row of an area
 
 
 def scenario_text(
@@ -41,7 +42,9 @@ def scenario_text(
         if not least <= value <= most:
             raise _refused(option, value, f"{least:g} to {most:g}")
     n_columns = math.ceil(math.sqrt(areas))
-    east_m, north_m = (MARGIN_M + side * n for n in (n_columns, math.ceil(areas / n_columns)))
+    cell_m = _cell_m(side)
+    edges_m = [round(cell_m * round(MARGIN_M / cell_m) + side * n, 6) for n in range(n_columns + 1)]
+    east_m, north_m = edges_m[-1], edges_m[math.ceil(areas / n_columns)]
     reach_m, carries_m = length(east_m, north_m), ranges_m[modem]
     if lost >= vehicles:
         raise _refused("lost", lost, f"0 to {vehicles - 1}, less than --vehicles")
@@ -54,8 +57,8 @@ def scenario_text(
     corners = [
         {
             "area": f"area {number + 1}", "role": f"Mapper{number + 1}",
-            "west": MARGIN_M + side * (number % n_columns), "east": MARGIN_M + side * (number % n_columns + 1),
-            "south": MARGIN_M + side * (number // n_columns), "north": MARGIN_M + side * (number // n_columns + 1),
+            "west": edges_m[number % n_columns], "east": edges_m[number % n_columns + 1],
+            "south": edges_m[number // n_columns], "north": edges_m[number // n_columns + 1],
         }
         for number in range(areas)
     ]  # fmt: skip
@@ -67,11 +70,19 @@ def scenario_text(
         TEMPLATE.read_text(encoding="utf-8"),
     )
     once = {
-        "name": name, "n_vehicles": vehicles, "n_areas": areas, "side": f"{side:g}", "duration_s": duration_s,
-        "east_m": east_m + MARGIN_M, "north_m": north_m + MARGIN_M, "modem": modem, "per": per,
-        "range_m": 100.0 * math.ceil(reach_m / 100.0), "energy_j": 1e6 * math.ceil(POWER_W * duration_s / 1e6),
+        "name": name, "n_vehicles": vehicles, "n_areas": areas, "side": f"{side:g}", "cell_m": cell_m,
+        "duration_s": duration_s, "east_m": east_m + MARGIN_M, "north_m": north_m + MARGIN_M, "modem": modem,
+        "per": per, "range_m": 100.0 * math.ceil(reach_m / 100.0),
+        "energy_j": 1e6 * math.ceil(POWER_W * duration_s / 1e6),
     }  # fmt: skip
     return Template(text).substitute(once).rstrip() + "\n"
+
+
+def _cell_m(side_m: float) -> float:
+    """Return the greatest side of a cell, in few decimals if possible, that divides the side of an area."""
+    least = math.ceil(side_m / CELL_M)
+    short = ((n, round(side_m / n, 3)) for n in range(least, min(2 * least, MOST_IN_ROW)))
+    return next((cell_m for n, cell_m in short if math.isclose(n * cell_m, side_m)), side_m / least)
 
 
 def _refused(option: str, value: object, allowed: str) -> ConfigurationError:

@@ -1,11 +1,15 @@
 """Output of `remoras new`: scenarios run, plug-ins conform, existing files stay without --force."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from invoked import refused, remoras
 
+from missions.mapping.new_scenario import scenario_text
 from missions.runs.estimates import cautions
 from missions.runs.setup import resolved
 from missions.scenarios import load
@@ -43,6 +47,17 @@ def test_a_new_scenario_is_valid_and_feasible(flags: str) -> None:
     assert setup.modem.name == asked.get("modem", "nanomodem-v3")
     assert list(cautions(setup)) == []
     assert "$" not in Path("mine.toml").read_text(encoding="utf-8")
+
+
+@given(side_m=st.integers(500, 10_000).map(lambda tenths: tenths / 10), areas=st.integers(1, 9))
+@example(side_m=80.0, areas=6)
+def test_cells_of_a_new_scenario_end_at_the_borders_of_its_areas(side_m: float, areas: int) -> None:
+    """The grid begins at 0, hence every corner is a multiple of the cell's side, to a micrometre."""
+    written = tomllib.loads(scenario_text("mine", {"nanomodem-v3": 1e6}, areas=areas, side=side_m))
+    cell_m = written["world"]["cell_m"]
+    assert 12.0 <= cell_m <= 25.0
+    for along_m in {along_m for area in written["area"] for corner in area["corners_m"] for along_m in corner}:
+        assert abs(along_m - cell_m * round(along_m / cell_m)) <= 1e-6
 
 
 def test_a_new_scenario_runs_unchanged() -> None:
