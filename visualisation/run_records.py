@@ -189,6 +189,12 @@ def vehicle_names(results: RunResults) -> list[str]:
     return [vehicle["name"] for vehicle in results.scenario_tables.get("vehicle", ())]
 
 
+def error_rate(results: RunResults) -> str:
+    """Return the packet error rate; ``expected`` if the channel computes it before the run; empty without one."""
+    rate, given = results.summary.get("per"), results.scenario_tables.get("channel", {}).get("per")
+    return "" if rate is None else f"{'expected ' * (rate not in (0.0, given))}PER {100 * rate:.3g} %"
+
+
 def tracks(results: RunResults) -> dict[str, PlanTrack]:
     """Return the recorded tracks in scenario order."""
     return {name: PlanTrack(*own) for name, own in track_columns(results, PlanTrack._fields).items()}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from missions.comparison.baseline import Comparison
 from missions.comparison.effects import ALL, MainEffect
+from missions.comparison.table import number
 from missions.comparison.treatments import MISSION_TIME, SIGNIFICANT
 from missions.metric import Metric
 from missions.statistics import FEW, detectable, least_p
@@ -79,12 +79,6 @@ class Wording:
         at = f" at PER {row.per:g}" if self._varies("per") and self._setting != PER else ""
         return f"{at} ({', '.join(parts)})" if parts else at
 
-    def amount(self, *values: float) -> list[str]:
-        """Format values alike, with three significant digits of the largest."""
-        largest = max(map(abs, values))
-        decimals = max(0, 2 - math.floor(math.log10(largest))) if largest > 0.0 else 0
-        return [f"{value:.{decimals}f}".replace("-", MINUS) for value in values]
-
     def of(self, row: Comparison) -> Statement:
         """Return the statement of a row with a difference to the baseline."""
         assert row.diff_to_baseline is not None
@@ -105,7 +99,7 @@ class Wording:
         sign = -1.0 if significant and row.diff_to_baseline < 0.0 else 1.0
         ends_of = (row.diff_ci95_low, row.diff_ci95_high)
         bounds = sorted(sign * bound for bound in ends_of if bound is not None)
-        shown, *ends = self.amount(sign * row.diff_to_baseline, *bounds)
+        shown, *ends = map(amount, (sign * row.diff_to_baseline, *bounds))
         parts = [f"95 % CI {ends[0]} to {ends[1]}" if ends else "no interval", instances(row.n_pairs), "paired"]
         if n_both < row.n_pairs:
             parts += [f"both completed {n_both} of {row.n_pairs} pairs, restricted mean"]
@@ -136,6 +130,11 @@ class Wording:
         return f"step-down p {'< 0.001' if row.p_holm < 0.001 else f'= {row.p_holm:.2g}'}{few}"
 
 
+def amount(value: float) -> str:
+    """Return a value as in tables, with a minus sign."""
+    return MINUS * (value < 0.0) + number(abs(value))
+
+
 def instances(n: int) -> str:
     """Return the number of instances, such as ``n = 8 instances``."""
     return f"n = {n} instance{'s' * (n != 1)}"
@@ -146,7 +145,7 @@ def effect_statements(metric: Metric, rows: Sequence[MainEffect]) -> list[Statem
     found = []
     for row in (row for row in rows if row.is_main):
         wording = Wording(metric, ())
-        shown, *ends = wording.amount(row.effect, *(b for b in (row.ci95_low, row.ci95_high) if b is not None))
+        shown, *ends = (amount(b) for b in (row.effect, row.ci95_low, row.ci95_high) if b is not None)
         significant = None if row.ci95_low is None or row.ci95_high is None else row.ci95_low > 0 or row.ci95_high < 0
         verdict = {None: "without a test", False: "not significant", True: "significant"}[significant]
         interval = f"95 % CI {ends[0]} to {ends[1]}" if ends else "no interval"
@@ -178,8 +177,8 @@ def power(metric: Metric, rows: Sequence[Comparison], bounds: Collection[str] = 
         return f"{few[-1]} pairs or fewer allow no interval and no p below {least_p(few[-1]):.2g}." if few else ""
     numbers = sorted({n for n, _ in found if n >= FEW})
     wording = Wording(metric, rows)
-    low, high = wording.amount(min(sizes), max(sizes))
-    spreads = wording.amount(*(end([spread for n, spread in found if n >= FEW]) for end in (min, max)))
+    low, high = amount(min(sizes)), amount(max(sizes))
+    spreads = [amount(end(spread for n, spread in found if n >= FEW)) for end in (min, max)]
     n = " to ".join(dict.fromkeys(map(str, (numbers[0], numbers[-1]))))
     return (
         f"The smallest difference that n = {n} instances detect with 80 % power in a single paired comparison at 5 % "

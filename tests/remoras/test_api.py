@@ -139,4 +139,4 @@ def test_a_sweep_can_be_run_opened_and_compared(tmp_path: Path) -> None:
     assert len(made.runs()) == made.status["done"] == 4
     figure = made.plot("differences")
     assert figure._repr_png_()[:4] == b"\x89PNG"  # type: ignore[attr-defined]
-    assert "n = 2 runs per point, master seed" in figure.caption  # type: ignore[attr-defined]
+    assert "n = 2 instances per point, master seed" in figure.caption  # type: ignore[attr-defined]

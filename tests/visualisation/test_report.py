@@ -15,6 +15,7 @@ from synthetic_sweeps import FEW, HORIZON_S, SEVEN, TEN, Sweep, law
 import remoras
 from missions.comparison import compare
 from missions.comparison.sentences import statements
+from missions.comparison.table import number
 from missions.runs.results import Results
 from missions.statistics import detectable
 from missions.sweeps.folder import STUDY_TEXT, SweepResults
@@ -125,7 +126,8 @@ def test_statements_agree_with_the_comparison(tmp_path: Path) -> None:
                 for value in re.search(r"([\d.+\N{MINUS SIGN}]+) \w+ \(95 % CI (\S+) to (\S+),", text).groups()  # type: ignore[union-attr]
             )
             assert low <= size <= high
-            assert abs(size) == pytest.approx(abs(row.diff_to_baseline), rel=0.01, abs=0.5)
+            assert f"{number(abs(row.diff_to_baseline))} " in text  # as in the table
+            assert abs(size) == pytest.approx(abs(row.diff_to_baseline), rel=0.001)
             assert not (low > 0.0 or high < 0.0) or row.p_holm < 0.5
 
 

@@ -28,7 +28,7 @@ def run_report(
         f"one run with one seed ({summary['seed']}) has no interval and supports no comparison",
         *([] if summary["completed"] else [f"the mission did not complete: {summary['reason']}"]),
     ]
-    per = "" if summary.get("per") is None else f" at PER {summary['per']:g}"
+    per = f" at {shown}" if (shown := run_records.error_rate(run)) else ""
     title = run.scenario_tables["scenario"].get("title", "")
     sections: dict[str, Sequence[Part]] = {
         "Question": [

@@ -256,7 +256,7 @@ def _effects(rows: Sequence[MainEffect], metric: Metric) -> Table:
         for row in rows
     ]  # fmt: skip
     label = words.axis(words.within(metric.label), metric.unit)
-    caption = f"Effects on {label}: mean at the second level minus mean at the first, paired by repeat."
+    caption = f"Effects on {label}: mean at the second level minus mean at the first, paired by instance."
     heads = ["condition", "factor", "levels", "effect [95 %]", "n", "aliased with"]
     return Table("effects", caption, heads, entries, (4,))
 

@@ -23,9 +23,10 @@ def faults(results: RunResults) -> str:
 def run_conditions(results: RunResults) -> str:
     """Describe scenario, seed, strategy, policy, channel with assumptions, and outcome."""
     summary = results.summary
-    per = summary.get("per")
     assumed = f" ({text})" if (text := results.manifest.get("assumed")) else ""
-    channel = f"{summary['channel']} channel{assumed}" + (f", PER {100 * per:.3g} %" if per is not None else "")
+    channel = f"{summary['channel']} channel{assumed}" + (
+        f", {shown}" if (shown := run_records.error_rate(results)) else ""
+    )
     # Further reasons and vehicles are in the summary.
     reason = (summary["reason"] or "no reason given").partition(";")[0]
     ending = "mission completed, mission time" if summary["completed"] else f"not completed ({reason}), ended at"

@@ -62,15 +62,15 @@ def _ticks(names: Sequence[str], room_in: float) -> tuple[list[int], list[str]]:
 
 
 def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent: bool, side_in: float) -> None:
-    """Draw a square of shades, receivers down and senders across, with numbers for small fleets.
+    """Draw a square of shades, senders down and receivers across, with numbers for small fleets.
 
     ``values`` are by receiver (row) and sender (column), NaN is crossed, ``top`` black; ``side_in`` is approximate.
     """
-    axes.set_xlabel("sender", fontsize=style.SMALL_PT)
-    axes.set_ylabel("receiver", fontsize=style.SMALL_PT)
+    axes.set_xlabel("receiver", fontsize=style.SMALL_PT)
+    axes.set_ylabel("sender", fontsize=style.SMALL_PT)
     n = max(1, len(names))
     if names:
-        draw_shades(axes, values, top)
+        draw_shades(axes, values.T, top)
     name_rows(axes, names, side_in / n)
     axes.set_xticks(*_ticks(names, side_in / n), rotation=90)
     axes.tick_params(axis="x", length=0, labelsize=style.TINY_PT, pad=2)
@@ -82,11 +82,11 @@ def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent
             value = values[receiver, sender]
             if np.isnan(value):
                 if receiver != sender:
-                    axes.plot([sender], [receiver], marker="x", color=style.GREY, markersize=2.5)
+                    axes.plot([receiver], [sender], marker="x", color=style.GREY, markersize=2.5)
             elif n <= MOST_NUMBERS:
                 text = f"{100 * value:.0f}" if percent else f"{value:.0f}"
                 colour = "white" if value > 0.5 * top else style.BLACK
-                axes.text(sender, receiver, text, ha="center", va="center", fontsize=style.SMALL_PT, color=colour)
+                axes.text(receiver, sender, text, ha="center", va="center", fontsize=style.SMALL_PT, color=colour)
     axes.set_xlim(-0.5, n - 0.5)
     axes.set_ylim(n - 0.5, -0.5)
 
@@ -162,7 +162,7 @@ def _drawn(
 
 
 def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """Draw two matrices, receivers down and senders across, stacked on a narrow page."""
+    """Draw two matrices, senders down and receivers across, stacked on a narrow page."""
     traffic = news.traffic(results)
     ages_s = _mean(traffic.ages_s(_sampled(traffic.end_s)), 2)
     squares = (
@@ -172,7 +172,7 @@ def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     received, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
     text = captions.of_run(
         results,
-        "Reception between vehicles: rows are receivers, columns senders, darker is worse.",
+        "Reception between vehicles: rows send, columns receive, darker is worse.",
         f"(a) Share of the sender's packets that the receiver lost: {lost} of {received + lost} in all.",
         "(b) Age of the last packet received from the sender, mean over the time that both are in the mission.",
         f"Black is {news.WORST_FRAMES} TDMA frames or more in every run.",

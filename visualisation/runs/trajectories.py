@@ -317,7 +317,8 @@ def _caption(results: RunResults, scene: MapContents, of_layers: str) -> str:
     ]
     for (kind, of_kind), text in shapes:
         names = [place.name for place in of_kind]
-        sentences.append(f"{text} ({kind}): {words.listed(names) if len(names) <= MOST_LISTED else len(names)}.")
+        shown = words.listed(names) if len(names) <= MOST_LISTED else f"{len(names)} in all"
+        sentences.append(f"{text} ({kind}): {shown}.")
     sentences.append(of_layers)
     others = [name for name, look in scene.looks.items() if look == OTHERS]
     if others:

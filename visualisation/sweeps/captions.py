@@ -197,7 +197,7 @@ def _of_mission(results: SweepResults) -> str:
 def _counts(rows: Sequence[Comparison | Rank]) -> str:
     counts = sorted({row.n for row in rows if not row.deterministic})
     ends = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
-    n = [f"n = {' to '.join(ends)} runs per point"] if counts else []
+    n = [f"n = {' to '.join(ends)} instance{'s' * (counts[-1] != 1)} per point"] if counts else []
     n += ["n = 1 at deterministic points"] if any(row.deterministic for row in rows) else []
     return "; ".join(n)
 
@@ -210,10 +210,10 @@ def effects_caption(rows: Sequence[MainEffect], metric: Metric) -> str:
     numbers = sorted({row.n for row in main})
     return words.joined(
         f"Main effects on {words.within(metric.label)}: mean at the second level minus mean at the first, paired by "
-        f"repeat (n = {' or '.join(map(str, numbers))} repeats).",
+        f"instance (n = {' or '.join(map(str, numbers))}).",
         f"Bars show {INTERVALS_OF_DIFFERENCES}.",
         f"Aliased with two-factor interactions: {'; '.join(dict.fromkeys(mixed))}." if mixed else "",
-        f"Effects from fewer than {FEW} repeats have no interval." if numbers and numbers[0] < FEW else "",
+        f"Effects from fewer than {FEW} instances have no interval." if numbers and numbers[0] < FEW else "",
         RESTRICTED if n_missing else "",
         f"Panels: {'; '.join(dict.fromkeys(row.condition for row in rows))}.",
     )

@@ -10,6 +10,7 @@ import pytest
 from legibility import check_texts
 from synthetic_runs import DECLARED, FICTIONS, FINDS, LONG, Fiction
 
+import remoras
 from missions.runs.results import Results
 from visualisation import KINDS, DrawingError, style
 from visualisation.page import DrawnPage
@@ -101,6 +102,12 @@ def test_caption_names_faults_and_other_specifics_of_a_run(
     assert part not in drawn(runs, "two vehicles", kind).caption
     legend = [text.get_text() for box in found.figure.legends for text in box.get_texts()]
     assert ("fault" in legend) == (name == "faults")
+
+
+@pytest.mark.parametrize(("channel", "said"), [("bernoulli", "channel, PER 25 %"), ("acoustic", ", expected PER ")])
+def test_caption_calls_a_rate_expected_that_is_computed_before_the_run(channel: str, said: str) -> None:
+    given = {"scenario.duration_s": 10.0} | ({"channel.per": 0.25} if channel == "bernoulli" else {})
+    assert said in remoras.run("mapping-rendezvous", channel=channel, set=given).plot("roles").caption
 
 
 @pytest.mark.parametrize(

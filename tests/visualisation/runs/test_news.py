@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from synthetic_runs import FICTIONS, Fiction
 
+from exchange.channel.network import network_of
 from missions.runs.results import Results
+from visualisation.networks import network_figure
 from visualisation.run_records import Span, packets_refused
 from visualisation.runs import heatmaps, news, tdma
 from visualisation.runs.news import PacketOutcome, RunPackets
@@ -34,6 +37,16 @@ def test_lost_share_counts_only_packets_of_others() -> None:
     assert shares[1, 0] == pytest.approx(2 / 3)
     assert shares[0, 1] == 0.0
     assert np.isnan(shares[0, 0])
+
+
+def test_matrices_have_a_row_for_each_sender_as_those_of_networks_have() -> None:
+    """The cell right of sender A under receiver B is what B lost of A."""
+    axes = Figure().subplots()
+    heatmaps.matrix(axes, ("A", "B"), traffic().lost_shares, 1.0, True, 2.0)
+    assert {(text.get_position(), text.get_text()) for text in axes.texts} == {((1, 0), "67"), ((0, 1), "0")}
+    assert axes.images[0].get_array()[0, 1] == pytest.approx(2 / 3)
+    network = network_figure(network_of("mission-2012")).axes[-1]
+    assert [(one.get_xlabel(), one.get_ylabel()) for one in (axes, network)] == [("receiver", "sender")] * 2
 
 
 def test_age_of_news_counts_from_the_last_received_packet() -> None:

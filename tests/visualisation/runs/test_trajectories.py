@@ -36,7 +36,7 @@ def test_kinds_of_places_have_symbols_and_legend_texts(tmp_path: Path) -> None:
     assert {"*", "P"} <= {line.get_marker() for line in found.figure.axes[0].get_lines()}
 
 
-@pytest.mark.parametrize(("n", "text"), [(2, "Stars (dock): dock 1 and dock 2."), (5, "Stars (dock): 5.")])
+@pytest.mark.parametrize(("n", "text"), [(2, "Stars (dock): dock 1 and dock 2."), (5, "Stars (dock): 5 in all.")])
 def test_a_caption_lists_few_places_of_a_kind_and_counts_many(tmp_path: Path, n: int, text: str) -> None:
     places = [Place(f"dock {number}", "dock", ((float(number), 5.0),)) for number in range(1, n + 1)]
     assert text in run_picture(Fiction().write(tmp_path / "run"), "trajectories", (), places).caption

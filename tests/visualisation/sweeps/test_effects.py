@@ -111,7 +111,7 @@ def test_the_figure_has_a_panel_for_each_condition_and_a_whisker_for_each_factor
         assert [round(float(line.get_ydata()[0])) for line in whiskers] == [0, 1, 2]
     labels = [label.get_text() for label in panels[0].get_yticklabels()]
     assert labels[0] == "weight_external\n0.0 to 1.0"
-    for part in ("n = 12 repeats", "full factorial, 2^3 = 8 runs", "master seed 11", "95 % confidence intervals"):
+    for part in ("n = 12", "full factorial, 2^3 = 8 runs", "master seed 11", "95 % confidence intervals"):
         assert part in drawn.caption
 
 
