@@ -116,11 +116,17 @@ def width_in(text: str, size_pt: float, weight: str = "normal") -> float:
     return width_pt / 72.0
 
 
-def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal") -> str:
-    """Shorten ``text`` to ``room_in`` inches with an ellipsis; escape dollar signs."""
-    shown = text
+def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal", share: float = 1.0) -> str:
+    """Shorten ``text`` to ``room_in`` inches with an ellipsis behind ``share`` of the rest; escape dollar signs.
+
+    >>> fitted("Survey(line 1)", 0.5, 6.0), fitted("Survey(line 1)", 0.5, 6.0, share=1 / 3)
+    ('Survey(li\u2026', 'Sur\u2026ine 1)')
+    """
+    shown, n = text, len(text)
     while len(shown) > 1 and width_in(shown, size_pt, weight) > room_in:
-        shown = shown.removesuffix("\u2026")[:-1].rstrip() + "\u2026"
+        n -= 1
+        first = math.ceil(share * n)
+        shown = text[:first].rstrip() + "\u2026" + text[len(text) - n + first :].lstrip()
     # Matplotlib takes text between dollar signs for a formula.
     return shown.replace("$", r"\$")
 

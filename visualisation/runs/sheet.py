@@ -26,6 +26,7 @@ AROUND_IN, LINE_IN = 1.1, 0.137  # approximate height of axis, flags and legend,
 TITLE_IN, GAP_IN, INDENT_IN = 0.14, 0.06, 0.08
 """Height of the title of a band, gap between bands, indent of a name for each level."""
 NAME_SHARE = 0.38  # maximum share of a page for names of rows
+OF_ALIKE = 1 / 3  # of a shortened name, share of its beginning if another row would be named alike
 FLAG = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": style.BLACK, "linewidth": 0.5}
 
 Content = TypeVar("Content")
@@ -52,6 +53,10 @@ class Row(NamedTuple, Generic[Content]):
     def name_in(self) -> float:
         """Width of the name with its indent."""
         return INDENT_IN * self.level + style.width_in(self.name, style.TINY_PT, self.weight)
+
+    def fitted(self, names_in: float, share: float = 1.0) -> str:
+        """Shorten the name to a column of names."""
+        return style.fitted(self.name, names_in - INDENT_IN * self.level, style.TINY_PT, self.weight, share)
 
 
 Band = Sequence[Row[Content]]
@@ -90,10 +95,11 @@ class Sheet:
             if number % 2 == 0:
                 self.shade(top_in, end_in - top_in)
             tops_in = accumulate((row.high_in for row in band), initial=top_in + GAP_IN / 2)
-            for row, at_in in zip(band, tops_in, strict=False):
+            cut = [row.fitted(names_in) for row in band]
+            for row, name, at_in in zip(band, cut, tops_in, strict=False):
                 left_in = INDENT_IN * row.level - names_in
                 self.axes.annotate(
-                    style.fitted(row.name, -left_in, style.TINY_PT, row.weight), (0.0, at_in + row.high_in / 2),
+                    row.fitted(names_in, OF_ALIKE) if cut.count(name) > 1 else name, (0.0, at_in + row.high_in / 2),
                     (72.0 * left_in - 4.0, 0.0), self.axes.get_yaxis_transform(), "offset points",
                     annotation_clip=False, fontsize=style.TINY_PT, weight=row.weight, va="center_baseline",
                 )  # fmt: skip

@@ -8,7 +8,7 @@ from synthetic_runs import CROWD, Fiction
 from visualisation import style
 from visualisation.run_records import Span, Tenure
 from visualisation.runs import htn, roles, run_picture
-from visualisation.runs.sheet import TALLEST_IN
+from visualisation.runs.sheet import TALLEST_IN, Row, sheet
 
 
 def held(role: str, start_s: float = 0.0) -> Tenure:
@@ -46,6 +46,19 @@ def test_more_than_twelve_lanes_are_folded(tmp_path: Path, n_vehicles: int, n_la
     names = [text.get_text() for text in drawn.figure.axes[0].texts if text.get_weight() == "bold"]
     assert names == fleet if n_lanes == 12 else [name.partition(":")[0] for name in names] == ["13 vehicles"]
     assert ("13 vehicles: AUV00, AUV01, AUV02, " in drawn.caption) is (n_lanes == 1)
+
+
+@pytest.mark.parametrize(
+    "of", ["AssignObjective(Searcher, Searching, area {})", "Work(Surveyor of line {}): to who plays it"]
+)
+def test_shortened_rows_of_a_narrow_page_keep_what_differs(tmp_path: Path, of: str) -> None:
+    """It is at the end of some names, and in the middle of others."""
+    band = [Row(of.format(number), 0.1, 1, number) for number in range(1, 15)]
+    drawn = sheet(Fiction().write(tmp_path / "run"), 1.5, (), 3.5)
+    assert [row.content for row, _ in drawn.rows([band])] == list(range(1, 15))
+    names = [text.get_text() for text in drawn.axes.texts]
+    assert len(set(names)) == 14
+    assert all("\N{HORIZONTAL ELLIPSIS}" in name for name in names)
 
 
 # Plans drawn as trees
