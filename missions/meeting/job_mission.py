@@ -228,7 +228,7 @@ def names_apart(scenario: Scenario, kinds: Sequence[str], taken: Collection[str]
             yield ConfigurationFault(f"{kind}.{name}.name", "", allowed)
 
 
-def importance_faults(scenario: Scenario, objectives: Sequence[str]) -> Iterator[ConfigurationFault]:
+def importance_faults(scenario: Any, objectives: Sequence[str]) -> Iterator[ConfigurationFault]:
     """Yield unknown roles and objectives in ``[mission.importance]``."""
     for key in scenario.mission.importance:
         path, dot, objective = key.rpartition(".")
