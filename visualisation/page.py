@@ -142,9 +142,10 @@ class Label(NamedTuple):
 
 
 def place_labels(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple[float, float]]) -> None:
-    """Place all labels that fit, most important first, shortened if necessary, none over a point of ``keep_clear``."""
+    """Place labels that fit, most important first, shortened if necessary, clear of texts and of ``keep_clear``."""
     inch_px, frame = axes.figure.dpi, axes.get_window_extent()
     taken = [Bbox([point, point]).padded(inch_px / 24) for point in map(axes.transData.transform, keep_clear)]
+    taken += [text.get_window_extent() for text in axes.texts]
     for label in labels:
         room_in = 0.6 * frame.width / inch_px
         if label.inside:

@@ -1,6 +1,7 @@
 """Map of the tracks, and run data: tenures of roles, tracks, faults."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 from synthetic_runs import FICTIONS, Fiction
 
 import remoras
-from missions.figure import Place
+from missions.figure import Layer, Place
 from visualisation import DrawingError, run_records
 from visualisation.run_records import PlanTrack, Span, Tenure, VehicleFault
 from visualisation.runs import run_picture
@@ -176,3 +177,20 @@ def test_faults_of_vehicles_have_begin_and_end(tmp_path: Path) -> None:
     ]
     (run.folder / "faults.parquet").unlink()  # as an older version wrote it
     assert run_records.vehicle_faults(run) == []
+
+
+def test_name_of_an_outline_is_clear_of_the_content_of_layers(tmp_path: Path) -> None:
+    """A point with its name lies at the middle of the outline, where the outline's name would be."""
+
+    def draw(axes: Any, results: Any, look: Any) -> str:
+        axes.scatter([50.0], [50.0], s=40)
+        axes.annotate("anomaly", (50.0, 50.0), (5, 4), textcoords="offset points", fontsize="x-small")
+        return ""
+
+    place = Place("bay", "search box", ((0.0, 0.0), (0.0, 100.0), (100.0, 100.0), (100.0, 0.0)))
+    results = Fiction(radius_m=0.0).write(tmp_path / "run")
+    axes = run_picture(results, "trajectories", (Layer("finds", draw, needs=()),), (place,)).figure.axes[0]
+    axes.figure.canvas.draw()
+    found = {text.get_text(): text.get_window_extent() for text in axes.texts}
+    assert not found["bay"].overlaps(found["anomaly"])
+    assert not found["bay"].contains(*axes.transData.transform((50.0, 50.0)))
