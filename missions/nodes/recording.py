@@ -24,7 +24,7 @@ from exchange.channel.network import network_of
 from missions.document import Document
 from missions.errors import ConfigurationError, OutputError, writing
 from missions.files import LARGEST_BYTES, text_of
-from missions.runs.results import Results, write_results
+from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run, is_drawn
 from missions.runs.setup import Setup, recorder_of_mission, resolved
 from missions.scenarios.loading import load, scenario_from
@@ -42,6 +42,7 @@ MARGIN_M = 2000.0
 APART_M = 50.0
 """Distance between stations of a network that states no positions."""
 ENDED = "recording of other programs, without a goal"
+NONE = "none"  # strategy and policy of other programs
 Access = Literal["slots", "free"]
 Trace = Sequence[tuple[float, PointM]]
 """Positions of a station by time (s), linear between them."""
@@ -237,5 +238,7 @@ def written(setup: Setup, seed: int, recorder: Recorder, folder: Path) -> None:
     setup = resolved(setup.scenario.model_copy(update={"scenario": about}))
     drawn = is_drawn(seed, setup.scenario, setup.strategy)
     run = Run(setup, seed, recorder, (), 0.0, 0.0, False, ENDED, end_s, 0, distance_m, end_s, drawn=drawn)
-    write_results(run, folder, force=True)
+    results = MemoryResults(run)
+    results.summary.update(strategy=NONE, policy=NONE)
+    write_results(results, folder, force=True)
     (folder / ROWS).unlink(missing_ok=True)

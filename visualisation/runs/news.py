@@ -34,7 +34,10 @@ class PacketOutcome(NamedTuple):
 
 @dataclass(frozen=True)
 class RunPackets:
-    """All packets of a run: senders as indices into ``vehicles`` (scenario order), ``out`` spans out of the mission."""
+    """All packets of a run: senders as indices into ``vehicles`` (scenario order), ``out`` spans out of the mission.
+
+    ``is_tdma`` is False for a recording of programs that sent at any time.
+    """
 
     vehicles: tuple[str, ...]
     time_s: Floats
@@ -43,6 +46,7 @@ class RunPackets:
     outcome: PacketOutcome
     end_s: float
     out: Mapping[str, Sequence[Span]] = field(default_factory=dict)
+    is_tdma: bool = True
 
     @property
     def lost_shares(self) -> Floats:
@@ -72,8 +76,10 @@ class RunPackets:
 
     @property
     def frames(self) -> NDArray[np.int64]:
-        """Frame number of each packet; each vehicle has one slot per frame."""
-        return self.slot // max(1, len(self.vehicles))
+        """Frame number of each packet, with a slot for each vehicle; without slots, hundredth of the run."""
+        if self.is_tdma:
+            return self.slot // max(1, len(self.vehicles))
+        return np.minimum(100.0 * self.time_s / self.end_s, 99.0).astype(np.int64)
 
 
 def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:
@@ -122,6 +128,7 @@ def traffic(results: RunResults) -> RunPackets:
         PacketOutcome(received & ~lost, lost, collided, refused),
         run_end_s(results),
         outages(results),
+        results.scenario_tables.get("mission", {}).get("access") != "free",
     )
 
 

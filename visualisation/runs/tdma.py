@@ -30,9 +30,9 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     stretch = worst_stretch(traffic)
     by_sender, by_receiver = _by_frame(traffic)
     titles = (
-        "slots: share of receivers that lost the packet",
-        "receivers: share of packets lost per frame",
-        f"slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
+        f"{'slots' if traffic.is_tdma else 'senders'}: share of receivers that lost the packet",
+        f"receivers: share of packets lost{' per frame' * traffic.is_tdma}",
+        f"{_each(traffic)} by {_each(traffic)}, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
     )
     bodies_in = row_in * n, row_in * n, lane_in * n
     with style.paper():
@@ -50,9 +50,13 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     return DrawnPage(figure, _caption(results, traffic))
 
 
+def _each(traffic: RunPackets) -> str:
+    return "slot" if traffic.is_tdma else "packet"
+
+
 def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
     n = len(traffic.vehicles)
-    n_frames = int(traffic.frames.max()) + 1 if traffic.frames.size else 0
+    n_frames = (int(traffic.frames.max()) + 1 if traffic.is_tdma else 100) if traffic.frames.size else 0
     received, lost = np.zeros((2, n, n_frames)), np.zeros((2, n, n_frames))
     for counts, flags in ((received, traffic.outcome.heard), (lost, traffic.outcome.lost)):
         np.add.at(counts[0], (traffic.sender, traffic.frames), flags.sum(axis=1))
@@ -148,9 +152,10 @@ def _caption(results: RunResults, traffic: RunPackets) -> str:
     n_refused = int(traffic.outcome.refused.sum())
     return captions.of_run(
         results,
-        "Slots of the acoustic channel, darker is worse, pale where no packet could be received.",
-        "(a) A row for each sender, a column for each TDMA frame. (b) A row for each receiver.",
-        "(c) The frames with the highest loss, slot by slot, with a lane for each vehicle.",
+        "Packets on the acoustic channel, darker is worse, pale where no packet could be received.",
+        f"(a) A row for each sender, a column for each {'TDMA frame' if traffic.is_tdma else 'hundredth of the run'}. "
+        "(b) A row for each receiver.",
+        f"(c) The columns with the highest loss, {_each(traffic)} by {_each(traffic)}, with a lane for each vehicle.",
         f"{traffic.time_s.size} packets.",
         f"Lost by collision: {n_collided} receptions." if n_collided else "",
         f"Refused on arrival and counted as lost: {n_refused} receptions." if n_refused else "",

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import remoras
 from exchange.channel.loss import uniform
 from exchange.drivers.fjage import line_of
 from missions.errors import ConfigurationError
@@ -157,6 +158,9 @@ def test_the_recording_follows_by_the_independent_checker(access: Access, tmp_pa
     report = verify(tmp_path / "sea")
     assert not report.findings, report.findings[:3]
     assert report.checked["arrivals"] > 20
+    caption = remoras.open(tmp_path / "sea").plot("tdma").caption
+    assert "strategy none, policy none" in caption
+    assert ("TDMA" in caption) == (access == "slots")
     # The same rows with one packet that its sender could not have sent yet.
     late = next(row for row in sea.recorder.packets if row[2] == sea.recorder.packets[0][2] and row[0] > 3)
     sea.recorder.packets[sea.recorder.packets.index(late)] = (late[0], late[1] - 1.5, *late[2:])

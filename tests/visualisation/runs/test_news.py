@@ -55,6 +55,13 @@ def test_age_of_news_counts_from_the_last_received_packet() -> None:
     assert ages_s[0, 1].tolist() == [5.0, 15.0, 20.0]  # since 10 s, then since 30 s
 
 
+def test_packets_without_slots_are_drawn_at_their_time() -> None:
+    """By the slots that a recording gives them, they would be of three frames."""
+    free = replace(traffic(), is_tdma=False, time_s=np.array([0.0, 10.0, 20.0, 30.0, 50.0]))
+    assert traffic().frames.tolist() == [0, 0, 1, 1, 2]
+    assert free.frames.tolist() == [0, 20, 40, 60, 99]
+
+
 def test_vehicle_out_of_the_mission_has_no_age_of_news() -> None:
     """B is out from 25 s."""
     cut = replace(traffic(), out={"B": [Span(25.0, math.inf)]})
