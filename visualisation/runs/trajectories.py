@@ -284,7 +284,9 @@ def _name_places(axes: Axes, scene: MapContents) -> None:
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
         frame = frame_of(place.outline_m)
         names.append(Label(place.name, (frame.x0 + frame.x1) / 2, (frame.y0 + frame.y1) / 2, frame.width))
-    of_layers = [one.get_offsets() for one in axes.collections if isinstance(one, PathCollection)]
+    of_layers = [
+        np.asarray(one.get_offsets(), dtype=float) for one in axes.collections if isinstance(one, PathCollection)
+    ]
     keep_clear = [point_m for point_m, _ in _marks(scene)] + [(x_m, y_m) for own in of_layers for x_m, y_m in own]
     page.place_labels(axes, [name for name in names if axes.viewLim.contains(name.x, name.y)], keep_clear)
 
