@@ -138,7 +138,7 @@ def ended_s(results: RunResults) -> float:
     summary = results.summary
     is_exact = summary.get("completed") or summary.get("is_underway") or not results.has("trajectories")
     ticks_s = [] if is_exact else results.table("trajectories")["time_s"].to_numpy()
-    return float(max(ticks_s, default=summary["mission_time_s"]))
+    return float(max(ticks_s, default=summary.get("mission_time_s") or 0.0))
 
 
 def run_end_s(results: RunResults) -> float:
