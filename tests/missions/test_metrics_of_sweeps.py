@@ -204,7 +204,7 @@ def test_metric_may_be_removed_from_a_study_but_not_added(own: Path, tmp_path: P
 # What cannot be --------------------------------------------------------------------------------
 
 WRONG = {
-    "NOWHERE": "has no attribute 'NOWHERE'",
+    "NOWHERE": "has no NOWHERE",
     "TIMES": "it is a Figure; expected a remoras.Metric",
     "TAKEN": "metric n_bytes: declared twice",
 }

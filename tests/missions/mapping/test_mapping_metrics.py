@@ -27,7 +27,7 @@ def results(rows: list[tuple[Any, ...]] = ROWS) -> Any:
     names = ["time_s", "vehicle", "cell_x", "cell_y"]
     table = pa.table({name: [row[at] for row in rows] for at, name in enumerate(names)})
     return SimpleNamespace(
-        summary={"mission_time_s": 100.0, "coverage_fraction": 0.75 if rows else 0.0},
+        summary={"completed": True, "mission_time_s": 100.0, "coverage_fraction": 0.75 if rows else 0.0},
         scenario_tables={"world": {"cell_m": 25.0}},
         table=lambda name: {"coverage": table}[name],
     )

@@ -223,7 +223,7 @@ SEAT = "from missions.nodes import Frontseat\ndef seat(): return Frontseat"
 
 
 @pytest.mark.parametrize(("text", "options", "expected"), [
-    ("", (), "has no attribute 'seat'"),
+    ("", (), "has no seat"),
     ("def seat(): return 3", (), "returns int; allowed is a missions.nodes.Frontseat"),
     ("def seat(): raise OSError('no port')", (), "OSError: no port"),
     (f"{SEAT}(modem=print)", (), "--start-utc is missing"),
