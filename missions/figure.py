@@ -137,8 +137,8 @@ def ended_s(results: RunResults) -> float:
     """Return the time (s) at which a run ended; a failed one may end long before its mission time, its time limit."""
     summary = results.summary
     is_exact = summary.get("completed") or summary.get("is_underway") or not results.has("trajectories")
-    ticks_s = [] if is_exact else results.table("trajectories")["time_s"].to_numpy()
-    return float(max(ticks_s, default=summary.get("mission_time_s") or 0.0))
+    last_s = [] if is_exact else results.table("trajectories")["time_s"][-1:].to_pylist()
+    return float(last_s[0] if last_s else summary.get("mission_time_s") or 0.0)
 
 
 def run_end_s(results: RunResults) -> float:
