@@ -134,7 +134,7 @@ def round_up(value: float) -> float:
 
 
 def ended_s(results: RunResults) -> float:
-    """Return the time (s) at which a run ended; a failed one may end long before its mission time, its time limit."""
+    """Return the time (s) at which a run ended; the mission time of a failed one is its time limit."""
     summary = results.summary
     is_exact = summary.get("completed") or summary.get("is_underway") or not results.has("trajectories")
     last_s = [] if is_exact else results.table("trajectories")["time_s"][-1:].to_pylist()

@@ -297,7 +297,7 @@ def _succeed(view: View, request: DatedRequest, again: bool) -> View:
     view = replace(_known(view, asked.group, claim), leadership=leadership)
     if not leadership.counts(asked.group, claimed):
         why = Outcome.HEAD_PRESENT if leadership.is_member(asked.group, claimed) else Outcome.OUTSIDE
-        view = view if again else view.refuse(request, why)  # not to be made again: leadership remembers it
+        view = view if again else view.refuse(request, why)  # leadership keeps the claim, and judges it again
     return renew(_crown(view, asked.group), asked.group, asked.assignee)  # it led for some time, even if not now
 
 

@@ -21,6 +21,7 @@ from visualisation.run_records import Floats, Span, outages, packets_refused
 Flags = NDArray[np.bool_]
 
 WORST_FRAMES = 10  # age of information, in TDMA frames, that is drawn black
+HUNDREDTHS = 100  # columns of a run without slots
 
 
 class PacketOutcome(NamedTuple):
@@ -79,7 +80,7 @@ class RunPackets:
         """Frame number of each packet, with a slot for each vehicle; without slots, hundredth of the run."""
         if self.is_tdma:
             return self.slot // max(1, len(self.vehicles))
-        return np.minimum(100.0 * self.time_s / self.end_s, 99.0).astype(np.int64)
+        return np.minimum(HUNDREDTHS * self.time_s / self.end_s, HUNDREDTHS - 1).astype(np.int64)
 
 
 def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:

@@ -56,7 +56,7 @@ def _each(traffic: RunPackets) -> str:
 
 def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
     n = len(traffic.vehicles)
-    n_frames = (int(traffic.frames.max()) + 1 if traffic.is_tdma else 100) if traffic.frames.size else 0
+    n_frames = (int(traffic.frames.max()) + 1 if traffic.is_tdma else news.HUNDREDTHS) if traffic.frames.size else 0
     received, lost = np.zeros((2, n, n_frames)), np.zeros((2, n, n_frames))
     for counts, flags in ((received, traffic.outcome.heard), (lost, traffic.outcome.lost)):
         np.add.at(counts[0], (traffic.sender, traffic.frames), flags.sum(axis=1))
