@@ -119,11 +119,10 @@ class Reference(NamedTuple):
 
 
 def basis(picture: Picture, performed: object) -> tuple[object, ...]:
-    """Return the state on which valid perceptions depend, besides time, peers and target."""
+    """Return the state on which valid perceptions depend, besides facts, time, peers and target."""
     body, groups = picture.body, picture.groups
     return (
-        performed, picture.facts.n_changes, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due,
-        frozenset(groups.gathered),
+        performed, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due, frozenset(groups.gathered),
     )  # fmt: skip
 
 
@@ -144,10 +143,10 @@ class Behaviour(Protocol):
         """Return stimulus and progress of the activity now.
 
         An answer with ``until_s`` is valid until then, unless before one of these changes: the sets performed; a fact
-        in ``picture.facts.values``; ``planning_due`` or ``gathered`` of ``picture.groups``; its sensors; whether the
-        energy lasts and the vehicle is in its area of operations; a position received of one of its ``peers``. That of
-        the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer that depends on anything
-        else, such as the own position, states no ``until_s``.
+        that it read by ``picture.facts.values``; ``planning_due`` or ``gathered`` of ``picture.groups``; its sensors;
+        whether the energy lasts and the vehicle is in its area of operations; a position received of one of its
+        ``peers``. That of the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer that
+        depends on anything else, such as the own position, states no ``until_s``.
 
         It may keep state, since progress compares with the last call. It must not change ``motion`` or ``picture``,
         draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: since the last decision.

@@ -90,14 +90,10 @@ class WorkLeft:
     def __init__(self, jobs: Sequence[SurveyJob], half_left: float) -> None:
         self._jobs = jobs
         self._half_left = half_left
-        self._n_changes = -1
-        self._stimulus = 0.0
 
     def stimulus(self, facts: Known) -> float:
         """Stimulus of the area with the largest remaining share, see ``due``."""
-        if self._n_changes != facts.n_changes:
-            self._n_changes, self._stimulus = facts.n_changes, due(self._greatest(facts), self._half_left)
-        return self._stimulus
+        return due(self._greatest(facts), self._half_left)
 
     def _greatest(self, facts: Known) -> float:
         most = 0.0
@@ -151,7 +147,6 @@ class ZigzagExploring(Behaviour):
         self._n_dead = 0
         self._n_fixes, self._fixed_s = 0, -math.inf
         self._left = job.bits
-        self._n_changes, self._rest = -1, job.bits  # remaining cells as of fact number `_n_changes`
         self._ahead: Reference | None = None
         self._approach = Approach(self._speed_mps)
 
@@ -163,15 +158,14 @@ class ZigzagExploring(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         facts = picture.facts
-        if self._n_changes != facts.n_changes:
-            self._n_changes, self._rest = facts.n_changes, self._job.left(facts).bits
-        if not self._rest:
+        left = self._job.left(facts).bits
+        if not left:
             return DONE
         # Before the start the choice of the row depends on the positions of the others, which move.
         if not performed or (self._others and not self._begun):
             self._passage = None
-        if self._rest != self._left:
-            self._hear(self._rest, motion, picture.body.now_s - picture.body.decided_s)
+        if left != self._left:
+            self._hear(left, motion, picture.body.now_s - picture.body.decided_s)
         if performed:
             if picture.body.n_fixes != self._n_fixes:
                 self._note_fixes(picture)

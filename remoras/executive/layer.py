@@ -99,7 +99,7 @@ class ExecutiveLayer:
         self._helping: set[tuple[str, str, str]] = set()  # (group, vehicle, role): jobs to help with
         self._perceived: Sequence[Perception] | None = None  # at the last decision
         self._progress: Mapping[int, float | None] = NO_PROGRESS  # likewise
-        self._is_weighed = False  # motivations are current, except for satisfaction that has evolved
+        self._is_weighed = False  # motivations are current, except for new stimuli and satisfaction that has evolved
         self._has_evolved = False
         self._given: dict[int, float | None] = {}  # advances that perceptions state
         self._advances: dict[RoleKey, float] = {}
@@ -234,9 +234,10 @@ class ExecutiveLayer:
         """
         self._now_s, self._progress = now_s, progress
         constants, performed = self._constants, self.decision.chosen
+        anew: Collection[int] = performed if self._has_evolved else ()
         if perceptions is not self._perceived:
-            self._perceived, self._is_weighed = perceptions, False
-            self._stimuli = self._stimuli_of(perceptions)
+            before, self._perceived, self._stimuli = self._stimuli, perceptions, self._stimuli_of(perceptions)
+            anew = {*anew, *(n for n, stimulus in enumerate(self._stimuli) if stimulus != before[n])}
             self._given = {n: p.advance for n, p in enumerate(perceptions) if isinstance(p.advance, float | int)}
             self._advances = self._advances_of(self._given)
         stimuli = self._stimuli
@@ -246,8 +247,8 @@ class ExecutiveLayer:
         motivations, external = self.motivations, self._external
         if calls or waits or not self._is_weighed:
             weighed = self._effective
-        else:  # only satisfaction may have changed
-            weighed = [entry for entry in self._effective if entry[0] in performed] if self._has_evolved else []
+        else:
+            weighed = [entry for entry in self._effective if entry[0] in anew] if anew else []
         self._is_weighed = not (calls or waits)
         for index, role, importance, listens in weighed:
             stimulus = stimuli[index]

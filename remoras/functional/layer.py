@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 from remoras.activities import ROOM, ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, basis, distance_m
+from remoras.beliefs import KnownFact
 from remoras.condition import Condition
 from remoras.database import HOME_MARGIN, VehicleData
 from remoras.errors import PluginError
@@ -214,7 +215,9 @@ class FunctionalLayer:
         self._beside: Sequence[Neighbour] = ()  # other vehicles than these within sonar range
         self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
-        self._rests_on: tuple[Any, ...] | None = None  # what valid perceptions depend on, as they saw it
+        self._read: list[Collection[KnownFact]] = []  # facts that each perception depends on
+        self._n_changes = 0  # of facts, as they saw them
+        self._rests_on: tuple[Any, ...] | None = None  # what else all depend on
         self._until_s = -math.inf  # the first deadline
         self._peers: list[tuple[int, str, int]] = []  # sets that wait for news of a peer, and its number of positions
         self._advancing: list[int] = []  # sets whose advance is a function
@@ -340,9 +343,11 @@ class FunctionalLayer:
         if self.positioning is not None:
             self.positioning.before_decision(self.guiding)
         waits = self.guidance.withdraws or self.guidance.queues
-        if due := self._due(performed):
+        rests_on, facts = basis(self.picture, performed), self.picture.facts
+        if due := self._due(rests_on):
             self._ask(due, performed)
-        self._rests_on = None if waits or self.positioning is not None else basis(self.picture, performed)
+        self._rests_on = None if waits or self.positioning is not None else rests_on
+        self._n_changes = facts.n_changes
         if self._advancing and not _are_close(progress := self._progress(), self.progress):
             self.progress = progress
         is_hindered = waits or body.contacts_m  # by another vehicle, which will move
@@ -366,9 +371,9 @@ class FunctionalLayer:
         is_inside = x_min <= x_m <= x_max and y_min <= y_m <= y_max
         body.outside_m = 0.0 if is_inside else max(x_min - x_m, x_m - x_max, y_min - y_m, y_m - y_max)
 
-    def _due(self, performed: Sequence[int]) -> Sequence[int]:
+    def _due(self, rests_on: tuple[Any, ...]) -> Sequence[int]:
         """Return the sets whose last perception is no longer valid."""
-        if self._rests_on is None or basis(self.picture, performed) != self._rests_on:
+        if self._rests_on is None or rests_on != self._rests_on:
             return range(len(self._behaviours))
         now_s, due, reference = self.picture.body.now_s, list[int](), self.held
         if now_s >= self._until_s:
@@ -376,6 +381,10 @@ class FunctionalLayer:
         is_on_leg = reference is not None and distance_m(self.believed, reference.target_m) > reference.holds_m
         if self._guiding is not None and not is_on_leg and self._guiding not in due:
             due.append(self._guiding)
+        if (since := self._n_changes) != self.picture.facts.n_changes:
+            for index, read in enumerate(self._read):
+                if index not in due and any(fact.changed > since for fact in read):
+                    due.append(index)
         n_positions = self.picture.peers.n_positions
         for index, peer, n in self._peers:
             if n_positions.get(peer, 0) != n and index not in due:
@@ -386,8 +395,10 @@ class FunctionalLayer:
         motion, picture = self.believed, self.picture
         is_new = not self._perceived
         perceptions = [IDLE] * len(self._behaviours) if is_new else [*self._perceived]
+        self._read = [()] * len(perceptions) if is_new else self._read
         if self._guiding in due:
             self.held = self._leg = None
+        picture.facts.take_read()
         for index in due:
             try:
                 perceived = self._behaviours[index].perceive(motion, picture, index in performed)
@@ -397,6 +408,7 @@ class FunctionalLayer:
                 isinstance(perceived, Perception) and _is_share(perceived.stimulus) and _is_time(perceived.until_s)
             ):
                 raise self._broken(index, "perceive", PERCEPTION, perceived)
+            self._read[index] = picture.facts.take_read()
             if perceived != perceptions[index]:
                 is_new |= perceived._replace(until_s=perceptions[index].until_s) != perceptions[index]
                 perceptions[index] = perceived

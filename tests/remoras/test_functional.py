@@ -9,7 +9,8 @@ from samples import activity_set, auv
 
 from missions.features.current import Current, in_current
 from remoras.activities import Activity, ActivitySet, ActivityType, Wait
-from remoras.behaviours import DUE, Behaviour, Homing, Perception, Reference, Standing
+from remoras.behaviours import ALWAYS_DUE, DUE, Behaviour, Homing, Perception, Reference, Standing
+from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.layer import FunctionalLayer, Sensed
@@ -19,6 +20,7 @@ from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import Observation, Pose
 from remoras.work import Point
+from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
 BOUNDS_M = (-100.0, -100.0, 800.0, 800.0)
 N_VITAL = len(VITAL_SETS)
@@ -214,6 +216,45 @@ def test_a_behaviour_is_queried_again_when_its_answer_expires() -> None:
     functional.perceive((0,))
     functional.act(1.0)
     assert asked_at_m[3:] == [9.0]
+
+
+@pytest.mark.parametrize(
+    ("reads", "asked_after"),
+    [
+        (lambda facts: facts.values(("knownDone", "left")), ["left"]),
+        (lambda facts: facts.get(("position", "AUV00")), ["left", "right"]),
+        (lambda facts: None, []),
+    ],
+    ids=["by values", "otherwise", "none"],
+)
+def test_a_valid_perception_ends_with_a_change_of_the_facts_that_it_read(
+    reads: Callable[[Beliefs], object], asked_after: list[str]
+) -> None:
+    """What reads one job by ``values`` depends on it alone; what reads otherwise, on all that is read by ``values``."""
+    asked: list[str] = []
+
+    class Reading(Standing):
+        def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+            asked.append(now)
+            reads(held)
+            return ALWAYS_DUE
+
+    tbox = read_tbox(*core_ontology_paths())
+    named = (("AUV", "AUV00"), ("Job", "left"), ("Job", "right"))
+    instances = tuple(Instance(uid, tbox.class_named(kind).uid, name) for uid, (kind, name) in enumerate(named))
+    held = Beliefs(WorldModel(tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0))
+    functional = layer(HOMING, mission=Answering(Reading()))
+    functional.picture.facts = held
+    for job in ("left", "right"):
+        held.values(("knownDone", job))
+    now = "at first"
+    functional.perceive(())
+    for now in ("left", "right"):
+        held.model.record([held.fact(now, "knownDone", True)], 1.0)
+        held.note()
+        functional.perceive(())
+        functional.perceive(())
+    assert asked == ["at first", *asked_after]
 
 
 def test_waits_are_cleared_when_activities_are_replaced() -> None:

@@ -1,4 +1,4 @@
-"""Cached legs and decisions change nothing: recomputing them each time gives the same tables."""
+"""Legs, perceptions and decisions that are kept change nothing: computed each time, the tables are the same."""
 
 import math
 from collections.abc import Mapping
@@ -11,6 +11,7 @@ from stress.trial import judge
 
 from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.guidance import Guidance
+from remoras.functional.layer import FunctionalLayer
 from remoras.recorder import Row
 
 CLOSE = 1e-6
@@ -43,6 +44,7 @@ def check(schedule: Schedule) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Guidance, "move", lambda *arguments: move(*arguments) and None)
         patch.setattr(ExecutiveLayer, "stands", lambda *arguments: False)
+        patch.setattr(FunctionalLayer, "_due", lambda layer, *arguments: range(len(layer._behaviours)))
         asked = judge(schedule, ()).tables
     assert difference(usual, asked) is None
 
