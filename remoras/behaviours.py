@@ -71,6 +71,9 @@ class Perception(NamedTuple):
             Only this makes calls of job holders effective.
         waits: condition awaited while this activity guides; None if it progresses.
         until_s: valid until before this time, see ``Behaviour.perceive``; by default asked for at every decision.
+        until_m: valid until the vehicle has moved so far.
+        per_m: largest change of a valid stimulus per metre moved; it stays above 0. The vehicle asks again before the
+            change could affect a decision.
         peers: a valid perception ends with the next position received of one of these vehicles.
 
     >>> Perception(0.8, advance=-0.5).stimulus, DUE.stimulus, IDLE.stimulus, ADVANCING.advance, DONE.done
@@ -89,6 +92,8 @@ class Perception(NamedTuple):
     waits: Wait | None = None
     until_s: float = -math.inf
     peers: tuple[str, ...] = ()
+    until_m: float = math.inf
+    per_m: float = 0.0
 
     @property
     def settled(self) -> float:

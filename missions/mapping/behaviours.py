@@ -14,6 +14,7 @@ from remoras.behaviours import (
     CAPTURE_M,
     DONE,
     FAILED,
+    FAR_M,
     Approach,
     Behaviour,
     Perception,
@@ -147,6 +148,7 @@ class ZigzagExploring(Behaviour):
         self._n_dead = 0
         self._n_fixes, self._fixed_s = 0, -math.inf
         self._left = job.bits
+        self._sure_m = 0.0  # distance within which the planned passage surely stays the best
         self._ahead: Reference | None = None
         self._approach = Approach(self._speed_mps)
 
@@ -175,13 +177,15 @@ class ZigzagExploring(Behaviour):
         if self._passage is None:
             return FAILED
         stimulus = self._work.stimulus(facts)
+        until_s = math.inf if self._begun or not self._others else -math.inf
         if performed:
-            return Perception(
-                stimulus, self._progress, until_s=math.inf if self._begun or not self._others else -math.inf
-            )
+            return Perception(stimulus, self._progress, until_s=until_s)
         to_go_m = distance_m(motion, self._passage.target_m)
         self._approach.advance(to_go_m, picture.body.now_s, performed)
-        return Perception(stimulus if self._begun else stimulus * attracted(to_go_m).stimulus)
+        if self._begun:
+            return Perception(stimulus, until_s=until_s, until_m=self._sure_m)
+        near = attracted(to_go_m).stimulus
+        return Perception(stimulus * near, until_s=until_s, until_m=self._sure_m, per_m=stimulus / FAR_M)
 
     def _progress(self, motion: Motion, picture: Picture) -> float | None:
         to_go_m = math.inf if self._passage is None else distance_m(motion, self._passage.target_m)
@@ -251,7 +255,7 @@ class ZigzagExploring(Behaviour):
         part = self._job.of(left & ~self._tried)
         way = self._way(part, motion, picture)
         if way is None:
-            self._passage = self._over_a_missed_cell(left & self._survey.reach, motion)
+            self._passage, self._sure_m = self._over_a_missed_cell(left & self._survey.reach, motion), 0.0
             return
         # A link between neighbouring rows is too short to be worth accelerating to transit speed.
         is_far = not self._begun or distance_m(motion, way.first_m) > LONG_LINK * self._swath_m
@@ -276,7 +280,8 @@ class ZigzagExploring(Behaviour):
         survey, positions_m = self._survey, picture.peers.positions_m
         others_m = [survey.across_m(positions_m[name]) for name in self._others if name in positions_m]
         if self._begun or not others_m:
-            return part.way(motion.position_m, self._data)
+            way, self._sure_m = part.fastest(motion.position_m, self._data)
+            return way
 
         def preference(way: Way) -> tuple[float, float]:
             off_m = min(abs(survey.across_m(way.first_m) - across_m) for across_m in others_m)

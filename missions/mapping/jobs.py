@@ -325,17 +325,24 @@ class SurveyJob:
 
     def way(self, position_m: Point, data: VehicleData) -> Way | None:
         """Return the fastest path over the remaining cells; None if the vehicle cannot survey them."""
+        return self.fastest(position_m, data)[0]
+
+    def fastest(self, position_m: Point, data: VehicleData) -> tuple[Way | None, float]:
+        """Return ``way``, and the distance (m) from the position within which it surely stays the same."""
         swath, survey_mps = swath_m(data), mapping_speed_mps(data)
         if swath <= 0.0 or survey_mps <= 0.0 or data.depth_limit_m < self.depth_m:
-            return None
+            return None, math.inf
         (x_m, y_m), transit_mps = position_m, data.transit_speed_mps
-        soonest, least_s = None, math.inf
+        soonest, least_s, next_s = None, math.inf, math.inf
         for way in self.on.survey(swath).ways(self.bits):
             dx_m, dy_m = way.first_m[0] - x_m, way.first_m[1] - y_m
             way_s = math.sqrt(dx_m * dx_m + dy_m * dy_m) / transit_mps + way.length_m / survey_mps
             if way_s < least_s:
-                soonest, least_s = way, way_s
-        return soonest
+                soonest, least_s, next_s = way, way_s, least_s
+            elif way_s < next_s:
+                next_s = way_s
+        # Each metre makes a path longer or shorter by at most a metre of transit.
+        return soonest, (next_s - least_s) * transit_mps / 2.0 - TOLERANCE_M
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Outlook after this survey; None if unable: no sensor, too deep, or no row over an open cell."""

@@ -187,7 +187,7 @@ class Choice:
 
     def best(self, motivations: Sequence[float]) -> tuple[int, ...]:
         """Return the sets of the best combination, ascending, first of equals; 0 takes no part."""
-        if not self._holds(motivations):
+        if not self.holds(motivations):
             self._best, self._found_at = self.searched(motivations), list(motivations)
             self._holds_within = min(self._apart, default=math.inf) / 2.0 - ROUNDING
         return self._best
@@ -199,7 +199,12 @@ class Choice:
         _, winner = self._most(motivations, held, held, (0.0, ()))
         return tuple(sorted(vital + winner)) if vital else winner
 
-    def _holds(self, motivations: Sequence[float]) -> bool:
+    def spare(self, motivations: Sequence[float], index: int) -> float:
+        """Return by how much the motivation of a set may change without effect; NaN before a search."""
+        return self._holds_within - abs(motivations[index] - self._found_at[index])
+
+    def holds(self, motivations: Sequence[float]) -> bool:
+        """Return whether the last search surely found the best combination."""
         # Means that differ by d keep their order until a motivation moves by d / 2, or from or to 0.
         within = self._holds_within
         for now, before in zip(motivations, self._found_at, strict=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
@@ -92,6 +92,7 @@ class ExecutiveLayer:
         self._called_as: list[list[RoleKey]] = []  # by set: own roles of its group with the same activities
         self._is_own: list[bool] = []
         self._providers: dict[int, list[int]] = {}  # by set with a need: the sets that provide it
+        self._resting: list[list[int]] = []  # by set: itself and the sets with a need for it
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
         self._calling: set[Call] = set()  # signals of dissatisfied emitters
         self._waiting: set[Call] = set()  # signals of dissatisfied emitters in roles with a job
@@ -136,6 +137,10 @@ class ExecutiveLayer:
             for index, activities in enumerate(sets)
             if activities.needs is not None
         }
+        self._resting = [[index] for index in range(len(sets))]
+        for resting in self._resting:
+            for index in resting:  # those found are followed, too
+                resting += [n for n, on in self._providers.items() if index in on and n not in resting]
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
         self._heard = {role: signals for role, signals in self._heard.items() if role in self.satisfaction}
         self._calling = {caller for caller in self._calling if caller[0] in self.satisfaction}
@@ -221,18 +226,44 @@ class ExecutiveLayer:
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         return None if guiding is None else self._role_of[guiding]
 
+    def spare(self, index: int) -> float:
+        """Return by how much the stimulus of a set may change without effect on the decision."""
+        return min(
+            [self._choice.spare(self.motivations, n) / max(self.sets[n].importance, 1e-9) for n in self._resting[index]]
+        )
+
     def decide(
         self,
         perceptions: Sequence[Perception],
         now_s: float,
         dt_s: float,
         progress: Mapping[int, float | None] = NO_PROGRESS,
+        renew: Callable[[], Sequence[Perception]] | None = None,
     ) -> Decision:
         """Return the best combination (the same object while unchanged), then evolve satisfactions.
 
-        ``progress`` has the advances that the same list of perceptions leaves open.
+        ``progress`` has the advances that the same list of perceptions leaves open. ``renew`` returns perceptions
+        without the deviations that ``spare`` allows.
         """
         self._now_s, self._progress = now_s, progress
+        constants, performed = self._constants, self.decision.chosen
+        is_weighed = self._weigh(perceptions, now_s)
+        if is_weighed and renew is not None and not self._choice.holds(self.motivations):
+            self._weigh(renew(), now_s)
+        chosen = self._choice.best(self.motivations) if is_weighed else performed
+        if chosen != performed:
+            self.decision, self._is_weighed = self._decision(chosen), False
+        self._has_evolved = True  # as far as known
+        if dt_s > 0.0:
+            advances = self._advances_of({**self._given, **progress}) if progress else self._advances
+            if not constants.updates_satisfy:
+                given = {**self._given, **progress}
+                advances = self._advances_of({index: given.get(index) for index in self.decision.chosen})
+            self._has_evolved = self._evolve(dt_s, advances)
+        return self.decision
+
+    def _weigh(self, perceptions: Sequence[Perception], now_s: float) -> bool:
+        """Update motivations; return whether any may have changed."""
         constants, performed = self._constants, self.decision.chosen
         anew: Collection[int] = performed if self._has_evolved else ()
         if perceptions is not self._perceived:
@@ -267,17 +298,7 @@ class ExecutiveLayer:
             satisfaction = None if role is None or index not in performed else self.satisfaction[role]
             motivations[index] = motivation(importance, stimulus, satisfaction, heeded, constants)
             external[index] = constants.weight_external * heeded
-        chosen = self._choice.best(motivations) if weighed else performed
-        if chosen != performed:
-            self.decision, self._is_weighed = self._decision(chosen), False
-        self._has_evolved = True  # as far as known
-        if dt_s > 0.0:
-            advances = self._advances_of({**self._given, **progress}) if progress else self._advances
-            if not constants.updates_satisfy:
-                given = {**self._given, **progress}
-                advances = self._advances_of({index: given.get(index) for index in self.decision.chosen})
-            self._has_evolved = self._evolve(dt_s, advances)
-        return self.decision
+        return bool(weighed)
 
     def candidates(self, now_s: float) -> list[WeighedSet]:
         """Return all effective activity sets as evaluated by the last decision, at ``now_s``."""

@@ -7,6 +7,7 @@ layer consults. Calls only go down and return values (``docs/DESIGN.md``).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 from mesa import Agent, Model
 
@@ -127,7 +128,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         """Perceive and decide, unless the last decision stands; execute parts of the social layer."""
         functional, executive = self.functional, self.executive
         functional.picture.groups.planning_due = bool(self.social.planner.due)
-        perceptions = functional.perceive(executive.decision.chosen)
+        perceptions = functional.perceive(executive.decision.chosen, executive.spare)
         is_undisturbed = functional.is_at_rest or not functional.picture.body.contacts_m
         is_as_before = perceptions is self._uneventful and not self.social.planner.due
         if not (is_as_before and is_undisturbed and executive.stands(functional.progress)):
@@ -136,7 +137,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> None:
         functional, executive = self.functional, self.executive
-        before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s, functional.progress)
+        before = executive.decision
+        renew = partial(functional.renew, before.chosen)
+        decision = executive.decide(perceptions, now_s, dt_s, functional.progress, renew)
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets
             self._run_log.decided(now_s, decision.driving, executive.candidates(now_s))

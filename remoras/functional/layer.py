@@ -39,6 +39,10 @@ def _answering(data: VehicleData, dead: Collection[str]) -> tuple[str, ...]:
     return tuple(sensor.name for sensor in data.sensors if sensor.tells_state and sensor.name not in dead)
 
 
+def _exact(index: int) -> float:
+    return 0.0
+
+
 def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
     return HOME_MARGIN * (data.power_w(speed_mps) / speed_mps) / data.energy_j
 
@@ -220,6 +224,7 @@ class FunctionalLayer:
         self._rests_on: tuple[Any, ...] | None = None  # what else all depend on
         self._until_s = -math.inf  # the first deadline
         self._peers: list[tuple[int, str, int]] = []  # sets that wait for news of a peer, and its number of positions
+        self._asked_at_m: dict[int, Point] = {}  # sets whose perception is valid near this place
         self._advancing: list[int] = []  # sets whose advance is a function
         self.progress: dict[int, float | None] = {}
         picture.body.answering = _answering(data, ())
@@ -289,6 +294,7 @@ class FunctionalLayer:
         }
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
         self._perceived = []
+        self._asked_at_m = {}
         self.perform(())
         return self._sets
 
@@ -335,8 +341,11 @@ class FunctionalLayer:
             body.last_yield_s = now_s
         return sensed
 
-    def perceive(self, performed: Sequence[int]) -> list[Perception]:
-        """Return perceptions of all sets, asking only where due; PluginError for a wrong answer."""
+    def perceive(self, performed: Sequence[int], spare: Callable[[int], float] = _exact) -> list[Perception]:
+        """Return perceptions of all sets, asking only where due; PluginError for a wrong answer.
+
+        ``spare``: by how much the stimulus of a set may deviate.
+        """
         # The same objects are returned while only deadlines change.
         body, reference = self.picture.body, self.held
         self._look_after_itself()
@@ -344,7 +353,7 @@ class FunctionalLayer:
             self.positioning.before_decision(self.guiding)
         waits = self.guidance.withdraws or self.guidance.queues
         rests_on, facts = basis(self.picture, performed), self.picture.facts
-        if due := self._due(rests_on):
+        if due := self._due(rests_on, spare):
             self._ask(due, performed)
         self._rests_on = None if waits or self.positioning is not None else rests_on
         self._n_changes = facts.n_changes
@@ -371,7 +380,15 @@ class FunctionalLayer:
         is_inside = x_min <= x_m <= x_max and y_min <= y_m <= y_max
         body.outside_m = 0.0 if is_inside else max(x_min - x_m, x_m - x_max, y_min - y_m, y_m - y_max)
 
-    def _due(self, rests_on: tuple[Any, ...]) -> Sequence[int]:
+    def renew(self, performed: Sequence[int]) -> list[Perception]:
+        """Return perceptions without deviation."""
+        progress, here_m = self.progress, self.believed.position_m
+        if due := [index for index, at_m in self._asked_at_m.items() if at_m != here_m]:
+            self._ask(due, performed)
+            self.progress = progress
+        return self._perceived
+
+    def _due(self, rests_on: tuple[Any, ...], spare: Callable[[int], float]) -> Sequence[int]:
         """Return the sets whose last perception is no longer valid."""
         if self._rests_on is None or rests_on != self._rests_on:
             return range(len(self._behaviours))
@@ -389,6 +406,11 @@ class FunctionalLayer:
         for index, peer, n in self._peers:
             if n_positions.get(peer, 0) != n and index not in due:
                 due.append(index)
+        for index, at_m in self._asked_at_m.items():
+            if (moved_m := distance_m(self.believed, at_m)) > 0.0 and index not in due:
+                perceived = self._perceived[index]
+                if not (moved_m < perceived.until_m and perceived.per_m * moved_m < spare(index)):
+                    due.append(index)
         return due
 
     def _ask(self, due: Collection[int], performed: Sequence[int]) -> None:
@@ -409,8 +431,11 @@ class FunctionalLayer:
             ):
                 raise self._broken(index, "perceive", PERCEPTION, perceived)
             self._read[index] = picture.facts.take_read()
-            if perceived != perceptions[index]:
-                is_new |= perceived._replace(until_s=perceptions[index].until_s) != perceptions[index]
+            self._asked_at_m.pop(index, None)
+            if perceived.until_m < math.inf or perceived.per_m > 0.0:
+                self._asked_at_m[index] = motion.position_m
+            if perceived != (before := perceptions[index]):
+                is_new |= perceived._replace(until_s=before.until_s, until_m=before.until_m) != before
                 perceptions[index] = perceived
         self._until_s = min([p.until_s for p in perceptions])
         if is_new:

@@ -12,6 +12,7 @@ from typing import Any
 from remoras.behaviours import IDLE, Behaviour, Perception, Reference, basis, distance_m
 from remoras.database import VehicleData
 from remoras.fleet.radio import note_position
+from remoras.functional.layer import ROUNDING
 from remoras.motion import Motion
 from remoras.picture import Body, Groups, Picture
 from remoras.sensor import Observation
@@ -127,7 +128,7 @@ def check(
 
     ``make_behaviour`` returns a new behaviour of the same vehicle at each call; ``peers`` and ``groups`` occur in the
     inputs. Raises AssertionError for a wrong type, stimulus outside 0..1, done state revoked, inputs modified, invalid
-    reference or premature change of it, a change before the stated deadline, or nondeterminism.
+    reference or premature change of it, a change before the stated deadline or beyond ``per_m``, or nondeterminism.
     """
     for seed, spell in ((1, 1), (2, 10), (3, 10)):  # each moment with the activity performed and not
         moments = story(data, tuple(peers), tuple(groups), seed, spell)
@@ -150,6 +151,7 @@ def _answers(
     perceived, reference, n_heard = IDLE, None, 0
     rests_on: tuple[object, ...] = ()
     motion, picture = pickle.loads(moments[0].kept)
+    asked_at_m = motion.position_m
     for number, moment in enumerate(moments):
         where = f"moment {number}"
         _become(motion, picture, moment)
@@ -159,9 +161,14 @@ def _answers(
         is_valid = picture.body.now_s < perceived.until_s and rested_on == rests_on
         is_valid &= n_heard == sum(picture.peers.n_positions.get(peer, 0) for peer in perceived.peers)
         is_valid &= is_on_leg or reference is None or not moment.performed
-        if not (by_deadline and is_valid):
-            perceived = behaviour.perceive(motion, picture, moment.performed)
+        moved_m, before = distance_m(motion, asked_at_m), perceived
+        is_valid &= moved_m == 0.0 or moved_m < perceived.until_m
+        if not (by_deadline and is_valid and perceived.per_m * moved_m == 0.0):
+            perceived, asked_at_m = behaviour.perceive(motion, picture, moment.performed), motion.position_m
             assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
+            change = abs(perceived.stimulus - before.stimulus)
+            says = f"its stimulus has changed by {change} over {moved_m} m, but per_m is {before.per_m}"
+            assert change <= before.per_m * moved_m + ROUNDING or not (is_valid and before.per_m), f"{where}: {says}"
             n_heard = sum(picture.peers.n_positions.get(peer, 0) for peer in perceived.peers)
         progress = perceived.progress(motion, picture)
         picture.body.decided_s = picture.body.now_s
@@ -176,7 +183,9 @@ def _answers(
         picture.body.decided_s = moment.picture.body.decided_s
         assert motion == moment.motion, f"{where}: the behaviour changed the motion, which only the control may"
         assert picture == moment.picture, f"{where}: the behaviour changed the picture, which only its owners may"
-        answer = perceived._replace(answers=perceived.settled, ends=None, until_s=-math.inf, peers=())
+        answer = perceived._replace(
+            answers=perceived.settled, ends=None, until_s=-math.inf, peers=(), until_m=math.inf, per_m=0.0
+        )
         answers.append((answer._replace(advance=progress), reference))
     return answers
 
@@ -198,6 +207,8 @@ def _check_perception(perceived: Perception, where: str, advance: float | None) 
     is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)
     assert is_degree, f"{where}: advance is {advance!r}, expected a number of -1..1 or None"
     assert not math.isnan(perceived.until_s), f"{where}: until_s is {perceived.until_s!r}, expected a time (s)"
+    assert perceived.until_m >= 0.0, f"{where}: until_m is {perceived.until_m!r}, expected a distance (m)"
+    assert 0.0 <= perceived.per_m < math.inf, f"{where}: per_m is {perceived.per_m!r}, expected 0 or more"
     for name in ("done", "failed", "makes_no_way", "is_beyond_it"):
         value = getattr(perceived, name)
         assert isinstance(value, bool), f"{where}: {name} is {value!r}, expected a bool"

@@ -97,7 +97,17 @@ PERCEIVES: list[tuple[Answer, str]] = [
         lambda self, _, picture, *asked: Perception(0.5 + 0.5 * (picture.body.now_s < 107.0), until_s=200.0),
         "asked only when its until_s, peers and holds_m require it",
     ),
+    (
+        lambda self, motion, *asked: Perception(0.5 + 0.5 * (motion.x_m > 0.0), until_s=math.inf, until_m=1e4),
+        "asked only when its until_s, peers and holds_m require it",
+    ),
+    (
+        lambda self, motion, *asked: Perception(1.0 / (2.0 + abs(motion.x_m)), until_s=math.inf, per_m=1e-4),
+        "its stimulus has changed by .* but per_m is 0.0001",
+    ),
     (lambda *asked: Perception(1.0, until_s=math.nan), "until_s is nan"),
+    (lambda *asked: Perception(1.0, until_m=math.nan), "until_m is nan"),
+    (lambda *asked: Perception(1.0, per_m=-1.0), "per_m is -1.0"),
     (individual, "two behaviours made alike"),
 ]
 REFERS: list[tuple[Answer, str]] = [
