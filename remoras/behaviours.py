@@ -264,10 +264,11 @@ class Supervision(Standing):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return full progress while the last news are fresh, then decreasing with their age."""
+        return Perception(1.0, self._progress, until_s=math.inf)
+
+    def _progress(self, motion: Motion, picture: Picture) -> float | None:
         late_s = picture.body.now_s - picture.peers.last_news_s - self._patience_s
-        if late_s <= 0.0:
-            return Perception(1.0, 1.0, until_s=picture.peers.last_news_s + self._patience_s)
-        return Perception(1.0, max(0.0, 1.0 - late_s / self._patience_s)) if late_s < math.inf else DUE
+        return min(1.0, max(0.0, 1.0 - late_s / self._patience_s)) if late_s < math.inf else None
 
 
 class Working(Standing):
