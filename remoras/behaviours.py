@@ -294,7 +294,7 @@ def awaited(group: str, picture: Picture) -> float:
 class Homing(Behaviour):
     """Go to a rally point and wait there until the group is gathered.
 
-    Groups ``after`` gather before. ``answers`` is the share of a call for help settled by coming, 0..1.
+    Groups ``after`` gather before.
     """
 
     def __init__(
@@ -303,10 +303,9 @@ class Homing(Behaviour):
         radius_m: float,
         group: str,
         data: VehicleData,
-        answers: Callable[[str, Picture], float] = awaited,
         after: Collection[str] = (),
     ) -> None:
-        self._answers, self._after = answers, after
+        self._after = after
         self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
@@ -314,7 +313,7 @@ class Homing(Behaviour):
         self._room, self._stay = Reference(point_m, data.survey_speed_mps), Reference(point_m, 0.0, 0.0)
         self._approach = Approach(data.transit_speed_mps)
         self._has_met = False
-        self._picture: Picture | None = None
+        self._picture = Picture()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending once preceding groups are gathered, until this group is and the vehicle has come."""
@@ -331,7 +330,7 @@ class Homing(Behaviour):
         return Perception(1.0, self._progress if performed else None, answers=self._settled, until_s=until_s)
 
     def _settled(self) -> float:
-        return 0.0 if self._picture is None else self._answers(self._group, self._picture)
+        return awaited(self._group, self._picture)
 
     def _progress(self, motion: Motion, picture: Picture) -> float | None:
         return self._approach.advance(distance_m(motion, self._point_m), picture.body.now_s, True)

@@ -329,7 +329,6 @@ class Chart:
         self.grid, self.prior, self.rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)
         self.names = scenario.names
         self._sites = [number for number, name in enumerate(self.names) if name in SITES]
-        self._n_changes = -1
         self._seen: dict[tuple[str, str], set[int]] = {}
         self._clear()
 
@@ -357,8 +356,6 @@ class Chart:
 
     def update(self, facts: Known, vehicles: Sequence[str]) -> None:
         """Add known observations of some vehicles; recompute after an exclusion."""
-        if facts.n_changes == self._n_changes:
-            return
         for attribute in (SWEPT, CONTACT):
             for vehicle in vehicles:
                 known, seen = facts.values((attribute, vehicle)), self._seen.get((attribute, vehicle), set())
@@ -371,7 +368,6 @@ class Chart:
                     new = known - seen
                     self.add(attribute, new)
                     self._seen[attribute, vehicle] = seen | new
-        self._n_changes = facts.n_changes
 
     def add(self, attribute: str, codes: Iterable[int]) -> None:
         """Add observation codes, each once."""

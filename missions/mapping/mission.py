@@ -71,7 +71,7 @@ from missions.scenarios.features import place_error_m
 from missions.scenarios.fleet import database_of
 from missions.scenarios.organisation import FORMATION_WORDS, groups_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import Behaviour, Homing
+from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key, Known
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
@@ -394,9 +394,6 @@ class MappingMission(JobMission):
         # Needs follow from groups, so that a vehicle may receive no facts about areas that it cannot map.
         unfinished = self._goal_known(_own(self._surveys, self.swaths_m, data.name))
         match activity.name:
-            case "Homing":  # asked most often: wrapped like the others, it would cost 1 % of a mission
-                point_m, group, first = parameters
-                return Homing(point_m, settings.arrival_radius_m, group, data, unfinished.answers, first)
             case "Mapping":
                 return MappingAlong(settings.patience_s, self._work(*parameters))
             case "ZigzagExploring":
@@ -413,7 +410,7 @@ class MappingMission(JobMission):
 
     def is_enough(self, facts: Known) -> bool:
         """Return True if the goal tolerates the remaining cells and every find is inspected."""
-        return not self._unfinished_by_all.is_work_left(facts)
+        return not self._unfinished_by_all.holds(facts)
 
     def _work(self, group: str) -> WorkLeft:
         jobs = [self._surveys[role.job] for role in self.groups[group].roles if role.job in self._surveys]

@@ -13,7 +13,7 @@ from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import swath_m
 from missions.meeting.meeting import MEET, Meeting, entrusted, expected_of
 from remoras.activities import Objective
-from remoras.behaviours import Behaviour, Perception, Reference, awaited
+from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.beliefs import Beliefs, Known
 from remoras.database import VehicleData
 from remoras.group_hierarchy import supervised_by
@@ -82,28 +82,16 @@ def is_alone_with_work(
 
 
 class Unfinished:
-    """Knowledge of one vehicle about the goal, a share of all cells, and about all finds."""
+    """Goal, a share of all cells, and all finds."""
 
     def __init__(self, surveys: Iterable[SurveyJob], goal: float, finds: Collection[str]) -> None:
         self._surveys = list(surveys)
         n_cells = sum(job.on.work.bit_count() for job in self._surveys)
         self._n_spared = n_cells - goal * n_cells
         self._finds = tuple(finds)
-        self._n_changes = -1
-        self._holds = True
 
     def holds(self, facts: Known) -> bool:
         """Return True while more work is known to remain than the goal tolerates."""
-        if self._n_changes != facts.n_changes:
-            self._n_changes, self._holds = facts.n_changes, self.is_work_left(facts)
-        return self._holds
-
-    def answers(self, group: str, picture: Picture) -> float:
-        """Effect of joining the rendezvous on a call, 0..1; 0 before the goal is reached."""
-        return 0.0 if self.holds(picture.facts) else awaited(group, picture)
-
-    def is_work_left(self, facts: Known) -> bool:
-        """Evaluate ``holds`` for any vehicle's knowledge, without the cache."""
         if any(facts.values(("foundAt", find)) and not facts.values(("inspectedBy", find)) for find in self._finds):
             return True
         n_left = 0

@@ -62,10 +62,6 @@ class Facts:
     def __init__(self, known: dict[tuple[str, str], Any] | None = None, cells: dict[str, set[float]] | None = None):
         self.known, self.cells = known or {}, cells or {}
 
-    @property
-    def n_changes(self) -> int:
-        return len(self.known) + sum(map(len, self.cells.values()))
-
     def get(self, key: tuple[str, str], default: Any = None, /) -> Any:
         return self.known.get(key, default)
 

@@ -48,7 +48,7 @@ class Facts:
     """
 
     def __init__(self, told: dict[tuple[str, str], set[int]]) -> None:
-        self.told, self.n_changes = told, 0
+        self.told = told
         self.known: dict[tuple[str, str], object] = {}
         self.anomalies: tuple[str, ...] = ()
 
