@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
@@ -37,12 +37,13 @@ class Known:
     'unknown'
     """
 
-    n_changes = 0
-    """Counter that grows whenever results of ``values`` change; for caches."""
+    def take_read(self) -> Set[KnownFact]:
+        """Return the facts read by ``values`` since the last call."""
+        return frozenset()
 
-    def take_read(self) -> Collection[KnownFact]:
-        """Return the facts read since the last call."""
-        return ()
+    def take_changed(self) -> Set[KnownFact]:
+        """Return the facts read by ``values`` before that have changed since the last call."""
+        return frozenset()
 
     def get(self, key: Key, default: Any = None, /) -> Any:
         """Return the latest value of a fact, or ``default`` if unknown."""
@@ -68,15 +69,10 @@ Fact = tuple[int, int, Any] | tuple[int, int, Any, float]
 
 @dataclass(slots=True, eq=False)
 class KnownFact:
-    """Values of a fact, and the count ``n_changes`` of their last change."""
+    """Values of a fact."""
 
     attribute: Attribute
     values: set[Any]
-    changed: float = 0
-
-
-ANY_FACT = KnownFact(cast(Attribute, None), set(), math.inf)
-"""Facts read otherwise than by ``values``: every change may concern them."""
 
 
 class Fused(NamedTuple):
@@ -105,6 +101,7 @@ class Beliefs(Known):
         self._collected: dict[tuple[int, int], KnownFact] = {}  # by (subject, attribute), on request
         self._by_key: dict[Key, KnownFact] = {}  # by key
         self._read: set[KnownFact] = set()
+        self._changed: set[KnownFact] = set()
         self._trust = model.index.trust
         self._banned = self._trust.from_s
         self._from_s: dict[tuple[int, int], float] = {}  # by (subject, attribute), where old values are invalid
@@ -113,7 +110,7 @@ class Beliefs(Known):
     # From the world model ------------------------------------------------------------------------
 
     def get(self, key: Key, default: Any = None, /) -> Any:
-        subject, attribute = self._slot(key)
+        subject, attribute = self._slots.get(key) or self._slot(key)
         value = self.model.value(subject, attribute.uid)
         if value is None or (self._from_s and self._latest(key) is None):
             return default
@@ -121,7 +118,7 @@ class Beliefs(Known):
 
     def count_from(self, key: Key, from_s: float) -> None:
         """Invalidate all values of a fact observed before ``from_s``."""
-        subject, attribute = self._slot(key)
+        subject, attribute = self._slots.get(key) or self._slot(key)
         slot = subject, attribute.uid
         self._n_over[slot] += from_s > self._from_s.get(slot, -math.inf)
         self._from_s[slot] = from_s
@@ -130,20 +127,18 @@ class Beliefs(Known):
 
     def n_over(self, key: Key) -> int:
         """Return how many times values of a fact have been invalidated."""
-        subject, attribute = self._slot(key)
+        subject, attribute = self._slots.get(key) or self._slot(key)
         return self._n_over[subject, attribute.uid]
 
     def _slot(self, key: Key) -> tuple[int, Attribute]:
-        self._read.add(ANY_FACT)
-        slot = self._slots.get(key)
-        if slot is None:
-            slot = self._slots[key] = self.uid(key[1]), self._tbox.attribute_named(key[0])
+        attribute = self._tbox.attribute_named(key[0])
+        slot = self._slots[key] = self.uid(key[1]), attribute
         return slot
 
     def values(self, key: Key) -> Set[Any]:
         """Return all valid values of a fact; the set grows in place until values are invalidated."""
         if (collected := self._by_key.get(key)) is None:
-            subject, attribute = self._slot(key)
+            subject, attribute = self._slots.get(key) or self._slot(key)
             slot = subject, attribute.uid
             if slot not in self._collected:
                 self.model.watched.add(slot)
@@ -152,9 +147,13 @@ class Beliefs(Known):
         self._read.add(collected)
         return collected.values
 
-    def take_read(self) -> Collection[KnownFact]:
+    def take_read(self) -> Set[KnownFact]:
         read, self._read = self._read, set()
         return read
+
+    def take_changed(self) -> Set[KnownFact]:
+        changed, self._changed = self._changed, set()
+        return changed
 
     def _all(self, slot: tuple[int, int], attribute: Attribute) -> set[Any]:
         from_s = self._from_s.get(slot, -math.inf)
@@ -176,11 +175,11 @@ class Beliefs(Known):
             if observation.time_s >= self._from_s.get(slot, -math.inf):
                 collected = self._collected[slot]
                 collected.values.add(self._plain(collected.attribute, observation.value))
-                self.n_changes = collected.changed = self.n_changes + 1
+                self._changed.add(collected)
 
     def _set_anew(self, slot: tuple[int, int], collected: KnownFact) -> None:
         collected.values = self._all(slot, collected.attribute)
-        self.n_changes = collected.changed = self.n_changes + 1
+        self._changed.add(collected)
 
     def fused(
         self,
@@ -200,7 +199,7 @@ class Beliefs(Known):
         observation time, ``by`` the only vehicle to use, None for all. ``drift``, ``shared`` and ``at_s`` are as in
         ``worldmodel.fused``. Raises UnknownNameError, or FactError for an impossible prior, drift or error.
         """
-        subject, attribute = self._slot(key)
+        subject, attribute = self._slots.get(key) or self._slot(key)
         weights = None if prior is None else {self._value(attribute, value): w for value, w in prior.items()}
         observations: Sequence[Latest] = self.model.history(subject, attribute.uid, since_s)
         if by is not None:
@@ -219,7 +218,7 @@ class Beliefs(Known):
 
     def count(self, key: Key, value: Any) -> int:
         """Return the number of observations of a value, excluded origins apart."""
-        subject, attribute = self._slot(key)
+        subject, attribute = self._slots.get(key) or self._slot(key)
         stored = self._value(attribute, value)
         return sum(observation.value == stored for observation in self.model.history(subject, attribute.uid))
 
@@ -234,7 +233,7 @@ class Beliefs(Known):
         return None if latest is None else self.name(latest.origin)
 
     def _latest(self, key: Key) -> Latest | None:
-        subject, attribute = self._slot(key)
+        subject, attribute = self._slots.get(key) or self._slot(key)
         latest = self.model.latest(subject, attribute.uid)
         if latest is not None and latest.time_s < self._from_s.get((subject, attribute.uid), -math.inf):
             return None
@@ -245,12 +244,11 @@ class Beliefs(Known):
         return bool(self.model.inference.classes(self.uid(name)) >> self._tbox.class_named(of_class).uid & 1)
 
     def instances(self, of_class: str) -> tuple[str, ...]:
-        self._read.add(ANY_FACT)
         return tuple(instance.name for instance in self.model.instances_of(self._tbox.class_named(of_class).uid))
 
     def linked(self, key: Key) -> tuple[str, ...]:
         """Return the names of linked instances: latest value, common knowledge and inference."""
-        subject, attribute = self._slot(key)
+        subject, attribute = self._slots.get(key) or self._slot(key)
         return tuple(self.name(uid) for uid in self.model.inference.links(subject, attribute.uid))
 
     def name(self, uid: int) -> str:

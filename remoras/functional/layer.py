@@ -219,9 +219,8 @@ class FunctionalLayer:
         self._beside: Sequence[Neighbour] = ()  # other vehicles than these within sonar range
         self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
-        self._read: list[Collection[KnownFact]] = []  # facts that each perception depends on
-        self._n_changes = 0  # of facts, as they saw them
-        self._rests_on: tuple[Any, ...] | None = None  # what else all depend on
+        self._read: list[Set[KnownFact]] = []  # facts that each perception depends on
+        self._rests_on: tuple[Any, ...] | None = None  # what else all depend on, as they saw it
         self._until_s = -math.inf  # the first deadline
         self._peers: list[tuple[int, str, int]] = []  # sets that wait for news of a peer, and its number of positions
         self._asked_at_m: dict[int, Point] = {}  # sets whose perception is valid near this place
@@ -352,11 +351,10 @@ class FunctionalLayer:
         if self.positioning is not None:
             self.positioning.before_decision(self.guiding)
         waits = self.guidance.withdraws or self.guidance.queues
-        rests_on, facts = basis(self.picture, performed), self.picture.facts
+        rests_on = basis(self.picture, performed)
         if due := self._due(rests_on, spare):
             self._ask(due, performed)
         self._rests_on = None if waits or self.positioning is not None else rests_on
-        self._n_changes = facts.n_changes
         if self._advancing and not _are_close(progress := self._progress(), self.progress):
             self.progress = progress
         is_hindered = waits or body.contacts_m  # by another vehicle, which will move
@@ -390,6 +388,7 @@ class FunctionalLayer:
 
     def _due(self, rests_on: tuple[Any, ...], spare: Callable[[int], float]) -> Sequence[int]:
         """Return the sets whose last perception is no longer valid."""
+        changed = self.picture.facts.take_changed()
         if self._rests_on is None or rests_on != self._rests_on:
             return range(len(self._behaviours))
         now_s, due, reference = self.picture.body.now_s, list[int](), self.held
@@ -398,10 +397,8 @@ class FunctionalLayer:
         is_on_leg = reference is not None and distance_m(self.believed, reference.target_m) > reference.holds_m
         if self._guiding is not None and not is_on_leg and self._guiding not in due:
             due.append(self._guiding)
-        if (since := self._n_changes) != self.picture.facts.n_changes:
-            for index, read in enumerate(self._read):
-                if index not in due and any(fact.changed > since for fact in read):
-                    due.append(index)
+        if changed:
+            due += [index for index, read in enumerate(self._read) if index not in due and not read.isdisjoint(changed)]
         n_positions = self.picture.peers.n_positions
         for index, peer, n in self._peers:
             if n_positions.get(peer, 0) != n and index not in due:
@@ -417,7 +414,7 @@ class FunctionalLayer:
         motion, picture = self.believed, self.picture
         is_new = not self._perceived
         perceptions = [IDLE] * len(self._behaviours) if is_new else [*self._perceived]
-        self._read = [()] * len(perceptions) if is_new else self._read
+        self._read = [frozenset()] * len(perceptions) if is_new else self._read
         if self._guiding in due:
             self.held = self._leg = None
         picture.facts.take_read()
