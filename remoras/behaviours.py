@@ -127,7 +127,7 @@ def basis(picture: Picture, performed: object) -> tuple[object, ...]:
     """Return the state on which valid perceptions depend, besides facts, time, peers and target."""
     body, groups = picture.body, picture.groups
     return (
-        performed, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due, frozenset(groups.gathered),
+        performed, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due, groups.gathered,
     )  # fmt: skip
 
 

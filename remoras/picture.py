@@ -104,7 +104,7 @@ class Groups:
     isolated vehicle meets with those present, received or not.
     """
 
-    gathered: set[str] = field(default_factory=set)
+    gathered: frozenset[str] = frozenset()
     planning_due: bool = False
     awaited: Mapping[str, float] = field(default_factory=dict)
     works: Mapping[str, Work] = field(default_factory=dict)

@@ -428,9 +428,10 @@ class FunctionalLayer:
             ):
                 raise self._broken(index, "perceive", PERCEPTION, perceived)
             self._read[index] = picture.facts.take_read()
-            self._asked_at_m.pop(index, None)
             if perceived.until_m < math.inf or perceived.per_m > 0.0:
                 self._asked_at_m[index] = motion.position_m
+            elif index in self._asked_at_m:
+                del self._asked_at_m[index]
             if perceived != (before := perceptions[index]):
                 is_new |= perceived._replace(until_s=before.until_s, until_m=before.until_m) != before
                 perceptions[index] = perceived

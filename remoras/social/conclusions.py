@@ -55,7 +55,7 @@ class Gatherings:
             return False
         return self._beliefs.observed_s(key) == self._alone_s[key[1]]
 
-    def believed(self, cut_off: bool) -> set[str]:
+    def believed(self, cut_off: bool) -> frozenset[str]:
         """Return the groups believed gathered; ``cut_off`` is True while the vehicle is isolated."""
         keys = {group: (GATHERED_AT, group) for group in self._groups}
         met_s = {
@@ -67,7 +67,7 @@ class Gatherings:
             before = (met_s[other] for other in self._meets_after.get(group, ()))
             return all(before_s is None or before_s <= when_s for before_s in before)
 
-        return {group for group, when_s in met_s.items() if when_s is not None and follows_all(group, when_s)}
+        return frozenset(group for group, when_s in met_s.items() if when_s is not None and follows_all(group, when_s))
 
 
 class Conclusions:

@@ -91,7 +91,7 @@ def story(
             is_performed = (number // spell + seed) % 2 == 0
             reserve, outside_m = draw.uniform(0.0, 0.3), draw.choice([0.0, 0.0, 0.5, 40.0])
             if number > N_MOMENTS // 10:
-                picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
+                picture.groups = Groups(frozenset(name for name in groups if draw.random() < 0.5), draw.random() < 0.5)
         x_m, y_m = (start + draw.uniform(-FIELD_M, FIELD_M) for start in data.start_m)
         motion = Motion(
             x_m, y_m, draw.uniform(-math.pi, math.pi), draw.uniform(0.0, data.transit_speed_mps), 10.0 * number

@@ -46,9 +46,9 @@ def test_homing_goes_waits_and_ends_when_the_group_is_together() -> None:
     assert perceived == [DUE, ADVANCING, Perception(1.0, -0.5), STANDING]  # its transit speed is 2 m/s
     assert homing.reference(at(79.0), picture) == Reference((100.0, 0.0), 2.0, 20.0)
     assert homing.reference(at(80.0), picture) == Reference((100.0, 0.0), 0.0, 0.0)
-    picture.groups.gathered.add("Coordination")
+    picture.groups.gathered |= {"Coordination"}
     assert seen(homing, at(80.0), picture, True).stimulus == 1.0  # another group's meeting is not this one's
-    picture.groups.gathered.add("Operational")
+    picture.groups.gathered |= {"Operational"}
     assert seen(homing, at(80.0), picture, True) == IDLE
 
 
@@ -84,7 +84,7 @@ def test_a_leader_waits_for_stragglers() -> None:
     leading, picture = LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0, AUV), Picture(frame_s=0.0)
     note_position(picture.peers, "AUV01", (0.0, 100.0))
     assert seen(leading, at(0.0), picture, False) == IDLE  # they are not moving together yet
-    picture.groups.gathered.add("Operational")
+    picture.groups.gathered |= {"Operational"}
     assert seen(leading, at(0.0), picture, False) == IDLE  # it has never come
     note_position(picture.peers, "AUV01", (0.0, 100.0))
     assert seen(leading, at(0.0, 40.0), picture, False) == IDLE  # now it has
@@ -104,7 +104,7 @@ def test_a_leader_waits_for_stragglers() -> None:
 def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float], place: tuple[float, float]) -> None:
     """The leader goes north: to its left is west."""
     positioning, picture = Positioning(("AUV00",), "Operational", offset, AUV), Picture()
-    picture.groups.gathered.add("Operational")
+    picture.groups.gathered |= {"Operational"}
     note_position(picture.peers, "AUV00", (100.0, -10.0))
     assert seen(positioning, at(0.0), picture, False) == IDLE  # its course is not known yet
     note_position(picture.peers, "AUV00", (100.0, 0.0))

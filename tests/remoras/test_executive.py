@@ -1,8 +1,10 @@
 """The executive layer: satisfaction, influence signals, and the choice of activities."""
 
 import math
+import random
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -90,6 +92,45 @@ def turns(noise: Sequence[tuple[float, float]], satisfaction: float, weight_cont
         executive.decide([Perception(0.95 + by) for by in trembles], 0.0, 0.0)
         taken.add(executive.decision.chosen)
     return taken
+
+
+def seen(stimuli: Sequence[float]) -> list[Perception]:
+    return [Perception(stimulus, 0.5) for stimulus in stimuli]
+
+
+@pytest.mark.parametrize("continuing", [0.0, 0.02, 0.2])
+def test_stimuli_that_deviate_by_less_than_may_be_spared_change_no_decision(continuing: float) -> None:
+    """One vehicle decides by all stimuli. The other knows each as it was until the change since may count."""
+    spared, turns = zip(*(compared(random.Random(seed), continuing) for seed in range(40)), strict=True)
+    assert sum(spared) > 4000
+    assert sum(turns) > 4
+
+
+def compared(draw: random.Random, continuing: float) -> tuple[int, int]:
+    """Stimuli spared to the other vehicle, and changes of both decisions."""
+    going = [activity_set((name, ActivityType.GUIDANCE), importance=0.8, role="Performer") for name in ("A", "B")]
+    sets = (EXPLORING, replace(MAPPING, importance=1.0), *going, replace(LISTENING, importance=0.6))
+    constants = CONSTANTS.model_copy(update={"weight_continuing": continuing})
+    exact, sparing = layer(*sets, constants=constants), layer(*sets, constants=constants)
+    stimuli = [draw.uniform(0.4, 1.0) for _ in sets]
+    known, n_spared, taken = list(stimuli), 0, []
+
+    def renewed() -> list[Perception]:
+        known[:] = stimuli
+        return seen(stimuli)
+
+    for number in range(100):
+        stimuli[:] = [min(1.0, max(0.05, stimulus + draw.uniform(-0.02, 0.02))) for stimulus in stimuli]
+        stimuli[1] = 1.0  # as far as its need allows
+        for index, (was, now) in enumerate(zip(known, stimuli, strict=True)):
+            is_spared = abs(now - was) < sparing.spare(index)
+            known[index], n_spared = was if is_spared else now, n_spared + is_spared
+        exact.decide(seen(stimuli), 2.0 * number, 2.0)
+        sparing.decide(seen(known), 2.0 * number, 2.0, renew=renewed)
+        assert sparing.decision == exact.decision
+        assert sparing.satisfaction == exact.satisfaction
+        taken.append(exact.decision.chosen)
+    return n_spared, sum(one != other for one, other in pairwise(taken))
 
 
 # Calls --------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ def place_m(turn_rate_radps: float, separation_m: float) -> tuple[float, float]:
     room_m = room_of((leader, own), separation_m)
     behaviour = positioning(("top", "left"), ("AUV00",), GROUP, own, 15.0, room_m)
     picture = Picture()
-    picture.groups.gathered.add(GROUP)
+    picture.groups.gathered |= {GROUP}
     note_position(picture.peers, "AUV00", (-10.0, 0.0))
     note_position(picture.peers, "AUV00", (0.0, 0.0))
     reference = behaviour.reference(Motion(500.0, 0.0), picture)
