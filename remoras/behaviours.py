@@ -268,7 +268,9 @@ class Supervision(Standing):
 
     def _progress(self, motion: Motion, picture: Picture) -> float | None:
         late_s = picture.body.now_s - picture.peers.last_news_s - self._patience_s
-        return min(1.0, max(0.0, 1.0 - late_s / self._patience_s)) if late_s < math.inf else None
+        if late_s <= 0.0:
+            return 1.0
+        return max(0.0, 1.0 - late_s / self._patience_s) if late_s < math.inf else None
 
 
 class Working(Standing):

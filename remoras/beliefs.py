@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from exchange.arithmetic import distance
 from remoras.sensor import SELF, Observation
@@ -29,6 +29,8 @@ from worldmodel import (
 )
 from worldmodel.facts import Observation as Latest
 
+T = TypeVar("T")
+
 
 class Known:
     """Facts known to a vehicle, by ``(attribute, instance)``; empty without a world model.
@@ -44,6 +46,10 @@ class Known:
     def take_changed(self) -> Set[KnownFact]:
         """Return the facts read by ``values`` before that have changed since the last call."""
         return frozenset()
+
+    def derived(self, key: object, derive: Callable[[], T], /) -> T:
+        """Return a value that ``derive`` computes from facts read by ``values``, kept by key until one changes."""
+        return derive()
 
     def get(self, key: Key, default: Any = None, /) -> Any:
         """Return the latest value of a fact, or ``default`` if unknown."""
@@ -102,6 +108,7 @@ class Beliefs(Known):
         self._by_key: dict[Key, KnownFact] = {}  # by key
         self._read: set[KnownFact] = set()
         self._changed: set[KnownFact] = set()
+        self._derived: dict[object, tuple[Any, set[KnownFact]]] = {}
         self._trust = model.index.trust
         self._banned = self._trust.from_s
         self._from_s: dict[tuple[int, int], float] = {}  # by (subject, attribute), where old values are invalid
@@ -155,6 +162,15 @@ class Beliefs(Known):
         changed, self._changed = self._changed, set()
         return changed
 
+    def derived(self, key: object, derive: Callable[[], T], /) -> T:
+        if key not in self._derived:
+            before, self._read = self._read, set()
+            value = derive()
+            self._derived[key], self._read = (value, self._read), before
+        value, read = self._derived[key]
+        self._read |= read
+        return value
+
     def _all(self, slot: tuple[int, int], attribute: Attribute) -> set[Any]:
         from_s = self._from_s.get(slot, -math.inf)
         valid = [observation.value for observation in self.model.history(*slot) if observation.time_s >= from_s]
@@ -175,11 +191,16 @@ class Beliefs(Known):
             if observation.time_s >= self._from_s.get(slot, -math.inf):
                 collected = self._collected[slot]
                 collected.values.add(self._plain(collected.attribute, observation.value))
-                self._changed.add(collected)
+                self._note_change(collected)
+
+    def _note_change(self, collected: KnownFact) -> None:
+        self._changed.add(collected)
+        for key in [key for key, (_, read) in self._derived.items() if collected in read]:
+            del self._derived[key]
 
     def _set_anew(self, slot: tuple[int, int], collected: KnownFact) -> None:
         collected.values = self._all(slot, collected.attribute)
-        self._changed.add(collected)
+        self._note_change(collected)
 
     def fused(
         self,

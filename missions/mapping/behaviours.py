@@ -94,7 +94,7 @@ class WorkLeft:
 
     def stimulus(self, facts: Known) -> float:
         """Stimulus of the area with the largest remaining share, see ``due``."""
-        return due(self._greatest(facts), self._half_left)
+        return facts.derived(self, lambda: due(self._greatest(facts), self._half_left))
 
     def _greatest(self, facts: Known) -> float:
         most = 0.0

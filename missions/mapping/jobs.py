@@ -342,7 +342,7 @@ class SurveyJob:
             elif way_s < next_s:
                 next_s = way_s
         # Each metre makes a path longer or shorter by at most a metre of transit.
-        return soonest, (next_s - least_s) * transit_mps / 2.0 - TOLERANCE_M
+        return soonest, max(0.0, (next_s - least_s) * transit_mps / 2.0 - TOLERANCE_M)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Outlook after this survey; None if unable: no sensor, too deep, or no row over an open cell."""

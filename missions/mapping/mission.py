@@ -274,6 +274,13 @@ class MappingMission(JobMission):
         self._goal_known = partial(Unfinished, goal=scenario.mission.goal, finds=self._inspections)
         self._unfinished_by_all = self._goal_known(self._surveys.values())
         super().__init__(scenario)
+        self._work_left = {
+            name: WorkLeft(
+                [self._surveys[role.job] for role in group.roles if role.job in self._surveys],
+                scenario.mission.half_left,
+            )
+            for name, group in self.groups.items()
+        }
 
     @classmethod
     def completed(cls, scenario: MappingScenario) -> MappingScenario:
@@ -395,10 +402,10 @@ class MappingMission(JobMission):
         unfinished = self._goal_known(_own(self._surveys, self.swaths_m, data.name))
         match activity.name:
             case "Mapping":
-                return MappingAlong(settings.patience_s, self._work(*parameters))
+                return MappingAlong(settings.patience_s, self._work_left[parameters[0]])
             case "ZigzagExploring":
                 area, group, others = parameters
-                return ZigzagExploring(self._surveys[area], data, self._work(group), others)
+                return ZigzagExploring(self._surveys[area], data, self._work_left[group], others)
             case "Inspecting":
                 return Inspecting(parameters[0], self.finds, data)
             case "Positioning":
@@ -411,10 +418,6 @@ class MappingMission(JobMission):
     def is_enough(self, facts: Known) -> bool:
         """Return True if the goal tolerates the remaining cells and every find is inspected."""
         return not self._unfinished_by_all.holds(facts)
-
-    def _work(self, group: str) -> WorkLeft:
-        jobs = [self._surveys[role.job] for role in self.groups[group].roles if role.job in self._surveys]
-        return WorkLeft(jobs, self.scenario.mission.half_left)
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion

@@ -228,9 +228,8 @@ class ExecutiveLayer:
 
     def spare(self, index: int) -> float:
         """Return by how much the stimulus of a set may change without effect on the decision."""
-        return min(
-            [self._choice.spare(self.motivations, n) / max(self.sets[n].importance, 1e-9) for n in self._resting[index]]
-        )
+        spare, motivations, sets = self._choice.spare, self.motivations, self.sets
+        return min([spare(motivations, n) / (sets[n].importance or 1.0) for n in self._resting[index]])
 
     def decide(
         self,

@@ -5,6 +5,7 @@ from typing import Any
 
 from sample_vehicles import AUV
 
+from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 
@@ -56,7 +57,7 @@ def seen(name: str, **given: Any) -> Any:
     return one
 
 
-class Facts:
+class Facts(Known):
     """Knowledge of a vehicle: values by key, and all received cells."""
 
     def __init__(self, known: dict[tuple[str, str], Any] | None = None, cells: dict[str, set[float]] | None = None):

@@ -47,3 +47,29 @@ def test_a_detection_becomes_an_instance_that_peers_resolve_by_name() -> None:
 def test_a_name_in_the_form_of_a_detection_is_unknown(name: str) -> None:
     with pytest.raises(UnknownNameError):
         beliefs(n_found=2).uid(name)
+
+
+# Derived values -----------------------------------------------------------------------------------
+
+
+def test_a_derived_value_is_computed_again_once_a_fact_that_it_read_changes() -> None:
+    """A mission is given, then the job is done: only the latter was read. A kept value counts as read all the same."""
+    held, n_derived = beliefs(), 0
+
+    def derive() -> int:
+        nonlocal n_derived
+        n_derived += 1
+        return len(held.values(("knownDone", "middle")))
+
+    held.values(("hasMission", "Operational"))
+    held.take_read()
+    changes = [(), (held.fact("Operational", "hasMission", "AreaMapping"),), (held.fact("middle", "knownDone", True),)]
+    found = []
+    for facts in changes:
+        if facts:
+            held.model.record(facts, 1.0)
+            held.note()
+        changed = held.take_changed()
+        values = {held.derived("done", derive) for _ in range(2)}
+        found.append((values, n_derived, held.take_read() == changed, len(changed)))
+    assert found == [({0}, 1, False, 0), ({0}, 1, False, 1), ({1}, 2, True, 1)]

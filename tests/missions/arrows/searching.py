@@ -10,6 +10,7 @@ from missions.arrows.mission import ArrowsMission
 from missions.files import shipped
 from missions.runs.run import Run
 from missions.scenarios import load
+from remoras.beliefs import Known
 
 SCENARIO = "arrows-archaeology"
 SEED = 3
@@ -40,7 +41,7 @@ def run_of(scenario: str, *settings: str, seed: int = SEED, search_s: float = 12
     return missions.runs.run.run(load(scenario, [("--set", one) for one in given]), seed=seed)
 
 
-class Facts:
+class Facts(Known):
     """What is known, as maps and behaviours ask for it.
 
     Attributes:
