@@ -39,11 +39,11 @@ class Known:
     'unknown'
     """
 
-    def take_read(self) -> Set[KnownFact]:
+    def take_read(self) -> Set[Key]:
         """Return the facts read by ``values`` since the last call."""
         return frozenset()
 
-    def take_changed(self) -> Set[KnownFact]:
+    def take_changed(self) -> Set[Key]:
         """Return the facts read by ``values`` before that have changed since the last call."""
         return frozenset()
 
@@ -73,10 +73,9 @@ Fact = tuple[int, int, Any] | tuple[int, int, Any, float]
 """Subject, attribute, value and optional uncertainty, ready to be recorded."""
 
 
-@dataclass(slots=True, eq=False)
-class KnownFact:
-    """Values of a fact."""
-
+@dataclass(slots=True)
+class _Collected:
+    key: Key
     attribute: Attribute
     values: set[Any]
 
@@ -104,11 +103,11 @@ class Beliefs(Known):
         self._uids: dict[str, int] = {}
         self._names = [instance.name for instance in model.common_instances]
         self._slots: dict[Key, tuple[int, Attribute]] = {}
-        self._collected: dict[tuple[int, int], KnownFact] = {}  # by (subject, attribute), on request
-        self._by_key: dict[Key, KnownFact] = {}  # by key
-        self._read: set[KnownFact] = set()
-        self._changed: set[KnownFact] = set()
-        self._derived: dict[object, tuple[Any, set[KnownFact]]] = {}
+        self._collected: dict[tuple[int, int], _Collected] = {}  # by (subject, attribute), on request
+        self._by_key: dict[Key, _Collected] = {}  # by key
+        self._read: set[Key] = set()
+        self._changed: set[Key] = set()
+        self._derived: dict[object, tuple[Any, set[Key]]] = {}
         self._trust = model.index.trust
         self._banned = self._trust.from_s
         self._from_s: dict[tuple[int, int], float] = {}  # by (subject, attribute), where old values are invalid
@@ -149,16 +148,16 @@ class Beliefs(Known):
             slot = subject, attribute.uid
             if slot not in self._collected:
                 self.model.watched.add(slot)
-                self._collected[slot] = KnownFact(attribute, self._all(slot, attribute))
+                self._collected[slot] = _Collected(key, attribute, self._all(slot, attribute))
             collected = self._by_key[key] = self._collected[slot]
-        self._read.add(collected)
+        self._read.add(collected.key)
         return collected.values
 
-    def take_read(self) -> Set[KnownFact]:
+    def take_read(self) -> Set[Key]:
         read, self._read = self._read, set()
         return read
 
-    def take_changed(self) -> Set[KnownFact]:
+    def take_changed(self) -> Set[Key]:
         changed, self._changed = self._changed, set()
         return changed
 
@@ -191,16 +190,16 @@ class Beliefs(Known):
             if observation.time_s >= self._from_s.get(slot, -math.inf):
                 collected = self._collected[slot]
                 collected.values.add(self._plain(collected.attribute, observation.value))
-                self._note_change(collected)
+                self._note_change(collected.key)
 
-    def _note_change(self, collected: KnownFact) -> None:
-        self._changed.add(collected)
-        for key in [key for key, (_, read) in self._derived.items() if collected in read]:
+    def _note_change(self, fact: Key) -> None:
+        self._changed.add(fact)
+        for key in [key for key, (_, read) in self._derived.items() if fact in read]:
             del self._derived[key]
 
-    def _set_anew(self, slot: tuple[int, int], collected: KnownFact) -> None:
+    def _set_anew(self, slot: tuple[int, int], collected: _Collected) -> None:
         collected.values = self._all(slot, collected.attribute)
-        self._note_change(collected)
+        self._note_change(collected.key)
 
     def fused(
         self,

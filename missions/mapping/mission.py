@@ -398,8 +398,6 @@ class MappingMission(JobMission):
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         settings, parameters = self.scenario.mission, activity.parameters
-        # Needs follow from groups, so that a vehicle may receive no facts about areas that it cannot map.
-        unfinished = self._goal_known(_own(self._surveys, self.swaths_m, data.name))
         match activity.name:
             case "Mapping":
                 return MappingAlong(settings.patience_s, self._work_left[parameters[0]])
@@ -412,7 +410,8 @@ class MappingMission(JobMission):
                 place, leaders, group = parameters
                 return positioning(place, leaders, group, data, settings.formation_spacing_m, self._room_m)
         if (behaviour := self.meeting.behaviour(activity, data)) is not None:
-            return AfterWork(behaviour, unfinished)
+            # Needs follow from groups, so that a vehicle may receive no facts about areas that it cannot map.
+            return AfterWork(behaviour, self._goal_known(_own(self._surveys, self.swaths_m, data.name)))
         raise _unknown(activity.name)
 
     def is_enough(self, facts: Known) -> bool:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 from remoras.activities import ROOM, ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, basis, distance_m
-from remoras.beliefs import KnownFact
+from remoras.beliefs import Key
 from remoras.condition import Condition
 from remoras.database import HOME_MARGIN, VehicleData
 from remoras.errors import PluginError
@@ -219,7 +219,7 @@ class FunctionalLayer:
         self._beside: Sequence[Neighbour] = ()  # other vehicles than these within sonar range
         self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
-        self._read: list[Set[KnownFact]] = []  # facts that each perception depends on
+        self._read: list[Set[Key]] = []  # facts that each perception depends on
         self._rests_on: tuple[Any, ...] | None = None  # what else all depend on, as they saw it
         self._until_s = -math.inf  # the first deadline
         self._peers: list[tuple[int, str, int]] = []  # sets that wait for news of a peer, and its number of positions
