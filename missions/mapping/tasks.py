@@ -13,8 +13,8 @@ from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import swath_m
 from missions.meeting.meeting import MEET, Meeting, entrusted, expected_of
 from remoras.activities import Objective
-from remoras.behaviours import Behaviour, Perception, Reference
-from remoras.beliefs import Beliefs, Known
+from remoras.behaviours import IDLE, Behaviour, Perception, Reference
+from remoras.beliefs import NOTHING_KNOWN, Beliefs, Known
 from remoras.database import VehicleData
 from remoras.group_hierarchy import supervised_by
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
@@ -108,21 +108,16 @@ class AfterWork(Behaviour):
     def __init__(self, meeting: Behaviour, unfinished: Unfinished) -> None:
         self._meeting = meeting
         self._unfinished = unfinished
-        self._before: tuple[Perception, Known] | None = None  # of the meeting alone, and the facts it was asked with
+        self._perceived, self._facts = IDLE, NOTHING_KNOWN  # of the meeting alone, with these facts
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Perceive as the behaviour, with the effect on calls replaced."""
-        perception = self._meeting.perceive(motion, picture, performed)
-        if perception.stimulus <= 0.0:
-            return perception
-        self._before = perception, picture.facts
-        return perception._replace(answers=self._settled)
+        self._perceived, self._facts = self._meeting.perceive(motion, picture, performed), picture.facts
+        is_due = self._perceived.stimulus > 0.0
+        return self._perceived._replace(answers=self._settled) if is_due else self._perceived
 
     def _settled(self) -> float:
-        if self._before is None:
-            return 0.0
-        perception, facts = self._before
-        return 0.0 if self._unfinished.holds(facts) else perception.settled
+        return 0.0 if self._unfinished.holds(self._facts) else self._perceived.settled
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         return self._meeting.reference(motion, picture)
