@@ -40,7 +40,7 @@ def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None
         return decide(self, *args)
 
     def best_anew(self: Choice, motivations: Sequence[float]) -> tuple[int, ...]:
-        n_spared[2] += self._holds(motivations)
+        n_spared[2] += self.holds(motivations)
         self._holds_within, self._found_at = 0.0, [math.nan] * len(motivations)
         return best(self, motivations)
 
