@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 from remoras.activities import Objective, Wait
 from remoras.database import VehicleData
@@ -38,7 +38,7 @@ class Milestone:
 
 
 class VehicleView:
-    """Read-only view of a vehicle for the referee.
+    """Read-only view of a vehicle for the referee: ``name``, true ``data`` in this run, and more.
 
     >>> from missions.runs.assembly import assemble
     >>> from missions.runs.setup import resolved
@@ -49,17 +49,15 @@ class VehicleView:
     ('ASV00', (0.0, 0.0), False)
     """
 
-    __slots__ = ("_decision", "_functional", "_performed", "_social", "_vehicle")
+    __slots__ = ("_decision", "_functional", "_performed", "_social", "_vehicle", "data", "name")
+    name: Final[str]
+    data: Final[VehicleData]
 
     def __init__(self, vehicle: Vehicle) -> None:
+        self.name, self.data = vehicle.name, vehicle.real
         self._vehicle, self._social, self._functional = vehicle, vehicle.social, vehicle.functional
         self._decision: Decision | None = None
         self._performed: tuple[str, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """Name of the vehicle."""
-        return self._vehicle.name
 
     @property
     def position_m(self) -> Point:
@@ -71,11 +69,6 @@ class VehicleView:
     def speed_mps(self) -> float:
         """True speed over ground."""
         return self._functional.guidance.ground_mps
-
-    @property
-    def data(self) -> VehicleData:
-        """True data in this run."""
-        return self._functional.data
 
     @property
     def makes_headway(self) -> bool:

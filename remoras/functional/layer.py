@@ -560,8 +560,11 @@ def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
 def _are_close(progress: Mapping[int, float | None], other: Mapping[int, float | None]) -> bool:
     if progress.keys() != other.keys():
         return False
-    pairs = ((progress[index], other[index]) for index in progress)
-    return all(a is b or (a is not None and b is not None and abs(a - b) < ROUNDING) for a, b in pairs)
+    for index, now in progress.items():
+        before = other[index]
+        if now is not before and (now is None or before is None or abs(now - before) >= ROUNDING):
+            return False
+    return True
 
 
 def _is_time(value: object) -> bool:
