@@ -54,7 +54,7 @@ class VehicleView:
     data: Final[VehicleData]
 
     def __init__(self, vehicle: Vehicle) -> None:
-        self.name, self.data = vehicle.name, vehicle.real
+        self.name, self.data = vehicle.name, vehicle.functional.data
         self._vehicle, self._social, self._functional = vehicle, vehicle.social, vehicle.functional
         self._decision: Decision | None = None
         self._performed: tuple[str, ...] = ()
