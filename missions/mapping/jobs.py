@@ -323,12 +323,11 @@ class SurveyJob:
             part = self.parts[cells] = replace(self, ground=self.on, cells=cells)
         return part
 
-    def way(self, position_m: Point, data: VehicleData) -> Way | None:
-        """Return the fastest path over the remaining cells; None if the vehicle cannot survey them."""
-        return self.fastest(position_m, data)[0]
-
     def fastest(self, position_m: Point, data: VehicleData) -> tuple[Way | None, float]:
-        """Return ``way``, and the distance (m) from the position within which it surely stays the same."""
+        """Return the fastest path over the remaining cells, and the distance (m) within which it surely stays so.
+
+        None if the vehicle cannot survey them.
+        """
         swath, survey_mps = swath_m(data), mapping_speed_mps(data)
         if swath <= 0.0 or survey_mps <= 0.0 or data.depth_limit_m < self.depth_m:
             return None, math.inf
@@ -348,7 +347,7 @@ class SurveyJob:
         """Outlook after this survey; None if unable: no sensor, too deep, or no row over an open cell."""
         if not self.bits:
             return outlook
-        way = self.way(outlook.position_m, data)
+        way, _ = self.fastest(outlook.position_m, data)
         if way is None:
             return None
         way_s = distance(outlook.position_m, way.first_m) / data.transit_speed_mps

@@ -241,8 +241,8 @@ class ExecutiveLayer:
     ) -> Decision:
         """Return the best combination (the same object while unchanged), then evolve satisfactions.
 
-        ``progress`` has the advances that the same list of perceptions leaves open. ``renew`` returns perceptions
-        without the deviations that ``spare`` allows.
+        ``progress`` has the advances that the same list of perceptions leaves open. ``renew`` returns the
+        perceptions without the deviations that ``spare`` allows.
         """
         self._now_s, self._progress = now_s, progress
         constants, performed = self._constants, self.decision.chosen

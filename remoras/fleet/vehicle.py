@@ -138,7 +138,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     def _decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> None:
         functional, executive = self.functional, self.executive
         before = executive.decision
-        renew = partial(functional.renew, before.chosen) if functional.deviates else None
+        renew = partial(functional.renew, before.chosen)
         decision = executive.decide(perceptions, now_s, dt_s, functional.progress, renew)
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets

@@ -378,13 +378,8 @@ class FunctionalLayer:
         is_inside = x_min <= x_m <= x_max and y_min <= y_m <= y_max
         body.outside_m = 0.0 if is_inside else max(x_min - x_m, x_m - x_max, y_min - y_m, y_m - y_max)
 
-    @property
-    def deviates(self) -> bool:
-        """True if perceptions may deviate, as far as ``perceive`` was allowed."""
-        return bool(self._asked_at_m)
-
     def renew(self, performed: Sequence[int]) -> list[Perception]:
-        """Return perceptions without deviation."""
+        """Return the perceptions here, asking again for stimuli that ``spare`` has left as they were elsewhere."""
         progress, here_m = self.progress, self.believed.position_m
         if due := [index for index, at_m in self._asked_at_m.items() if at_m != here_m]:
             self._ask(due, performed)
