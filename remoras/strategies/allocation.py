@@ -21,14 +21,17 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations, cycle
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.organisation import RoleAssignment, RoleSpecification
-from remoras.work import Job, Outlook, Point, Work, share_left
+from remoras.work import Outlook, Point, Work, share_left
 
+K = TypeVar("K")
+V = TypeVar("V")
 Roles = tuple[RoleSpecification, ...]
 
 
@@ -367,16 +370,19 @@ class Draft(NamedTuple):
     effort: Effort
 
 
-class _Legs(dict[int, Outlook | None]):
-    """Time and place after each job, by index, from one outlook; None if the vehicle is unable."""
+class _Kept(dict[K, V]):
+    """Values by key, each computed when first asked for."""
 
-    def __init__(self, jobs: Sequence[Job], able: int, data: VehicleData, outlook: Outlook) -> None:
-        self._given = jobs, able, data, outlook
+    def __init__(self, value_of: Callable[[K], V]) -> None:
+        self._value_of = value_of
 
-    def __missing__(self, role: int) -> Outlook | None:
-        jobs, able, data, outlook = self._given
-        leg = self[role] = jobs[role].after(outlook, data) if able >> role & 1 else None
-        return leg
+    def __missing__(self, key: K) -> V:
+        value = self[key] = self._value_of(key)
+        return value
+
+
+Legs = _Kept[int, Outlook | None]
+"""Time and place after each job, by index; None if the vehicle is unable."""
 
 
 class Search:
@@ -402,10 +408,12 @@ class Search:
             for r, role in enumerate(self._roles)
             for other in role.incompatible & paths.keys()
         ]
-        self._legs: dict[tuple[int, Point], _Legs] = {}
-        self._sums: dict[tuple[int, int], list[int]] = {}
-        self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
-        self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
+        # Durations are kept by start position: they must not depend on the time of day.
+        vehicles = range(len(self._free))
+        self._legs = [_Kept[Point, Legs](partial(self._legs_from, vehicle)) for vehicle in vehicles]
+        self._ends_s = [_Kept[int, float](partial(self._end_s, vehicle)) for vehicle in vehicles]
+        self._subsets = _Kept(_subsets)
+        self._nearest = _Kept(self._by_nearness)
         self._n_paths = self._n_exchanges = 0
 
     @property
@@ -417,7 +425,7 @@ class Search:
         if not self._free:
             return {}
         begun = (self._in_turns(), self._longest_first())
-        descended = [self._descended(held, [self._end_s(*pair) for pair in enumerate(held)]) for held in begun]
+        descended = [self._descended(held, self._ends_of(held)) for held in begun]
         held = self._kicked(min(descended, key=lambda plan: plan.effort))
         return {
             data.name: tuple(role for r, role in enumerate(self._roles) if jobs >> r & 1)
@@ -426,45 +434,41 @@ class Search:
 
     # Paths
 
-    def _legs_at(self, vehicle: int, outlook: Outlook) -> _Legs:
-        return _Legs(self._jobs, self._able[vehicle], self._free[vehicle], outlook)
+    def _legs_at(self, vehicle: int, outlook: Outlook) -> Legs:
+        jobs, able, data = self._jobs, self._able[vehicle], self._free[vehicle]
+        return _Kept(lambda role: jobs[role].after(outlook, data) if able >> role & 1 else None)
+
+    def _legs_from(self, vehicle: int, at_m: Point) -> Legs:
+        return self._legs_at(vehicle, Outlook(0.0, at_m))
+
+    def _ends_of(self, held: Held) -> list[float]:
+        return [ends_s[jobs] for ends_s, jobs in zip(self._ends_s, held, strict=True)]
 
     def _end_s(self, vehicle: int, jobs: int) -> float:
         """End (s) of a vehicle's jobs in the order of ``Work.in_order``; inf for incompatible roles."""
-        known = self._ends_s[vehicle]
-        end_s = known.get(jobs)
-        if end_s is not None:
-            return end_s
         self._n_paths += 1
         if any(jobs & both == both for both in self._excluding):  # incompatible roles
-            known[jobs] = math.inf
             return math.inf
-        end_s, at_m = self._outlooks[vehicle]
+        (end_s, at_m), legs_from = self._outlooks[vehicle], self._legs[vehicle]
         left = jobs
         while left:
             role = self._next(left, at_m) if left & (left - 1) else left.bit_length() - 1
             left ^= 1 << role
-            # Durations are cached by start position: they must not depend on the time of day.
-            legs = self._legs.get((vehicle, at_m))
-            if legs is None:
-                legs = self._legs[vehicle, at_m] = self._legs_at(vehicle, Outlook(0.0, at_m))
-            leg = legs[role]
+            leg = legs_from[at_m][role]
             if leg is not None:
                 end_s, at_m = end_s + leg[0], leg[1]
         # Rounding errors of another order of summation must decide no tie.
-        known[jobs] = end_s = round(end_s, 3)
-        return end_s
+        return round(end_s, 3)
 
     def _next(self, jobs: int, at_m: Point) -> int:
-        for role in self._nearest.get(at_m) or self._by_nearness(at_m):
+        for role in self._nearest[at_m]:
             if jobs >> role & 1:
                 break
         return role
 
     def _by_nearness(self, at_m: Point) -> list[int]:
         far_m = [distance(at_m, place_m) for place_m in self._places_m]
-        order = self._nearest[at_m] = sorted(range(len(far_m)), key=far_m.__getitem__)
-        return order
+        return sorted(range(len(far_m)), key=far_m.__getitem__)
 
     # Two plans to begin with
 
@@ -490,7 +494,7 @@ class Search:
         held = [0] * len(self._free)
         for role in sorted(range(len(self._roles)), key=lambda role: -self._length_s(role)):
             ends_s = [
-                (self._end_s(vehicle, held[vehicle] | 1 << role), vehicle)
+                (self._ends_s[vehicle][held[vehicle] | 1 << role], vehicle)
                 for vehicle, able in enumerate(self._able)
                 if able >> role & 1
             ]
@@ -509,25 +513,29 @@ class Search:
     def _kicked(self, best: Draft) -> Held:
         places = [(r, v) for r in range(len(self._roles)) for v in range(len(self._free)) if self._able[v] >> r & 1]
         n_useless = 0  # kicks since the last improvement
+        holders = self._holders(best.held)
         for role, vehicle in cycle(places):
             if self._is_over or n_useless == len(places):
                 break
             n_useless += 1
-            if best.held[vehicle] >> role & 1:
+            if (before := holders.get(role)) == vehicle:
                 continue
-            kicked = self._descended(*self._put(role, vehicle, best))
+            held, ends_s = list(best.held), list(best.ends_s)
+            held[vehicle] |= 1 << role
+            ends_s[vehicle] = self._ends_s[vehicle][held[vehicle]]
+            if before is not None:
+                held[before] ^= 1 << role
+                ends_s[before] = self._ends_s[before][held[before]]
+            kicked = self._descended(held, ends_s)
             if kicked.effort < best.effort:
                 best, n_useless = kicked, 0
+                holders = self._holders(best.held)
         return best.held
 
-    def _put(self, role: int, vehicle: int, plan: Draft) -> tuple[Held, list[float]]:
-        held, ends_s, bit = list(plan.held), list(plan.ends_s), 1 << role
-        before = next((holder for holder, jobs in enumerate(held) if jobs & bit), vehicle)
-        held[before] &= ~bit
-        held[vehicle] |= bit
-        for holder in (before, vehicle):
-            ends_s[holder] = self._end_s(holder, held[holder])
-        return held, ends_s
+    def _holders(self, held: Held) -> dict[int, int]:
+        return {
+            role: vehicle for vehicle, jobs in enumerate(held) for role in range(len(self._roles)) if jobs >> role & 1
+        }
 
     def _descended(self, held: Held, ends_s: list[float]) -> Draft:
         effort: Effort | None = _effort(ends_s)
@@ -540,11 +548,10 @@ class Search:
         """Apply the first improving exchange in place; None without one."""
         end_s = before[0]
         # Only a change of the last vehicle's jobs can lower the makespan.
-        last = ends_s.index(end_s)
+        last, ends_of = ends_s.index(end_s), self._ends_s
         for kept, other, taken in self._exchanges(last, held):
             self._n_exchanges += 1
-            then_s = self._end_s(last, kept)
-            if then_s > end_s or (other_s := self._end_s(other, taken)) > end_s:
+            if (then_s := ends_of[last][kept]) > end_s or (other_s := ends_of[other][taken]) > end_s:
                 continue
             after_s = list(ends_s)
             after_s[last], after_s[other] = then_s, other_s
@@ -556,23 +563,22 @@ class Search:
 
     def _exchanges(self, last: int, held: Held) -> Iterator[tuple[int, int, int]]:
         """Yield the jobs of ``last`` after an exchange, the other vehicle, and its jobs."""
-        mine, able, sums = held[last], self._able, self._sums
+        mine, able, subsets = held[last], self._able, self._subsets
         for n_away, n_back in SHAPES:
+            if mine.bit_count() < n_away:
+                continue
             for other, theirs in enumerate(held):
-                ours, back_of = mine & able[other], theirs & able[last]
-                if other == last or not ours or (n_back and not back_of):
-                    continue
-                backs = sums.get((back_of, n_back)) or self._some(back_of, n_back)
-                for away in sums.get((ours, n_away)) or self._some(ours, n_away):
-                    for back in backs:
-                        yield mine & ~away | back, other, theirs & ~back | away
+                if other != last and (backs := subsets[theirs & able[last], n_back]):
+                    for away in subsets[mine & able[other], n_away]:
+                        for back in backs:
+                            yield mine & ~away | back, other, theirs & ~back | away
 
-    def _some(self, jobs: int, count: int) -> list[int]:
-        key = jobs, count
-        if key not in self._sums:
-            bits = [1 << role for role in range(jobs.bit_length()) if jobs >> role & 1]
-            self._sums[key] = [sum(subset) for subset in combinations(bits, count)]
-        return self._sums[key]
+
+def _subsets(of: tuple[int, int]) -> list[int]:
+    """Return all sets of so many of these jobs."""
+    jobs, count = of
+    bits = [1 << role for role in range(jobs.bit_length()) if jobs >> role & 1]
+    return [sum(subset) for subset in combinations(bits, count)]
 
 
 def _effort(ends_s: Sequence[float]) -> Effort:
