@@ -381,8 +381,11 @@ class _Kept(dict[K, V]):
         return value
 
 
-Legs = _Kept[int, Outlook | None]
-"""Time and place after each job, by index; None if the vehicle is unable."""
+class _Stop(NamedTuple):
+    """Place of a vehicle: jobs by how near they are, and time and place after each (None if unable)."""
+
+    nearest: Sequence[int]
+    legs: _Kept[int, Outlook | None]
 
 
 class Search:
@@ -410,7 +413,7 @@ class Search:
         ]
         # Durations are kept by start position: they must not depend on the time of day.
         vehicles = range(len(self._free))
-        self._legs = [_Kept[Point, Legs](partial(self._legs_from, vehicle)) for vehicle in vehicles]
+        self._stops = [_Kept[Point, _Stop](partial(self._stop, vehicle)) for vehicle in vehicles]
         self._ends_s = [_Kept[int, float](partial(self._end_s, vehicle)) for vehicle in vehicles]
         self._subsets = _Kept(_subsets)
         self._nearest = _Kept(self._by_nearness)
@@ -434,12 +437,11 @@ class Search:
 
     # Paths
 
-    def _legs_at(self, vehicle: int, outlook: Outlook) -> Legs:
-        jobs, able, data = self._jobs, self._able[vehicle], self._free[vehicle]
-        return _Kept(lambda role: jobs[role].after(outlook, data) if able >> role & 1 else None)
+    def _after(self, vehicle: int, outlook: Outlook, role: int) -> Outlook | None:
+        return self._jobs[role].after(outlook, self._free[vehicle]) if self._able[vehicle] >> role & 1 else None
 
-    def _legs_from(self, vehicle: int, at_m: Point) -> Legs:
-        return self._legs_at(vehicle, Outlook(0.0, at_m))
+    def _stop(self, vehicle: int, at_m: Point) -> _Stop:
+        return _Stop(self._nearest[at_m], _Kept(partial(self._after, vehicle, Outlook(0.0, at_m))))
 
     def _ends_of(self, held: Held) -> list[float]:
         return [ends_s[jobs] for ends_s, jobs in zip(self._ends_s, held, strict=True)]
@@ -449,22 +451,18 @@ class Search:
         self._n_paths += 1
         if any(jobs & both == both for both in self._excluding):  # incompatible roles
             return math.inf
-        (end_s, at_m), legs_from = self._outlooks[vehicle], self._legs[vehicle]
+        (end_s, at_m), stops = self._outlooks[vehicle], self._stops[vehicle]
         left = jobs
         while left:
-            role = self._next(left, at_m) if left & (left - 1) else left.bit_length() - 1
+            stop = stops[at_m]
+            for role in stop.nearest:
+                if left >> role & 1:
+                    break
             left ^= 1 << role
-            leg = legs_from[at_m][role]
-            if leg is not None:
+            if (leg := stop.legs[role]) is not None:
                 end_s, at_m = end_s + leg[0], leg[1]
         # Rounding errors of another order of summation must decide no tie.
         return round(end_s, 3)
-
-    def _next(self, jobs: int, at_m: Point) -> int:
-        for role in self._nearest[at_m]:
-            if jobs >> role & 1:
-                break
-        return role
 
     def _by_nearness(self, at_m: Point) -> list[int]:
         far_m = [distance(at_m, place_m) for place_m in self._places_m]
@@ -478,8 +476,7 @@ class Search:
         vacant = list(range(len(self._roles)))
         while vacant:
             now_s = min(outlook.free_s for outlook in outlooks)
-            legs = [self._legs_at(vehicle, outlook) for vehicle, outlook in enumerate(outlooks)]
-            rows = [[leg[role] for leg in legs] for role in vacant]
+            rows = [[self._after(vehicle, at, role) for vehicle, at in enumerate(outlooks)] for role in vacant]
             costs = [[None if leg is None else round(1000.0 * (leg.free_s - now_s)) for leg in row] for row in rows]
             pairs = assignment(costs)
             if not pairs:
