@@ -192,10 +192,11 @@ class ExecutiveLayer:
                     self.hear(addressed, vehicle, role, value, now_s, slots.get(vehicle))
         self._helping = set(jobs)
 
-    def stands(self, progress: Mapping[int, float | None]) -> bool:
-        """Return whether ``decide`` with the last perceptions and ``progress`` would change nothing."""
+    def stands(self, perceptions: Sequence[Perception], progress: Mapping[int, float | None]) -> bool:
+        """Return whether ``decide`` with the same lists as last time would change nothing."""
         is_called = self._calling or self._waiting or self.yields_to > 0.0 or self.is_hindered
-        return progress is self._progress and self._is_weighed and not (self._has_evolved or is_called)
+        is_same = perceptions is self._perceived and progress is self._progress
+        return is_same and self._is_weighed and not (self._has_evolved or is_called)
 
     def signals(self) -> list[tuple[RoleKey, int]]:
         """Return each role with the byte of its satisfaction, or of a relayed call."""

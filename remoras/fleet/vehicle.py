@@ -67,7 +67,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.has_resigned = False
         self._may_have_replanned = True  # since the last rows of plans; saves 1 % of the calls of a mission
         self._weighed: tuple[ActivitySet, ...] = ()
-        self._uneventful: Sequence[Perception] = ()  # last perceptions without results
         for tell in made:
             tell(self)
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
@@ -128,11 +127,13 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         """Perceive and decide, unless the last decision stands; execute parts of the social layer."""
         functional, executive = self.functional, self.executive
         functional.picture.groups.planning_due = bool(self.social.planner.due)
-        perceptions = functional.perceive(executive.decision.chosen, executive.spare)
+        perceptions: Sequence[Perception] = functional.perceive(executive.decision.chosen, executive.spare)
+        if functional.has_events:
+            perceptions = self._note_events(perceptions, now_s)
         is_undisturbed = functional.is_at_rest or not functional.picture.body.contacts_m
-        is_as_before = perceptions is self._uneventful and not self.social.planner.due
-        if not (is_as_before and is_undisturbed and executive.stands(functional.progress)):
-            self._decide(self._note_events(perceptions, now_s), now_s, dt_s)
+        stands = is_undisturbed and executive.stands(perceptions, functional.progress)
+        if not stands or self.social.planner.due:
+            self._decide(perceptions, now_s, dt_s)
         self._infer(now_s)
 
     def _decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> None:
@@ -175,11 +176,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(self.social.conclusions.of_its_own(self.data, *context), now_s)
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
-        if not [
-            activities for activities in perceptions if activities.done or activities.failed or activities.concludes
-        ]:
-            self._uneventful = perceptions
-            return perceptions
         functional, executive = self.functional, self.executive
         sets = executive.sets
         for activities, perception in zip(sets, perceptions, strict=True):

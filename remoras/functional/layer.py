@@ -176,8 +176,9 @@ class FunctionalLayer:
     it knows its position. ``guidance`` may be replaced by features that add to motion. ``positioning`` is the source of
     position fixes, None if the position is known; ``sigma_m`` the standard deviation per axis (m), if a real body
     reports it. ``held``: last reference of the guiding behaviour, while valid. ``progress``: by activity set, the last
-    value of a ``Perception.advance`` that is a function. ``stranded``: activity without headway, if vital or on the way
-    to a rally point; else empty. Only this class writes the part ``body`` of ``picture``.
+    value of a ``Perception.advance`` that is a function. ``has_events``: a perception is done, has failed or concludes.
+    ``stranded``: activity without headway, if vital or on the way to a rally point; else empty. Only this class writes
+    the part ``body`` of ``picture``.
     """
 
     def __init__(
@@ -219,6 +220,7 @@ class FunctionalLayer:
         self._beside: Sequence[Neighbour] = ()  # other vehicles than these within sonar range
         self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
+        self.has_events = False
         self._read: list[Set[Key]] = []  # facts that each perception depends on
         self._rests_on: tuple[Any, ...] | None = None  # what else all depend on, as they saw it
         self._until_s = -math.inf  # the first deadline
@@ -439,6 +441,7 @@ class FunctionalLayer:
         if is_new:
             self._perceived = perceptions
             self._advancing = [index for index, p in enumerate(perceptions) if callable(p.advance)]
+            self.has_events = bool([p for p in perceptions if p.done or p.failed or p.concludes])
             self.progress = {}
         else:  # the same list says that nothing but deadlines has changed
             self._perceived[:] = perceptions
@@ -458,6 +461,7 @@ class FunctionalLayer:
         # Another list, since the same one means that only deadlines have changed.
         self._perceived = [*self._perceived]
         self._perceived[index] = perception
+        self.has_events |= perception.failed
         self.progress.pop(index, None)
         self._rests_on = None
 
