@@ -80,10 +80,9 @@ CITED = re.compile(rf"\[@({'|'.join(REFERENCES)})\]")
 
 @dataclass(frozen=True)
 class Picture:
-    """Figure with its caption, drawn for each form; ``name`` is that of its file."""
+    """Figure with its caption, rendered for each form; ``name`` is that of its file."""
 
     name: str
-    caption: str
     drawn: DrawnPage
 
 
@@ -198,7 +197,7 @@ def page_text(report: Report, pictures: Mapping[str, bytes]) -> str:
 
     def of_picture(picture: Picture) -> str:
         source = base64.b64encode(pictures[picture.name]).decode()
-        caption = of_text(picture.caption)
+        caption = of_text(picture.drawn.caption)
         return (
             f'<figure><img alt="{html.escape(picture.name)}" src="data:image/svg+xml;base64,{source}">'
             f"<figcaption>{caption}</figcaption></figure>"
@@ -265,7 +264,7 @@ def tex_text(report: Report) -> str:
         wide = r"[width=\linewidth]" if picture.drawn.figure.get_figwidth() > WIDEST_IN else ""
         return "\n".join([
             r"\begin{figure}[htb]", r"\centering", rf"\includegraphics{wide}{{{picture.name}.pdf}}",
-            rf"\caption{{{of_text(picture.caption)}}}", rf"\label{{fig:{picture.name}}}", r"\end{figure}",
+            rf"\caption{{{of_text(picture.drawn.caption)}}}", rf"\label{{fig:{picture.name}}}", r"\end{figure}",
         ])  # fmt: skip
 
     def of_table(table: Table) -> str:

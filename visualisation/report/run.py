@@ -39,9 +39,9 @@ def run_report(
                 f"and seed {summary['seed']}?",
             )
         ],
-        "Map and tracks": [_picture("trajectories", drawn)],
+        "Map and tracks": [Picture("trajectories", drawn("trajectories"))],
         "Configuration": [_changes(run, shipped)],
-        "Roles": [_picture("roles", drawn)] if run.has("roles") else ["The results have no table of roles."],
+        "Roles": [Picture("roles", drawn("roles"))] if run.has("roles") else ["The results have no table of roles."],
         "Summary": [_summary(summary, metrics)],
         "Events": [_events(run)],
         "Methods": [
@@ -56,11 +56,6 @@ def run_report(
     heading = f"{summary['scenario']}: {summary['strategy']}, seed {summary['seed']}"
     files = {SCENARIO: run.manifest["scenario"]}
     return Report(heading, run.manifest["version"], sections, output.about_run(run), files)
-
-
-def _picture(kind: str, drawn: Callable[[str], DrawnPage]) -> Picture:
-    page = drawn(kind)
-    return Picture(kind, page.caption, page)
 
 
 def _changes(run: Results, shipped: Mapping[str, Any] | None) -> Part:

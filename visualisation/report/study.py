@@ -173,11 +173,9 @@ def _factors(results: SweepResults) -> dict[str, list[str]]:
 
 
 def _map(results: SweepResults, map_of: Callable[[Results], DrawnPage]) -> list[Part]:
-    parts: list[Part] = []
-    for number, line in enumerate(results.examples[:MOST_FIGURES]):
-        drawn = map_of(results.kept(line))
-        parts.append(Picture(f"map-{number + 1}", drawn.caption, drawn))
-    return parts or ["No run has kept its tables, so there is no map."]
+    examples = enumerate(results.examples[:MOST_FIGURES], 1)
+    maps: list[Part] = [Picture(f"map-{number}", map_of(results.kept(line))) for number, line in examples]
+    return maps or ["No run has kept its tables, so there is no map."]
 
 
 def _design(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -> Iterator[Part]:
@@ -214,7 +212,7 @@ def _figures(results: SweepResults, metric: str) -> tuple[list[Part], list[str]]
     except DrawingError as error:
         return [], [f"no figure: {error}"]
     name = _file_name(metric)
-    parts: list[Part] = [Picture(f"{name}-{number}", page.caption, page) for number, page in enumerate(pages, 1)]
+    parts: list[Part] = [Picture(f"{name}-{number}", page) for number, page in enumerate(pages, 1)]
     left = len(drawn) - len(pages)
     return parts, [f"{left} of {len(drawn)} figures are left out; `remoras plot` draws them"] if left else []
 
