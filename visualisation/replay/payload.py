@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from missions.figure import Place, RunResults, Tiles, ended_s
 from missions.files import leaves
@@ -13,6 +13,9 @@ from missions.why import Causes
 from visualisation.replay import tables as of_run
 from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Names
 from visualisation.run_records import group_nodes
+
+if TYPE_CHECKING:
+    from remoras.work import Job
 
 PLACE = ("x_m", "y_m")
 KINDS = {"double": "float", "int64": "int"}  # kinds of number columns by Arrow type; all others are text
@@ -69,20 +72,8 @@ OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "deliveries", "un
 MOST_ROWS = 20_000  # maximum number of rows per mission table, the earliest
 
 
-class ShownJob(Protocol):
-    """Displayed properties of a ``remoras.work.Job``."""
-
-    @property
-    def name(self) -> str:
-        """Name of the job."""
-
-    @property
-    def done(self) -> tuple[str, str]:
-        """Completion fact: attribute and subject."""
-
-
 def run_data(
-    results: RunResults, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), by_packets: bool = True
+    results: RunResults, places: Sequence[Place] = (), jobs: Iterable[Job] = (), by_packets: bool = True
 ) -> bytes:
     """Return the compressed replay data of a run, reproducible byte by byte; OutputError without a readable scenario.
 
@@ -113,7 +104,7 @@ def run_data(
     ]
     of_run.add_causes(columns, names, Causes(results).moments())
     contents["header"] = _header(results, scenario, _add_said(columns, names, results))
-    contents["world"] = _world(columns, names, results, places, {job.name: tuple(job.done) for job in jobs})
+    contents["world"] = _world(columns, names, results, places, {job.name: job.done for job in jobs})
     contents["by_packets"] = by_packets
     contents["milestones"] = [
         [milestone["name"], names.vehicle(milestone["vehicle"]), milestone["group"], milestone["time_s"]]
@@ -140,7 +131,7 @@ def _world(
     names: Names,
     results: RunResults,
     places: Sequence[Place],
-    done: Mapping[str, tuple[str, ...]],
+    done: Mapping[str, tuple[str, str]],
 ) -> dict[str, Any]:
     named = {place.name for place in places}
     world = results.scenario_tables.get("world", {})
