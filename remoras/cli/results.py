@@ -105,11 +105,11 @@ def draw_run(
     panel: str = "",
 ) -> Drawn:
     """Draw a run with figures of its mission and of the user."""
-    from missions.scenarios.parts import mission_of, with_figures
+    from missions.scenarios.parts import with_figures
     from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
     from visualisation.runs import draw_run_figures
 
-    mission = mission_of(results.scenario)
+    mission = results.mission
     asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS, *FACTORIAL_KINDS))
     return draw_run_figures(results, asked, out, file_format, figures, mission.places, width_in, at_s, viewer, panel)
 
@@ -193,7 +193,7 @@ def _places_or_none(run: Results) -> Sequence[Place]:
     from missions.errors import ConfigurationError
 
     try:
-        return _places(run)
+        return run.mission.places
     except ConfigurationError as error:
         print(f"remoras: places are not exported: {error}", file=sys.stderr)
         return ()
@@ -230,10 +230,10 @@ def replay(
 
 
 def _data(run: Results) -> bytes:
-    from missions.scenarios.parts import mission_of, strategy_of
+    from missions.scenarios.parts import strategy_of
     from visualisation.replay import run_data
 
-    mission, strategy = mission_of(run.scenario), strategy_of(run.scenario)
+    mission, strategy = run.mission, strategy_of(run.scenario)
     return run_data(run, mission.places, mission.jobs.values(), strategy.declaration.communicates)
 
 
@@ -242,7 +242,7 @@ def _check_pair(first: Results, second: Results) -> None:
     mission = ours.scenario.mission == theirs.scenario.mission
     for part, same in (
         ("mission", mission),
-        ("world", mission and (ours.world, _places(first)) == (theirs.world, _places(second))),
+        ("world", mission and (ours.world, first.mission.places) == (theirs.world, second.mission.places)),
         ("vehicles", [vehicle.name for vehicle in ours.vehicle] == [vehicle.name for vehicle in theirs.vehicle]),
     ):
         if not same:
@@ -250,12 +250,6 @@ def _check_pair(first: Results, second: Results) -> None:
                 f"{second.folder}: {part} differ from {first.folder}; two runs are shown side by side if vehicles "
                 "of the same names did the same mission in the same world"
             )
-
-
-def _places(run: Results) -> Sequence[Place]:
-    from missions.scenarios.parts import mission_of
-
-    return mission_of(run.scenario).places
 
 
 @command("why", "remoras why results/lossy AUV00 1906 --not Mapping")
