@@ -272,15 +272,8 @@ def merging(bench: Bench) -> list[dict[str, Any]]:
     return [row("merge, 10000", per_s[0], "1/s", "record", per_s[1], merge_s / record_s, "<= 1")]
 
 
-def digests(bench: Bench) -> list[dict[str, Any]]:
-    """The digest of much against that of little."""
-    models = [bench.merged(bench.blocks(bench.heard[:size])) for size in (SIZES[0], SIZES[-1])]
-    small_s, large_s = best_of(*(lambda m=m: [m.digest() for _ in range(200)] for m in models), repeats=9)
-    return [row("digest, 100000", large_s * 5e3, "us", "1000", small_s * 5e3, large_s / small_s, "<= 1.2")]
-
-
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows."""
     bench = Bench()
-    parts = (recording, latest, memory, merging, digests)
+    parts = (recording, latest, memory, merging)
     return [entry for part in parts for entry in part(bench)]

@@ -14,7 +14,7 @@ The total order makes the result independent of arrival. If two vehicles exclude
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple, cast
 
 from worldmodel.errors import FactError
@@ -66,49 +66,6 @@ class Keeping(NamedTuple):
     waiting_blocks: int = WAITING_BLOCKS
     pruning: Sequence[PruneRule] = ()
     common_facts: Sequence[PropertyValue] = ()
-
-
-class BlockLog:
-    """Blocks of one origin and epoch by sequence, and which sequences have arrived."""
-
-    __slots__ = ("blocks", "mask", "n_whole")
-
-    def __init__(self) -> None:
-        self.blocks: dict[int, Block | None] = {}
-        """Arrived sequences; None for one whose block is not stored."""
-        self.n_whole = 0
-        """Number of sequences up to the first gap."""
-        self.mask = 0
-        """Bit k is set if the sequence ``n_whole + k`` has arrived."""
-
-    @property
-    def digest(self) -> tuple[int, int]:
-        """Highest contiguous sequence or -1, and mask of later ones: bit k stands for that + 1 + k."""
-        return self.n_whole - 1, self.mask
-
-    def __iter__(self) -> Iterator[Block]:
-        """Yield the stored blocks, by sequence."""
-        return (block for sequence in sorted(self.blocks) if (block := self.blocks[sequence]) is not None)
-
-    def put(self, sequence: int, block: Block | None) -> None:
-        """Mark a sequence as arrived; a ``block`` of None has no stored content."""
-        self.blocks[sequence] = block
-        if sequence >= self.n_whole:
-            self.mask |= 1 << sequence - self.n_whole
-            while self.mask & 1:
-                self.mask >>= 1
-                self.n_whole += 1
-
-    def forget(self, sequence: int) -> None:
-        """Mark an arrived sequence as missing again."""
-        del self.blocks[sequence]
-        if sequence >= self.n_whole:
-            self.mask ^= 1 << sequence - self.n_whole
-            return
-        # The sequences behind it have arrived: they become bits of the mask, above a 0 for the missing one.
-        n_behind = self.n_whole - sequence - 1
-        self.mask = self.mask << n_behind + 1 | (1 << n_behind) - 1 << 1
-        self.n_whole = sequence
 
 
 NOTHING = Merged((), ())

@@ -26,7 +26,7 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.holdings import Arrivals, Bans, BlockLog, Keeping
+from worldmodel.holdings import Arrivals, Bans, Keeping, rank_of
 from worldmodel.inference import Inference
 from worldmodel.ontology.fields import Grid, Value
 from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
@@ -231,9 +231,8 @@ class Store:
         self._time_ratio = self.clock_grid.ratio
         self.index = Index(tbox, instances)
         self.arrivals = Arrivals(keeping.waiting_s, keeping.waiting_blocks)
-        self.logs: dict[tuple[int, int], BlockLog] = {(owner, epoch): BlockLog()}
-        """Items, by (origin, epoch)."""
-        self._private: dict[tuple[int, int], BlockLog] = {}  # private blocks, numbered upwards here
+        # Items and private blocks by (origin, epoch) and sequence; None without stored content.
+        self._arrived: dict[tuple[int, int], dict[int, Block | None]] = {}
         self.content_of_pruned = 0
         """Sum of the content digests of pruned items."""
         self.version = 0
@@ -298,18 +297,16 @@ class Store:
 
     def block(self, guid: Guid) -> Block | None:
         """Return an item or private block if it is accepted and stored."""
-        log, sequence = self._place(guid)
-        return None if log is None else log.blocks.get(sequence)
+        return self._arrived.get(guid[:2], {}).get(guid[2])
 
     def blocks(self) -> Iterator[Block]:
         """Yield the accepted items, by origin, epoch and sequence."""
-        for key in sorted(self.logs):
-            yield from self.logs[key]
+        return (block for block in map(self.block, self._item_guids()) if block is not None)
 
     def private_blocks(self) -> Iterator[Block]:
-        """Yield the owner's private blocks."""
-        for key in sorted(self._private):
-            yield from self._private[key]
+        """Yield the owner's private blocks, by epoch and in order of recording."""
+        private = [block for log in self._arrived.values() for block in log.values() if block and not block.is_item]
+        return iter(sorted(private, key=rank_of))
 
     def arrived(self, guid: Guid) -> Block | None:
         """Return a block that is accepted, pending or refused."""
@@ -317,63 +314,57 @@ class Store:
 
     def has_arrived(self, guid: Guid) -> bool:
         """True if peers need not send the block again, even if it was pruned since."""
-        log, sequence = self._place(guid)
-        return log is not None and sequence in log.blocks
+        return guid[2] in self._arrived.get(guid[:2], {})
+
+    def _item_guids(self) -> list[Guid]:
+        return sorted([(*life, sequence) for life, log in self._arrived.items() for sequence in log if sequence >= 0])
 
     def digest(self) -> dict[tuple[int, int], tuple[int, int]]:
-        """Return the arrived items by (origin, epoch), each as in ``BlockLog.digest``."""
-        return {key: log.digest for key, log in self.logs.items() if log.blocks}
+        """Return the arrived items by (origin, epoch): highest contiguous sequence or -1, and mask of later ones.
+
+        Bit k of the mask stands for the sequence ``highest + 1 + k``.
+        """
+        digest: dict[tuple[int, int], tuple[int, int]] = {}
+        for origin, epoch, sequence in self._item_guids():
+            highest, mask = digest.get((origin, epoch), (-1, 0))
+            if sequence == highest + 1:
+                highest = sequence
+            else:
+                mask |= 1 << sequence - highest - 1
+            digest[origin, epoch] = highest, mask
+        return digest
 
     def items(self) -> Iterator[tuple[Guid, Block | None]]:
         """Yield the arrived items, by origin, epoch and sequence; None for a pruned one."""
-        for origin, epoch in sorted(self.logs):
-            log = self.logs[origin, epoch]
-            for sequence in sorted(log.blocks):
-                guid = origin, epoch, sequence
-                yield guid, self.arrived(guid)
+        return ((guid, self.arrived(guid)) for guid in self._item_guids())
 
     def state_hash(self) -> str:
         """Return a digest of TBox, common instances and accepted items, pruned ones included."""
         # A sum depends on no order, and pruned items keep their term.
-        total = self.content_of_pruned + sum(self._content_number(block) for block in self.blocks())
+        total = self.content_of_pruned + sum(map(self.content, self.blocks()))
         state = (self.tbox.hash, self.common_instances, self.n_origins, self.n_uids, total % (1 << 256))
         return hashlib.sha256(repr(state).encode()).hexdigest()
 
-    def content(self, block: Block) -> bytes:
+    def content(self, block: Block) -> int:
         """Return a digest of GUID, time and facts of a valid block, computed on integers."""
         attributes = self.tbox.attributes
         facts = [(f.subject, f.attribute, attributes[f.attribute].encode(f.value), f.uncertainty) for f in block.facts]
         tick = self.clock_grid.index_of(block.time_s)
-        return hashlib.sha256(repr((block.guid, tick, facts)).encode()).digest()
-
-    def _content_number(self, block: Block) -> int:
-        return int.from_bytes(self.content(block), "big")
+        return int.from_bytes(hashlib.sha256(repr((block.guid, tick, facts)).encode()).digest(), "big")
 
     def quantise_time(self, time_s: float) -> float:
         """Return the grid time nearest to ``time_s`` (s)."""
         step, denominator = self._time_ratio
         return round(time_s / self.time_resolution_s) * step / denominator
 
-    def _place(self, guid: Guid, create: bool = False) -> tuple[BlockLog | None, int]:
-        origin, epoch, sequence = guid
-        logs, index = (self.logs, sequence) if sequence >= 0 else (self._private, STATUS - 1 - sequence)
-        log = logs.get((origin, epoch))
-        if log is None and create:
-            log = logs[origin, epoch] = BlockLog()
-        return log, index
-
     def hold(self, guid: Guid, block: Block | None = None) -> None:
         """Mark an item or private block as arrived and store ``block``, if given."""
-        log, sequence = self._place(guid, create=True)
-        if log is not None:
-            log.put(sequence, block)
+        self._arrived.setdefault(guid[:2], {})[guid[2]] = block
 
     def drop(self, block: Block) -> None:
         """Remove a pending or refused block so that it can be received again."""
         self.arrivals.take(block.guid)
-        log, sequence = self._place(block.guid)
-        if log is not None:
-            log.forget(sequence)
+        del self._arrived[block.guid[:2]][block.sequence]
 
     def latest(self, subject: int, attribute: int) -> Observation | None:
         """Return the newest observation of a property."""
@@ -498,7 +489,7 @@ class Store:
 
     def prune(self, block: Block) -> None:
         """Drop the content of an item, for ``worldmodel.tidy``, which applies the rules."""
-        self.content_of_pruned += int.from_bytes(self.content(block), "big")
+        self.content_of_pruned += self.content(block)
         self.take_out(block)
 
     def note_creations(self, block: Block) -> set[int]:
