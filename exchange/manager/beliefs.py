@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from exchange.manager.peers import PeerStates
 from exchange.packets import FULL_MASK, MASK_BITS, Fragment, ItemUid, Life, Named, Summary, joined_block
@@ -67,8 +66,8 @@ class Beliefs:
         """Name by column."""
         self.held = [0] * n_nodes
         """Items (set) that a node is believed to hold, by node, this one included."""
-        self.before = [0] * n_nodes
-        """State of ``held`` before the present packet."""
+        self.news: dict[int, int] = {}
+        """Items (set) by node that it is believed to hold since the present packet."""
         self.spared = [0] * n_nodes
         """Sendable items (set) that a node does not need, by node."""
         self.sendable: dict[int, Sendable] = {}
@@ -115,7 +114,7 @@ class Beliefs:
         self.column_of[uid] = column
         self.uids.append(uid)
         self.fragments.append(fragment)
-        self.held[self.me] |= 1 << column
+        self.believe(self.me, 1 << column)
         if entry is not None:
             self.sendable[column] = entry
         self.ends[origin, epoch] = max(self.ends.get((origin, epoch), 0), sequence + 1)
@@ -158,6 +157,12 @@ class Beliefs:
             items |= self.parts.get((*life, number), 0)
         return items
 
+    def believe(self, node: int, items: int) -> None:
+        """Believe that a node holds these items (set)."""
+        if new := items & ~self.held[node]:
+            self.held[node] |= new
+            self.news[node] = self.news.get(node, 0) | new
+
     def deny(self, node: int, life: Life, numbers: int) -> int:
         """Believe that a node lacks those of its blocks that are whole here; return their numbers (bit set)."""
         denied = 0
@@ -166,7 +171,7 @@ class Beliefs:
             # A block of which the peer holds some parts is no contradiction: it reports whole blocks only.
             if items and not items & ~self.held[node] and self.is_whole((*life, number)):
                 self.held[node] &= ~items
-                self.before[node] &= ~items
+                self.news[node] = self.news.get(node, 0) & ~items
                 denied |= 1 << number
         return denied
 
@@ -176,11 +181,11 @@ class Beliefs:
 
         5.: "Information contained within a successfully received packet is always added to the local world model".
         """
-        for origin, own in enumerate(self.origins):  # of an earlier life, its origin may have lost it
-            if items & own:
-                self.held[origin] |= items & own
+        for column in members(items):
+            origin = self.uids[column].origin
+            self.believe(origin, 1 << column & self.origins[origin])  # of an earlier life, its origin may have lost it
         if evidence is not None:
-            self.held[evidence] |= items
+            self.believe(evidence, items)
 
     def lacked(self, items: int) -> int:
         """Return those items (set) that a present node needs, and is not believed to hold."""
@@ -191,12 +196,9 @@ class Beliefs:
         return items ^ served
 
     def gained(self) -> tuple[tuple[int, ItemUid], ...]:
-        """Return sorted pairs of peer and item with belief gained since ``before``."""
-        gained: list[tuple[int, ItemUid]] = []
-        for peer, (held, before) in enumerate(zip(self.held, self.before, strict=True)):
-            for column in members(held & ~before) if held != before and peer != self.me else ():
-                gained.append((peer, self.uids[column]))
-        return tuple(gained)
+        """Return the peers and items of ``news``, in order."""
+        peers = sorted(self.news.keys() - {self.me})
+        return tuple([(peer, self.uids[column]) for peer in peers for column in members(self.news[peer])])
 
     def ease(self, column: int) -> bool:
         """Lower the priority of an item once all addressed peers hold it; return True on the change."""
@@ -317,17 +319,6 @@ def summary_of(life: Life, held: int) -> Summary:
     return Summary(*life, n_first - 1, held >> n_first + 1 & FULL_MASK)
 
 
-class _Told(NamedTuple):
-    """Last transmission of a summary, with the received set at that time."""
-
-    summary: Summary
-    times: int
-    held: int
-
-
-_NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
-
-
 class Summaries:
     """Summaries of one vehicle: its own as they are due, and those of its peers."""
 
@@ -335,9 +326,9 @@ class Summaries:
         self._beliefs = beliefs
         self._encode = encode
         self._due: dict[Life, None] = {}
-        self._told: dict[Life, _Told] = {}  # oldest first
+        self._told: dict[Life, tuple[Summary, int]] = {}  # last sent and how often in succession; oldest first
         self._alarms: dict[Life, None] = {}
-        self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
+        self._noted: dict[Life, dict[int, Summary]] = {}  # by incarnation and peer
 
     # Transmission --------------------------------------------------------------------------------
 
@@ -373,16 +364,12 @@ class Summaries:
 
         A summary that reports a discarded block is repeated until the block arrives, in case its sender missed it.
         """
-        beliefs, sent = self._beliefs, self._told
+        beliefs, told = self._beliefs, self._told
         # First those never sent, then by time of transmission, as ``_take`` moves a summary to the end.
-        for life in (*sorted(beliefs.blocks.keys() - sent), *sent):
-            held, given_up, before = beliefs.blocks.get(life, 0), beliefs.discarded.get(life), sent.get(life, _NEVER)
-            is_told = before.times == TIMES_TOLD
-            if life in beliefs.shared or (is_told and before.held == held and not given_up):
-                continue
-            summary = summary_of(life, held)
-            is_asked_for = given_up and any(summary.holds(sequence) is False for sequence in given_up)
-            if is_told and before.summary == summary and not is_asked_for:
+        for life in (*sorted(beliefs.blocks.keys() - told), *told):
+            summary = summary_of(life, beliefs.blocks.get(life, 0))
+            is_asked_for = any(summary.holds(sequence) is False for sequence in beliefs.discarded.get(life, ()))
+            if life in beliefs.shared or (told.get(life) == (summary, TIMES_TOLD) and not is_asked_for):
                 continue
             _, size_bits = self._encode(summary)
             if size_bits <= room_bits:
@@ -392,28 +379,28 @@ class Summaries:
 
     def _take(self, life: Life, summary: Summary) -> None:
         self._due.pop(life, None)
-        before = self._told.pop(life, _NEVER)
-        times = min(before.times + 1, TIMES_TOLD) if before.summary == summary else 1
-        self._told[life] = _Told(summary, times, self._beliefs.blocks.get(life, 0))
+        before, times = self._told.pop(life, (None, 0))
+        self._told[life] = summary, min(times + 1, TIMES_TOLD) if before == summary else 1
 
     # Reception -----------------------------------------------------------------------------------
 
     def believe(self, uid: ItemUid, items: int) -> None:
         """Believe that peers hold an item that is new here (as a set) if their summaries cover it."""
-        for peer, noted in self._noted.items():
-            summary = noted.get((uid.origin, uid.epoch))
-            if summary is not None and summary.holds(uid.sequence):
-                self._beliefs.held[peer] |= items
+        for peer, summary in self._noted.get((uid.origin, uid.epoch), {}).items():
+            if summary.holds(uid.sequence):
+                self._beliefs.believe(peer, items)
 
     def forget(self, *peers: int) -> None:
         """Discard the summaries of these peers (default: all)."""
-        for peer in peers or tuple(self._noted):
-            self._noted.pop(peer, None)
+        for noted in self._noted.values():
+            for peer in peers or tuple(noted):
+                noted.pop(peer, None)
 
     def note(self, sender: int, summary: Summary) -> int:
         """Apply a peer's summary to the beliefs; return the items (set) that it turns out to lack."""
-        beliefs, noted, life = self._beliefs, self._noted.setdefault(sender, {}), (summary.origin, summary.epoch)
-        known, noted[life] = noted.get(life), summary
+        beliefs, life = self._beliefs, (summary.origin, summary.epoch)
+        noted = self._noted.setdefault(life, {})
+        known, noted[sender] = noted.get(sender), summary
         # Blocks below the previous summary are believed already; a summary below it means that the peer discarded some.
         first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
         end = min(summary.highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
@@ -422,6 +409,6 @@ class Summaries:
         window, n_held = (1 << end) - (1 << first), min(summary.highest + 1, end)
         held = (1 << n_held) - 1 | summary.mask << n_held + 1
         if numbers := held & window:
-            beliefs.held[sender] |= beliefs.items(life, numbers)
+            beliefs.believe(sender, beliefs.items(life, numbers))
         denied = beliefs.deny(sender, life, ~held & window) if ~held & window else 0
         return beliefs.items(life, denied) if denied else 0

@@ -340,15 +340,14 @@ class HoldingsReports:
     def note_news(self, packet: Packet, slot: int) -> None:
         """Record new holders learned from a packet."""
         beliefs = self._beliefs
-        for column in members(beliefs.held[self._me] & ~beliefs.before[self._me]):
+        for column in members(beliefs.news.get(self._me, 0)):
             uid = beliefs.uids[column]
             for peer in range(self._n_nodes):
                 if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
-                    beliefs.held[peer] |= 1 << column
+                    beliefs.believe(peer, 1 << column)
         self._note_heard(packet)  # last: known holders lack nothing
-        for held, before in zip(beliefs.held, beliefs.before, strict=True):
-            for column in members(held & ~before):
-                self._learned[column] = slot, -1, 0
+        for items in beliefs.news.values():
+            self._learned |= dict.fromkeys(members(items), (slot, -1, 0))
 
     def _note_fate(self, peer: int, received: int) -> None:
         """Update link and lack estimates by a peer's acknowledgement of the own last packet."""
@@ -383,7 +382,7 @@ class HoldingsReports:
             known = self._stated.get((peer, life), 0)
             if new := numbers & ~known:
                 self._stated[peer, life] = known | numbers
-                self._beliefs.held[peer] |= self._beliefs.items(life, new)
+                self._beliefs.believe(peer, self._beliefs.items(life, new))
 
     def _deny(self, sender: int, statement: OriginStatement) -> int:
         """Believe that a peer lacks what its statement omits; return the items (set) believed held before."""

@@ -96,7 +96,7 @@ class Receiver:
             is_new_life |= epoch > peers.epochs[origin]
         has_begun = is_new_life and self._begin_lives(packet)
         # After these, since beliefs that a new incarnation restores are no gain of this packet.
-        beliefs.before = beliefs.held.copy()
+        beliefs.news.clear()
         missed = decoded.heard & ~(log.heard | 1 << sender | 1 << self._me)
         evidence = self._told(packet, missed, now_s) if missed or decoded.relays else ()
         taken = _Taken()
@@ -116,7 +116,8 @@ class Receiver:
                 self.relaying.rows[sender].append(decoded.own)
             if content:
                 beliefs.take(content, sender if self._carrier_evidence else None)
-            log.learn(slot, content, packet.acks, heeded, beliefs.held)
+            for node, items in log.learn(slot, content, packet.acks, heeded):
+                beliefs.believe(node, items)
             if self.reports is not None:
                 recovered, lacked = self.reports.hear(decoded, slot, is_answer, answers, heeded, now_s)
                 if recovered:
@@ -131,7 +132,7 @@ class Receiver:
             self._interests.reopen(now_s)
         if self.reports is not None:
             self.reports.note_news(packet, slot)
-        gained = beliefs.gained() if beliefs.held != beliefs.before else ()
+        gained = beliefs.gained()
         settled = self._interests.settle() if gained or has_begun else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), gained, settled, tuple(taken.aside),

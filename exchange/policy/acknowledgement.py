@@ -121,7 +121,7 @@ class PacketLog:
         self.heard = 0
         """Nodes whose last packet this node received (bit mask)."""
         self._items = [0] * self._ring  # item set of a packet received or sent, by place
-        self._loaded = 0  # places of packets with items
+        self._loaded = 0  # all nodes, at the places of packets with items
         self._received = 0  # all nodes, at the places of packets received
         self._reported = 0  # receivers reported by peers
 
@@ -137,8 +137,9 @@ class PacketLog:
         for passed in range(max(self.slot + 1, slot + 1 - ring), slot + 1):
             sender, place = passed % n_nodes, passed % ring
             self.heard &= ~(1 << sender)
-            self._loaded &= ~(1 << place)
-            self._received &= ~(self._all << place * n_nodes)
+            void = ~(self._all << place * n_nodes)
+            self._loaded &= void
+            self._received &= void
             if self._reported:
                 self._reported &= ~self._void(passed)
             self._items[place] = 0
@@ -169,22 +170,26 @@ class PacketLog:
         for ago, nodes in layout(kind, n_nodes, slot // n_nodes % kind.period_frames, me):
             may |= nodes << (slot - ago) % ring * n_nodes
         inferred = self._inferred(may & self._received, held) if kind.infers else 0
-        place = slot % ring
-        self._items[place] = items
-        self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
+        self._load(slot % ring, items)
         return kind.header(self._reported, self._each << me, self._received, inferred) & may
+
+    def _load(self, place: int, items: int) -> None:
+        """Set the item set of the packet of a ring place."""
+        nodes = self._all << place * self.n_nodes
+        self._items[place] = items
+        self._loaded = self._loaded | nodes if items else self._loaded & ~nodes
 
     def _inferred(self, may: int, held: Sequence[int]) -> int:
         """Return the nodes, of those at each place, that are believed to hold all items of the packet."""
         inferred = 0
-        for place in members(self._loaded):
-            for node in members(may >> place * self.n_nodes & self._all):
-                if not self._items[place] & ~held[node]:
-                    inferred |= 1 << place * self.n_nodes + node
+        for bit in members(may & self._loaded):
+            place, node = divmod(bit, self.n_nodes)
+            if not self._items[place] & ~held[node]:
+                inferred |= 1 << bit
         return inferred
 
-    def learn(self, slot: int, items: int, acks: int, heeded: int, held: list[int]) -> None:
-        """Record a received packet with ``items`` (set); apply its acknowledgements ``acks`` to ``held``.
+    def learn(self, slot: int, items: int, acks: int, heeded: int) -> list[tuple[int, int]]:
+        """Record a received packet with ``items`` (set); return nodes and the items that its ``acks`` confirm.
 
         5.: "if a packet sent by node A is acknowledged by node B, another node receiving that ACK (either A or C) will
         know that the ACKing peer now holds the information in the ACKed packet".
@@ -192,30 +197,22 @@ class PacketLog:
         Acknowledgements of the nodes in ``heeded`` (bit mask) count.
         """
         place = slot % self._ring
-        self._items[place] = items
-        self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
+        self._load(place, items)
         self.heard |= 1 << slot % self.n_nodes
         self._received |= self._all << place * self.n_nodes
-        heeded, places = heeded & self._all, self._loaded
         # The packet may arrive late, when later slots have made some of its facts void.
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
             acks &= ~self._void(later)
+        acks &= heeded * self._each  # the product repeats the mask at each ring place
         if self._kind.relays:
-            # The product repeats the mask at each ring place.
-            self._reported |= acks & heeded * self._each
-        while places:
-            place = places.bit_length() - 1
-            places ^= 1 << place
-            nodes, items = acks >> place * self.n_nodes & heeded, self._items[place]
-            while nodes:
-                node = nodes.bit_length() - 1
-                nodes ^= 1 << node
-                held[node] |= items
+            self._reported |= acks
+        confirmed = [divmod(bit, self.n_nodes) for bit in members(acks & self._loaded)]
+        return [(node, self._items[place]) for place, node in confirmed]
 
     def forget(self, node: int) -> None:
         """Clear the receptions and packets of a node."""
         self._items[node] = self._items[node + self.n_nodes] = 0
-        self._loaded &= ~(1 << node | 1 << node + self.n_nodes)
+        self._loaded &= ~(self._both << node * self.n_nodes)
         self._received &= ~(self._both << node * self.n_nodes)
         self.heard &= ~(1 << node)
         if node != self.me:
