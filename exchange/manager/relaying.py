@@ -17,15 +17,12 @@ that at its last transmission.
 
 from __future__ import annotations
 
-from heapq import heappop, heappush
-
 from exchange.manager.beliefs import Beliefs
 from exchange.manager.peers import HEARD, LOST
 from exchange.manager.receiver import Receiver
 from exchange.packets import Packet
 from exchange.policy.acknowledgement import members
 from exchange.policy.planning import KEPT, loss_of
-from exchange.schedule import GRACE_S
 
 LOOK_FRAMES = 4
 """TDMA frames between evaluations of link loss."""
@@ -56,8 +53,6 @@ class Relaying:
         self.left: list[tuple[int, int]] = []
         """Peers with a poor link to this vehicle, each with every node on the best path to it."""
         self._passed_on = [0 for _ in self._nodes]  # by node: item set of others that it relays
-        self._fresh = 0  # items (set) too young to be sent again
-        self._ageing: list[tuple[float, int]] = []  # heap of times at which these may be old enough
 
     def look(self, frame: int, now_s: float) -> None:
         """Evaluate the links between others and update the relayed origins."""
@@ -110,16 +105,11 @@ class Relaying:
                 if cut_off == peer:
                     served |= self._passed_on[by] & ~beliefs.spared[by]
             resting &= served
-        while self._ageing and self._ageing[0][0] < now_s:
-            self._fresh ^= 1 << heappop(self._ageing)[1]
-        for column in members(resting & ~self._fresh):
+        for column in members(resting):
             sent = beliefs.entry(column).candidate
             if sent is None or now_s - sent.observed_s > AGED * (sent.since_s - sent.observed_s):
-                continue
-            self._fresh |= 1 << column
-            aged_s = sent.observed_s + AGED * (sent.since_s - sent.observed_s)
-            heappush(self._ageing, (aged_s - GRACE_S, column))  # looked at early, so that rounding delays none
-        return resting & self._fresh
+                resting ^= 1 << column
+        return resting
 
     def _cut_off_from(self, worth: list[float], near: int, away: int) -> int:
         """Return origins (bit mask) with poor links to a peer that this vehicle reaches well.
