@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import length
@@ -73,7 +73,6 @@ class BroadcastChannel:
     blackouts: tuple[Blackout, ...] = ()
     depths_m: tuple[float, ...] = ()
     carries_beyond_range: bool = False
-    _trial_key: list[int] = field(default_factory=list, init=False, repr=False, compare=False)  # cached on first use
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
@@ -109,9 +108,7 @@ class BroadcastChannel:
             if p_loss > 0.0:
                 # The state of the slot serves all receivers.
                 if draws is None:
-                    if not self._trial_key:
-                        self._trial_key.append(loss.trial_key(self.seed, self.trial))
-                    draws = loss.slot_key(self._trial_key[0], slot)
+                    draws = loss.slot_key(loss.trial_key(self.seed, self.trial), slot)
                 if loss.link_uniform(draws, sender, receiver) < p_loss:
                     continue
             arrivals.append(Arrival(receiver, time_s, data))
