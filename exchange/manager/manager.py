@@ -225,8 +225,7 @@ class ExchangeManager:
             own = slot - (slot - self._me) % self.n_nodes  # the last own slot before it
             if own > log.slot and schedule.start_s(own) > now_s:
                 raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
-            if sender not in self._definitions.trusted:
-                self._definitions.agree(sender, frame)
+            self._definitions.agree(sender, frame)
             if decoded.latest_s > now_s:
                 _refuse_future(packet, now_s, self._model)
             if decoded.wrong is not None:  # the world model would refuse its block

@@ -48,8 +48,6 @@ class ComparedDefinitions:
         self._differs: dict[int, int] = {}  # by peer: the number of the byte that differed
         self._claims: dict[int, tuple[int, int]] = {}  # by peer: an era, bit set of matching bytes
         self._strangers: set[int] = set()  # incompatible peers already reported
-        self.trusted: set[int] = set()
-        """Peers with all bytes agreed and no match of another era since: comparison unnecessary."""
 
     def agree(self, peer: int, frame: int) -> None:
         """Record a byte that matches the known era; raise DefinitionFault if another byte differed."""
@@ -61,8 +59,6 @@ class ComparedDefinitions:
             self._strangers.discard(peer)
         if peer in self._differs:
             raise DefinitionFault(f"node {peer} uses another TBox or other field widths, as an earlier packet showed")
-        if self._agreed[peer] == ALL_BYTES:
-            self.trusted.add(peer)
 
     def differ(self, peer: int, frame: int) -> bool:
         """Record that the byte of this frame differs; return True if the peer becomes incompatible."""
@@ -86,7 +82,6 @@ class ComparedDefinitions:
             return False
         numbers |= 1 << frame % HASH_BYTES
         self._claims[peer] = era, numbers
-        self.trusted.discard(peer)  # so that the next byte that agrees ends the claim
         if numbers != ALL_BYTES:
             return False
         self._agreed[peer] = ALL_BYTES
