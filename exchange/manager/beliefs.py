@@ -17,6 +17,7 @@ Otherwise spare capacity carries one summary with changes since its last transmi
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
@@ -66,7 +67,7 @@ class Beliefs:
         """Name by column."""
         self.held = [0] * n_nodes
         """Items (set) that a node is believed to hold, by node, this one included."""
-        self.news: dict[int, int] = {}
+        self.news: defaultdict[int, int] = defaultdict(int)
         """Items (set) by node that it is believed to hold since the present packet."""
         self.spared = [0] * n_nodes
         """Sendable items (set) that a node does not need, by node."""
@@ -161,7 +162,7 @@ class Beliefs:
         """Believe that a node holds these items (set)."""
         if new := items & ~self.held[node]:
             self.held[node] |= new
-            self.news[node] = self.news.get(node, 0) | new
+            self.news[node] |= new
 
     def deny(self, node: int, life: Life, numbers: int) -> int:
         """Believe that a node lacks those of its blocks that are whole here; return their numbers (bit set)."""
@@ -171,7 +172,7 @@ class Beliefs:
             # A block of which the peer holds some parts is no contradiction: it reports whole blocks only.
             if items and not items & ~self.held[node] and self.is_whole((*life, number)):
                 self.held[node] &= ~items
-                self.news[node] = self.news.get(node, 0) & ~items
+                self.news[node] &= ~items
                 denied |= 1 << number
         return denied
 

@@ -340,7 +340,7 @@ class HoldingsReports:
     def note_news(self, packet: Packet, slot: int) -> None:
         """Record new holders learned from a packet."""
         beliefs = self._beliefs
-        for column in members(beliefs.news.get(self._me, 0)):
+        for column in members(beliefs.news[self._me]):
             uid = beliefs.uids[column]
             for peer in range(self._n_nodes):
                 if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:

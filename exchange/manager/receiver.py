@@ -132,7 +132,7 @@ class Receiver:
             self._interests.reopen(now_s)
         if self.reports is not None:
             self.reports.note_news(packet, slot)
-        gained = beliefs.gained()
+        gained = beliefs.gained() if beliefs.news else ()
         settled = self._interests.settle() if gained or has_begun else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), gained, settled, tuple(taken.aside),

@@ -206,8 +206,11 @@ class PacketLog:
         acks &= heeded * self._each  # the product repeats the mask at each ring place
         if self._kind.relays:
             self._reported |= acks
-        confirmed = [divmod(bit, self.n_nodes) for bit in members(acks & self._loaded)]
-        return [(node, self._items[place]) for place, node in confirmed]
+        confirmed = []
+        for bit in members(acks & self._loaded):
+            place, node = divmod(bit, self.n_nodes)
+            confirmed.append((node, self._items[place]))
+        return confirmed
 
     def forget(self, node: int) -> None:
         """Clear the receptions and packets of a node."""
