@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from missions.mapping.detections import FindsWatch
 from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, Seabed, SwathSettings
@@ -18,13 +17,6 @@ from remoras.truth import left
 
 GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
 """Achieved share of the goal, at each change."""
-
-
-class Swath(NamedTuple):
-    """True reach of a mapping sensor on both sides (m), and its speed limit."""
-
-    reach_m: float
-    speed_limit_mps: float
 
 
 class MappingTruth(MeetingTruth):
@@ -49,7 +41,6 @@ class MappingTruth(MeetingTruth):
         self._goal = goal
         self._coverage, self._progress = recorder.rows("coverage"), recorder.rows(GOAL.name)
         self._covered: defaultdict[str, set[Cell]] = defaultdict(set)  # by vehicle
-        self._swaths: dict[tuple[str, Sequence[str]], list[Swath]] = {}  # by vehicle and active sensors
         self._all_covered: set[Cell] = set()
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
@@ -133,23 +124,15 @@ class MappingTruth(MeetingTruth):
             if vehicle.name in present
         )
 
-    def _swaths_of(self, vehicle: VehicleView, sensing: Sequence[str]) -> list[Swath]:
-        data = vehicle.data
-        swaths = self._swaths[vehicle.name, sensing] = [
-            Swath(sensor.swath_m / 2.0, data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE)
-            for sensor in data.sensors
-            if isinstance(sensor, SwathSettings) and sensor.name in sensing
-        ]
-        return swaths
-
     def _look_under(self, vehicle: VehicleView, sensing: Sequence[str], now_s: float) -> bool:
-        (x_m, y_m), name, changed = vehicle.position_m, vehicle.name, False
-        swaths, covered = self._swaths.get((name, sensing)), self._covered[name]
-        for swath in self._swaths_of(vehicle, sensing) if swaths is None else swaths:
-            under = self._seabed.under(x_m, y_m, swath.reach_m)
-            if not covered.issuperset(under) and vehicle.speed_mps <= swath.speed_limit_mps:  # mostly no new cell
+        (x_m, y_m), name, data, changed = vehicle.position_m, vehicle.name, vehicle.data, False
+        sonars = [s for s in data.sensors if isinstance(s, SwathSettings) and s.name in sensing]
+        for sonar in sonars:
+            under = self._seabed.under(x_m, y_m, sonar.swath_m / 2.0)
+            limit_mps = data.speed_factor * sonar.speed_limit_mps * LIMIT_TOLERANCE
+            if not self._covered[name].issuperset(under) and vehicle.speed_mps <= limit_mps:  # mostly no new cell
                 changed |= self._cover(name, under, now_s)
-        if self._seabed.features and self._swaths[name, sensing]:
+        if self._seabed.features and sonars:
             changed |= self._inspect(vehicle, now_s)
         return changed
 
