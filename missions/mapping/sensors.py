@@ -11,7 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -137,8 +137,7 @@ class SeabedFeature:
 class Seabed:
     """Cells of the areas to map, with features and objects.
 
-    ``cells`` maps (column, row) of the world grid to (area name, index in the area); ``under(x_m, y_m, reach_m)``
-    returns the cells with centres within ``reach_m``, cached.
+    ``cells`` maps (column, row) of the world grid to (area name, index in the area).
     """
 
     cell_m: float
@@ -146,12 +145,10 @@ class Seabed:
     features: Mapping[Cell, SeabedFeature] = field(default_factory=dict)
     objects: tuple[ObjectTable, ...] = ()
     seed: int = 0
-    under: Callable[[float, float, float], tuple[Cell, ...]] = field(init=False, repr=False, compare=False)
-    _about: Callable[[int, int, float], list[tuple[Cell, float, float]]] = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "under", lru_cache(maxsize=64)(self._under))
-        object.__setattr__(self, "_about", lru_cache(maxsize=4096)(self._centres_about))
+    @cached_property
+    def _about(self) -> Callable[[int, int, float], list[tuple[Cell, float, float]]]:
+        return lru_cache(maxsize=4096)(self._centres_about)
 
     @classmethod
     def of_areas(cls, cell_m: float, corners_m: Mapping[str, Sequence[Point]]) -> Seabed:
@@ -168,7 +165,8 @@ class Seabed:
                         index += 1
         return cls(cell_m, cells)
 
-    def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
+    def under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
+        """Return the cells with centres within ``reach_m``."""
         half_m, cells = self.cell_m / 2.0, []
         # Positions hardly ever repeat, so candidates are cached per quarter of a cell instead.
         for cell, east_m, north_m in self._about(int(x_m // half_m), int(y_m // half_m), reach_m):
