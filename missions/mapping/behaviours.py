@@ -68,11 +68,18 @@ def positioning(
 
 
 DEAD_ROWS = 2  # whole rows without yield after which a sensor is presumed dead
-BRAKING_S = 2.0  # margin by which braking before a row starts early
+BRAKING_S = 2.0  # margin by which braking starts early
 LONG_LINK = 2.0  # distance to the next row, in swaths, above which the vehicle goes at transit speed
 
 
 WORTH_FINISHING = 0.42  # stimulus of the last remaining work: above homing (0.6 to 0.3), so that it is resumed
+
+
+def braking_m(data: VehicleData, slow_mps: float) -> float:
+    """Distance in which the vehicle slows down from transit speed, with a margin."""
+    fast_mps = data.transit_speed_mps
+    way_m = (fast_mps - slow_mps) * (fast_mps + slow_mps) / (2.0 * data.acceleration_mps2)
+    return max(0.0, way_m) + BRAKING_S * fast_mps
 
 
 def due(share_left: float, half_left: float) -> float:
@@ -129,18 +136,10 @@ class ZigzagExploring(Behaviour):
         work: WorkLeft,
         others: Sequence[str] = (),
     ) -> None:
-        self._job = job
-        self._work = work
-        self._data = data
-        self._others = others
+        self._job, self._data, self._work, self._others = job, data, work, others
         self._swath_m = swath_m(data)
         self._speed_mps = mapping_speed_mps(data)
-        braking_m = (
-            (data.transit_speed_mps - self._speed_mps)
-            * (data.transit_speed_mps + self._speed_mps)
-            / (2.0 * data.acceleration_mps2)
-        )
-        self._braking_m = max(0.0, braking_m) + BRAKING_S * data.transit_speed_mps
+        self._braking_m = braking_m(data, self._speed_mps)
         self._passage: _Passage | None = None
         self._begun = False
         self._tried = 0

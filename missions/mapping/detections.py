@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import replace
 
 from exchange.channel import loss
+from missions.mapping.behaviours import braking_m
 from missions.mapping.scenario import FindsTable, MappingRole, MappingScenario
 from missions.mapping.sensors import Cell, ObjectTable, Seabed, SeabedFeature, Stays, mapping_speed_mps, swath_m
 from missions.meeting.job_mission import ReportedJob, numbered, playing, with_needs
@@ -118,7 +119,6 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
     return with_needs(completed, dict.fromkeys(NEEDED, max(needs.values()))) if needs else completed
 
 
-BRAKING_S = 2.0
 PATIENCE_S = 60.0  # time on site beyond the longest dwell after which a sensor is presumed dead
 
 
@@ -129,9 +129,7 @@ class Inspecting(Behaviour):
         self._find = find
         self._finds = finds
         self._transit_mps = data.transit_speed_mps
-        fast_mps, slow_mps = data.transit_speed_mps, finds.close_speed_mps
-        braking_m = (fast_mps - slow_mps) * (fast_mps + slow_mps) / (2.0 * data.acceleration_mps2)
-        self._slow_within_m = finds.close_radius_m + max(0.0, braking_m) + BRAKING_S * data.transit_speed_mps
+        self._slow_within_m = finds.close_radius_m + braking_m(data, finds.close_speed_mps)
         self._approach = Approach(data.transit_speed_mps)
         self._on_site_s = 0.0
         self._seen_s: float | None = None
