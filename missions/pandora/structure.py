@@ -6,12 +6,9 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from exchange.arithmetic import TAU, distance, length, sincos
@@ -44,20 +41,14 @@ class Structure:
     things: tuple[TruePart, ...]
     seed: int = 0
 
-    @cached_property  # asked at each image and touch
-    def _points(self) -> list[tuple[int, TruePart, int]]:
-        return [(number, thing, nth) for number, thing in enumerate(self.things) for nth in range(len(thing.points_m))]
-
-    @cached_property  # asked at each image and touch
-    def _points_m(self) -> NDArray[np.float64]:
-        return np.array([thing.points_m[nth] for _, thing, nth in self._points]).reshape(-1, 2).T
-
     def near(self, at_m: Point, within_m: float) -> list[tuple[int, TruePart, int]]:
         """Return points within a distance: (part number, part, point number), sorted."""
-        x_m, y_m = self._points_m
-        east_m, north_m = x_m - at_m[0], y_m - at_m[1]
-        is_near = np.sqrt(east_m * east_m + north_m * north_m) <= within_m
-        return [self._points[place] for place in is_near.nonzero()[0]]
+        return [
+            (number, thing, nth)
+            for number, thing in enumerate(self.things)
+            for nth, point_m in enumerate(thing.points_m)
+            if distance(at_m, point_m) <= within_m
+        ]
 
 
 LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "int")))
