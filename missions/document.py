@@ -9,7 +9,7 @@ from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -130,8 +130,15 @@ def validated(
 
 def _value_at(location: Iterable[Any], raw: Any) -> Any:
     for part in location:
-        raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
+        raw = _inside(raw, part)
     return raw
+
+
+def _inside(raw: Any, part: Any) -> Any:
+    """Value of a key of a table, or of an index of a list; None if missing."""
+    if isinstance(raw, dict):
+        return raw.get(part)
+    return raw[part] if isinstance(raw, list) and isinstance(part, int) and part < len(raw) else None
 
 
 def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str, Any]) -> ConfigurationFault:
@@ -175,7 +182,7 @@ def _is_consequence(detail: Mapping[str, Any]) -> bool:
 def _key_of(location: Iterable[Any], raw: Any) -> str:
     parts: list[str] = []
     for part in location:
-        entry = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
+        entry = _inside(raw, part)
         if isinstance(part, int):
             name = entry.get("name") if isinstance(entry, dict) else None
             parts.append(name if isinstance(name, str) else str(part + 1))
@@ -185,27 +192,26 @@ def _key_of(location: Iterable[Any], raw: Any) -> str:
     return ".".join(parts)
 
 
-def _has(raw: dict[str, Any] | list[Any], part: Any) -> bool:
-    return part in raw if isinstance(raw, dict) else isinstance(part, int) and part < len(raw)
-
-
 def _table_at(location: Iterable[Any], root: type[BaseModel], raw: Any) -> type[BaseModel] | None:
     """Model of the table at ``location``, by its own kind if it names one; None if missing."""
     table: type[BaseModel] = root
     for part in location:
-        raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
+        raw = _inside(raw, part)
         if isinstance(part, int):
             table = getattr(table, "fitting", lambda _, known=table: known)(raw or {})
             continue
         if part not in table.model_fields:  # name of a subtable: modem.own
             continue
-        annotation: Any = table.model_fields[part].annotation
-        candidates = [annotation, *getattr(annotation, "__args__", ())]
-        inner = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)
-        if inner is None:
+        if (inner := table_within(table.model_fields[part].annotation)) is None:
             return None
         table = inner
     return table
+
+
+def table_within(annotation: Any) -> type[BaseModel] | None:
+    """Model of the table that an annotation names, alone or among others; None without one."""
+    alternatives = annotation, *get_args(annotation)
+    return next((kind for kind in alternatives if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
 
 
 def lines_of(text: str) -> dict[Location, int]:
@@ -267,8 +273,10 @@ def location_of(key: str, raw: Mapping[str, Any]) -> Location:
             index = index_of(part, value)
             if index is None:
                 # A key of the list itself, without an entry, means the first entry that has it.
-                if (index := _first_with(part, value)) is None:
+                having = [n for n, entry in enumerate(value) if isinstance(entry, dict) and part in entry]
+                if not having:
                     return location
+                index = having[0]
                 parts.insert(0, part)
             location, value = (*location, index), value[index]
         elif isinstance(value, dict):
@@ -287,10 +295,6 @@ def index_of(part: str, entries: Sequence[Any]) -> int | None:
         if isinstance(entry, dict) and entry.get("name") == part:
             return index
     return int(part) - 1 if part.isdigit() and 0 < int(part) <= len(entries) else None
-
-
-def _first_with(key: str, entries: Sequence[Any]) -> int | None:
-    return next((index for index, entry in enumerate(entries) if isinstance(entry, dict) and key in entry), None)
 
 
 def line_of(location: Location, lines: Mapping[Location, int]) -> int | None:

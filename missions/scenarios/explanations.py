@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from missions.document import table_within
 from missions.fault import kinds
 from missions.files import shipped_abouts, toml_value
 from missions.scenarios.faults import KEY, DeclaredFault, users_of_keys
@@ -34,8 +35,7 @@ def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[
     """Return (type, range and default; meaning) of every key, dotted, with nested tables."""
     entries: dict[str, tuple[str, str]] = {}
     for name, info in root.model_fields.items():
-        nested = next((kind for kind in _alternatives(info.annotation) if _is_table(kind)), None)
-        if nested is not None:
+        if (nested := table_within(info.annotation)) is not None:
             entries |= explanations_of(nested, f"{prefix}{name}.")
             continue
         limits = [text for m in info.metadata if (text := _limit(m))]
@@ -44,14 +44,6 @@ def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[
         text = ", ".join([_in_words(info.annotation), *limits, *default, *optional])
         entries[prefix + name] = (text, info.description or "")
     return entries
-
-
-def _alternatives(annotation: Any) -> list[Any]:
-    return [annotation, *get_args(annotation)]
-
-
-def _is_table(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
 def _in_words(annotation: Any) -> str:
