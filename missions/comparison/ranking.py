@@ -30,8 +30,6 @@ from missions.statistics import FEW, Array, least_p, step_down_p
 from missions.sweeps.folder import SweepResults
 
 ROUNDING = 1e-9  # relative size up to which a difference is rounding
-Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
-"""Scenario, channel, loss rate, settings and unforeseen case, common to a ranking."""
 
 
 @dataclass(frozen=True)
@@ -230,7 +228,7 @@ def too_few(repeats: int) -> str:
 
 def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
     """Mean rank of each (strategy, policy) over all conditions; None if one is missing."""
-    conditions = {_conditions(rank) for rank in ranked}
+    conditions = {(it.scenario, it.channel, it.per, tuple(it.settings.items()), it.unforeseen) for it in ranked}
     ranks_of: dict[tuple[str, str], list[float]] = defaultdict(list)
     for rank in ranked:
         ranks_of[rank.strategy, rank.policy].append(rank.rank)
@@ -241,7 +239,3 @@ def are_too_few(ranked: Sequence[Rank]) -> bool:
     """True if the number of runs permits no significant difference from the best."""
     drawn = [rank.n for rank in ranked if not rank.deterministic]
     return len(drawn) > 1 and least_p(max(drawn)) >= SIGNIFICANT
-
-
-def _conditions(row: Rank) -> Conditions:
-    return row.scenario, row.channel, row.per, tuple(row.settings.items()), row.unforeseen

@@ -274,11 +274,6 @@ class StudyFile(Section):
         """Runs over the factors of a factorial design."""
         return designed(tuple(self.factors), self.study.halvings)
 
-    @property
-    def sampled_keys(self) -> tuple[str, ...]:
-        """Scenario keys varied by a Latin hypercube; empty for other designs."""
-        return tuple(key for key, _ in dotted(self.latin))
-
 
 class StudySetting(NamedTuple):
     """Key of the scenario with its value; ``place`` is the key of the study that sets it."""

@@ -18,6 +18,7 @@ from missions.comparison.baseline import compare, write_csv
 from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.treatments import check_name
+from missions.files import dotted
 from missions.metric import Better, Metric
 from missions.sweeps.folder import SweepResults
 from visualisation.output import (
@@ -201,7 +202,7 @@ def _prepared(
         asked = list(FACTORIAL_KINDS)
     check_format(format)
     check_width(width_in)
-    if len(results.file.sampled_keys) > 1:
+    if len([*dotted(results.file.latin)]) > 1:
         raise DrawingError(
             "a Latin hypercube of several keys has no axis along which all other keys are constant; see runs.parquet"
         )
