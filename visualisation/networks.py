@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
 from visualisation import page, style, words
-from visualisation.output import as_csv, check_format
+from visualisation.output import as_csv
 
 if TYPE_CHECKING:
     from exchange.channel.network import Network
@@ -24,7 +24,6 @@ DARK = 0.6  # loss from which numbers are white
 
 def network_contents(network: Network, format: str) -> list[tuple[str, bytes]]:
     """Return names and contents of figure, caption and CSV; DrawingError for an unknown format."""
-    check_format(format)
     figure, caption = network_figure(network), network_caption(network)
     return style.contents(f"network-{network.name}", format, figure, caption, network_csv(network))
 

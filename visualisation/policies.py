@@ -17,7 +17,7 @@ from matplotlib.ticker import MultipleLocator
 from exchange.study.parameters import BOUND
 from exchange.study.study import KINDS, StudyRow, TrialMean
 from visualisation import output, page, style, words
-from visualisation.output import DrawingError, check_format, unknown
+from visualisation.output import DrawingError, unknown
 from visualisation.words import REPEAT
 
 BODY_IN, LOADED_BODY_IN = 2.3, 1.75
@@ -56,7 +56,6 @@ def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> lis
     """
     if kind not in (*UNLOADED, "loaded"):
         raise unknown("kind of figure", kind, (*UNLOADED, "loaded"))
-    check_format(format)
     if not rows:
         raise DrawingError("a figure needs rows of a study, and there are none")
     drawn = loaded_figure(rows) if kind == "loaded" else unloaded_figure(rows, kind)

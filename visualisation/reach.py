@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from visualisation import page, style, words
-from visualisation.output import DrawingError, as_csv, check_format
+from visualisation.output import DrawingError, as_csv
 
 BODY_IN = 2.3
 NAME = "delivery-against-range"
@@ -38,7 +38,6 @@ class ModemReach(NamedTuple):
 
 def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list[tuple[str, bytes]]:
     """Return names and contents of figure, caption and CSV; ``sea`` describes water, noise, fading in the caption."""
-    check_format(format)
     figure, caption = reach_figure(reaches), reach_caption(reaches, sea)
     return style.contents(NAME, format, figure, caption, reach_csv(reaches))
 

@@ -18,6 +18,7 @@ from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from visualisation import colours
+from visualisation.output import check_format
 
 COLUMN_IN = 3.5  # width of a figure in one column of a paper
 PAGE_IN = 7.2  # width of a figure over both columns
@@ -185,7 +186,8 @@ def rendered(figure: Figure, format: str, about: Mapping[str, str] | None = None
 
 
 def contents(name: str, format: str, figure: Figure, caption: str, csv: bytes) -> list[tuple[str, bytes]]:
-    """Return names and contents of the files of a figure: picture, caption and data."""
+    """Return names and contents of the files of a figure: picture, caption and data; DrawingError for its format."""
+    check_format(format)
     return [
         (f"{name}.{format}", rendered(figure, format)),
         (f"{name}.txt", f"{caption}\n".encode()),
