@@ -118,12 +118,12 @@ def _divided(setup: Setup, jobs: Mapping[str, Job]) -> list[_Part]:
     for job in jobs.values():
         # Of equal times, the lower node.
         ends = [
-            (after.free_s, data.node, after)
+            (after.free_s, data.node, data.name, after)
             for data in _able(setup, job)
             if (after := job.after(parts[data.name].outlook, data)) is not None
         ]
-        _, node, after = min(ends)
-        next(part for part in parts.values() if part.data.node == node).take(job, after)
+        *_, name, after = min(ends)
+        parts[name].take(job, after)
     return list(parts.values())
 
 
