@@ -280,12 +280,6 @@ def _operators(matching: Matching) -> list[Operator]:
     def provider(service: str) -> str:
         return matching.services[service].vehicle
 
-    def surveyed(facts: FactsLike, block: str, service: str) -> Mapping[Hashable, Any]:
-        return {("surveyedBy", block): ANY}
-
-    def fixed(facts: FactsLike, vehicle: str, candidate: str, service: str) -> Mapping[Hashable, Any]:
-        return {("fixedOn", vehicle): True}
-
     def is_localised(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
         return not after or bool(facts.get(("fixedOn", after)))  # ``after``: vehicle that must take a fix first
 
@@ -296,27 +290,24 @@ def _operators(matching: Matching) -> list[Operator]:
         by = facts.get(("reacquiredBy", candidate))
         return bool(facts.get(("verdict", candidate)) == "target" and by == provider(service))
 
-    def absent(facts: FactsLike, job: str, candidate: str) -> Mapping[Hashable, Any]:
-        return {("verdict", candidate): "absent"}
-
     def held(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> Mapping[Hashable, Any]:
         return {("heldBy", candidate): provider(service)}
 
     def is_held(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
         return bool(facts.get(("heldBy", candidate)) == provider(service))
 
-    def handled(facts: FactsLike, job: str, candidate: str, *of: str) -> Mapping[Hashable, Any]:
-        return {("handledBy", candidate): ANY, ("recoveredBy", job): ANY}
-
     return [
         Operator(STANDING_BY, lasts=True, expected=_unknown),
-        Operator(SURVEYING, effects=surveyed, expected=_unknown),
-        Operator(RANGING, effects=fixed, expected=_unknown),
+        Operator(SURVEYING, effects=lambda facts, block, *of: {("surveyedBy", block): ANY}, expected=_unknown),
+        Operator(RANGING, effects=lambda facts, vehicle, *of: {("fixedOn", vehicle): True}, expected=_unknown),
         Operator(REACQUIRING, is_localised, identified, expected=_unknown),
-        Operator(MISSING, effects=absent, expected=_unknown),
+        Operator(MISSING, effects=lambda facts, job, object: {("verdict", object): "absent"}, expected=_unknown),
         Operator(HOLDING, is_found, held, expected=_unknown),
-        Operator(HANDLING, is_held, handled, expected=_unknown),
-    ]
+        Operator(
+            HANDLING, is_held, lambda facts, job, object, *of: {("handledBy", object): ANY, ("recoveredBy", job): ANY},
+            expected=_unknown,
+        ),
+    ]  # fmt: skip
 
 
 def _is_open(facts: FactsLike, recovery: str) -> bool:
