@@ -21,12 +21,13 @@ from remoras.work import Point
 RAISE, RAISE_S, MOST_GAIN, LOW_QUALITY = 1.25, 30.0, 4.0, 0.8
 """Speed increase for poor station keeping: factor, interval (s), limit; quality below which."""
 NEAR_M = 1.5
-STEADY_M = 12.0  # distance within which a vehicle slows down and its speed is not assessed
 MARGIN_S, MARGIN_SHARE = 30.0, 0.25  # margin of the expected duration, absolute and relative, for turns and braking
 
 
 class Acting(Behaviour):
     """Base of actions: travel, station keeping, assessment and end."""
+
+    _steady_m = 12.0  # distance within which the vehicle slows down and its speed is not assessed
 
     def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
         self._part, self._data, self._settings = part, data, scenario.mission
@@ -40,6 +41,7 @@ class Acting(Behaviour):
         self._waits = False
         self._is_done, self._has_failed = False, False
         self._is_beyond_it = False  # failed at this part only
+        self._found: tuple[Observation, ...] = ()  # new instances, until they are concluded
 
     # Interface for actions -----------------------------------------------------------------------
 
@@ -81,16 +83,13 @@ class Acting(Behaviour):
         self._there_s += dt_s if is_there else 0.0
         news = self._carry_on(motion, picture, to_go_m, dt_s) if self._settings.assesses else self._by_the_clock()
         observations = (Observation(tuple(news)),) if news else ()
-        perceived = Perception(1.0, 1.0 if is_there else advance, concludes=observations + self.created())
+        perceived = Perception(1.0, 1.0 if is_there else advance, concludes=observations + self._found)
+        self._found = ()
         if not (self._is_done or self._has_failed):
             return perceived
         failed = self._has_failed and not self._is_done
         is_beyond_it = failed and self._is_beyond_it
         return perceived._replace(stimulus=0.0, done=self._is_done, failed=failed, is_beyond_it=is_beyond_it)
-
-    def created(self) -> tuple[Observation, ...]:
-        """New instances; none here."""
-        return ()
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         target_m = self.place_m(picture.facts)
@@ -114,7 +113,8 @@ class Acting(Behaviour):
             self._monitor.hold(to_go_m, settings.tolerance_m, dt_s)
             if self._monitor.quality < LOW_QUALITY and now_s - self._raised_s >= RAISE_S:
                 self._raised_s, self._gain = now_s, min(MOST_GAIN, RAISE * self._gain)
-        news = self._monitor.assess(motion, picture, self._asked_mps(to_go_m))
+        asked_mps = self._data.transit_speed_mps if to_go_m > self._steady_m else 0.0
+        news = self._monitor.assess(motion, picture, asked_mps)
         attributes = dict.fromkeys((attribute for _, attribute, *_ in news))
         if "cameraDead" in attributes or facts.get(("cameraDead", self._data.name)):
             self._has_failed = True
@@ -127,9 +127,6 @@ class Acting(Behaviour):
         if not (self._is_done or self._has_failed):
             news += self._time()
         return news
-
-    def _asked_mps(self, to_go_m: float) -> float:
-        return self._data.transit_speed_mps if to_go_m > STEADY_M else 0.0
 
     def _wait(self, facts: Known, now_s: float) -> list[Fact]:
         waits = self._settings.repairs and self._monitor.is_overpowered(facts, now_s)
@@ -170,7 +167,6 @@ class Looking(Acting):
 
     def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
         super().__init__(part, data, scenario)
-        self._focus: tuple[Observation, ...] = ()
         self._has_said = False
 
     def place_m(self, facts: Known) -> Point:
@@ -195,7 +191,7 @@ class Looking(Acting):
             (SELF, "centre", part.place_m), (SELF, "radius", self._settings.focus_radius_m),
             (part.of, "focusArea", SELF),
         )  # fmt: skip
-        self._focus = (Observation(focus, found="FocusArea"),)
+        self._found = (Observation(focus, found="FocusArea"),)
         return [missing, (self._data.name, "actionStatus", "failed")]
 
     def _placed(self, facts: Known, seen_m: Point) -> list[Fact]:
@@ -211,14 +207,11 @@ class Looking(Acting):
             return [*displaced, (part.of, "anomaly", "turned"), (part.of, "outcome", "done")]
         return [*displaced, (part.of, "placedAt", at_m)]
 
-    def created(self) -> tuple[Observation, ...]:
-        """Return the focus area, once."""
-        focus, self._focus = self._focus, ()
-        return focus
-
 
 class Seeking(Looking):
     """Search for a part along squares around the centre of its focus area."""
+
+    _steady_m = math.inf  # too many turns
 
     def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
         super().__init__(part, data, scenario)
@@ -253,9 +246,6 @@ class Seeking(Looking):
         if performed and self._corners and distance_m(motion, self._corners[0]) <= SEEKING_M:
             self._corners.pop(0)
         return super().perceive(motion, picture, performed)
-
-    def _asked_mps(self, to_go_m: float) -> float:
-        return 0.0  # speed not assessed: too many turns
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         return Reference(self.place_m(picture.facts), self._speed_mps)
