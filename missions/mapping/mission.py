@@ -411,7 +411,8 @@ class MappingMission(JobMission):
                 return positioning(place, leaders, group, data, settings.formation_spacing_m, self._room_m)
         if (behaviour := self.meeting.behaviour(activity, data)) is not None:
             # Needs follow from groups, so that a vehicle may receive no facts about areas that it cannot map.
-            return AfterWork(behaviour, self._goal_known(_own(self._surveys, self.swaths_m, data.name)))
+            own = [job for name, job in self._surveys.items() if data.name in self.swaths_m[name]]
+            return AfterWork(behaviour, self._goal_known(own or self._surveys.values()))
         raise _unknown(activity.name)
 
     def is_enough(self, facts: Known) -> bool:
@@ -441,12 +442,6 @@ class MappingMission(JobMission):
             or any(waiting(beliefs, other, self._inspections) for other in groups)
         )
         return () if is_left else findings
-
-
-def _own(
-    surveys: Mapping[str, SurveyJob], swaths_m: Mapping[str, Mapping[str, float]], vehicle: str
-) -> Iterable[SurveyJob]:
-    return [job for name, job in surveys.items() if vehicle in swaths_m[name]] or surveys.values()
 
 
 def _unknown(activity: str) -> PlanningError:

@@ -132,8 +132,9 @@ class MappingTruth(MeetingTruth):
             limit_mps = data.speed_factor * sonar.speed_limit_mps * LIMIT_TOLERANCE
             if not self._covered[name].issuperset(under) and vehicle.speed_mps <= limit_mps:  # mostly no new cell
                 changed |= self._cover(name, under, now_s)
-        if self._seabed.features and sonars:
-            changed |= self._inspect(vehicle, now_s)
+        if self._seabed.features and sonars and (n_new := self._finds.n_inspected_by(vehicle, now_s)):
+            self.milestones += [Milestone(now_s, "inspected", name)] * n_new
+            changed = True
         return changed
 
     def _cover(self, name: str, cells: Sequence[Cell], now_s: float) -> bool:
@@ -150,12 +151,6 @@ class MappingTruth(MeetingTruth):
                 self._n_uncovered[self._seabed.cells[cell][0]] -= 1
                 changed = True
         return changed
-
-    def _inspect(self, vehicle: VehicleView, now_s: float) -> bool:
-        n_new = self._finds.n_inspected_by(vehicle, now_s)
-        if n_new:
-            self.milestones += [Milestone(now_s, "inspected", vehicle.name)] * n_new
-        return n_new > 0
 
     def is_worked_off(self, group: Group) -> bool:
         """Return True unless remaining vehicles know an uninspected feature of the group's areas."""
