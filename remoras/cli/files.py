@@ -304,10 +304,6 @@ UNVERIFIED = "(?)"
 """Mark of a modem number without a source."""
 
 
-def _scenarios() -> dict[str, str]:
-    return {name: str(table.get("title", "")) for name, table in shipped_abouts().items()}
-
-
 def _of_strategy(name: str) -> dict[str, Any]:
     strategy = strategies()[name]
     return {
@@ -334,10 +330,6 @@ def _plugins() -> dict[str, str]:
         elif plugin.kind != "sensor" and plugin.name in shipped_names(plugin.kind, {}):
             listed[name] += f"; not used: a shipped {plugin.kind} has this name"
     return listed
-
-
-def _modems() -> dict[str, str]:
-    return {modem.name: _of_modem(modem) for modem in modems().values()}
 
 
 def _of_modem(modem: Modem) -> str:
@@ -370,24 +362,22 @@ def _losses_of(modem: Modem) -> str:
     return f"measured losses from {modem.per_at_snr[0][0]:g} to {modem.per_at_snr[-1][0]:g} dB"
 
 
-def _studies() -> dict[str, str]:
-    return {name: _first_sentence(path.read_text(encoding="utf-8")) for name, path in shipped_studies().items()}
-
-
 def _first_sentence(text: str) -> str:
     comment = itertools.takewhile(lambda line: line.startswith("#"), text.splitlines())
     return " ".join(line.strip("# ") for line in comment).partition(". ")[0]
 
 
 LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
-    "scenarios": _scenarios,
+    "scenarios": lambda: {name: str(table.get("title", "")) for name, table in shipped_abouts().items()},
     "strategies": titles,
     "policies": lambda: {name: policy.title for name, policy in POLICIES.items()},
     "channels": lambda: {name: model.title for name, model in CHANNELS.items()},
-    "modems": _modems,
+    "modems": lambda: {modem.name: _of_modem(modem) for modem in modems().values()},
     "networks": lambda: {name: network.title for name, network in shipped_networks().items()},
     "plugins": _plugins,
-    "studies": _studies,
+    "studies": lambda: {
+        name: _first_sentence(path.read_text(encoding="utf-8")) for name, path in shipped_studies().items()
+    },
 }
 
 NOTES: dict[str, str] = {
