@@ -129,13 +129,7 @@ class _Passage:
 class ZigzagExploring(Behaviour):
     """Survey of the remaining cells of an area, row by row; its stimulus falls with the remaining ``work``."""
 
-    def __init__(
-        self,
-        job: SurveyJob,
-        data: VehicleData,
-        work: WorkLeft,
-        others: Sequence[str] = (),
-    ) -> None:
+    def __init__(self, job: SurveyJob, data: VehicleData, work: WorkLeft, others: Sequence[str] = ()) -> None:
         self._job, self._data, self._work, self._others = job, data, work, others
         self._swath_m = swath_m(data)
         self._speed_mps = mapping_speed_mps(data)

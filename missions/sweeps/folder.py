@@ -298,13 +298,7 @@ class SweepFolder:
     StudyChangedError for another study or an incompatible version of this one.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        plan: SweepPlan,
-        accept_code: bool = False,
-        retry_failed: bool = False,
-    ) -> None:
+    def __init__(self, folder: Path, plan: SweepPlan, accept_code: bool = False, retry_failed: bool = False) -> None:
         self.folder = folder
         self._plan = plan
         record = record_of(plan)
