@@ -40,8 +40,8 @@ def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
 
 
 def _joined_s(run: MeasuredRun) -> dict[str, float]:
-    away = _first_s(run, Absence.BEFORE, False)
-    return {vehicle: _first_s(run, Absence.BEFORE, True).get(vehicle, math.inf) for vehicle in away}
+    away, back = (_first_s(run, Absence.BEFORE, is_over) for is_over in (False, True))
+    return {vehicle: back.get(vehicle, math.inf) for vehicle in away}
 
 
 def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
