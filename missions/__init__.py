@@ -12,13 +12,6 @@ from missions.errors import (
 from missions.metric import Better, Metric
 
 __all__ = [
-    "Better",
-    "ClusterError",
-    "ConfigurationError",
-    "ConfigurationFault",
-    "DiskFullError",
-    "Metric",
-    "MissionsError",
-    "OutputError",
-    "StudyChangedError",
-]
+    "Better", "ClusterError", "ConfigurationError", "ConfigurationFault", "DiskFullError", "Metric", "MissionsError",
+    "OutputError", "StudyChangedError",
+]  # fmt: skip

@@ -194,14 +194,7 @@ def _treatment(line: Line, left_out: Collection[str]) -> Treatment:
 
 def _in_order(treatment: Treatment) -> tuple[Any, ...]:
     settings = tuple((key, _number(value), value) for key, value in treatment.settings)
-    return (
-        treatment.scenario,
-        treatment.channel,
-        treatment.per,
-        settings,
-        treatment.strategy,
-        treatment.policy,
-    )
+    return treatment.scenario, treatment.channel, treatment.per, settings, treatment.strategy, treatment.policy
 
 
 def _number(text: str) -> float:

@@ -91,8 +91,4 @@ class Damage(Observer):
         return DamagingChannel(channel, self._seed, table.share, table.bits) if table.share else channel
 
 
-FEATURE = Feature(
-    {"": {KEY: (DamageTable | None, None)}},
-    Damage,
-    damage_faults,
-)
+FEATURE = Feature({"": {KEY: (DamageTable | None, None)}}, Damage, damage_faults)

@@ -68,9 +68,4 @@ class Misses(Observer):
             vehicle.functional.sensors.misses = misses
 
 
-FEATURE = Feature(
-    {"": {KEY: (UncertaintyTable, UncertaintyTable.usual())}},
-    Misses,
-    real=real,
-    slower=slower,
-)
+FEATURE = Feature({"": {KEY: (UncertaintyTable, UncertaintyTable.usual())}}, Misses, real=real, slower=slower)

@@ -183,11 +183,7 @@ def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
 
     def has_work(facts: FactsLike, group: str) -> bool:
         # Both are evaluated, since a plan depends on all facts that were read.
-        to_do = (
-            unfinished(facts, by_name[group]),
-            waiting(facts, by_name[group], finds),
-        )
-        return any(to_do)
+        return any((unfinished(facts, by_name[group]), waiting(facts, by_name[group], finds)))
 
     def inspected(group: str) -> list[Task]:
         return [Task(HAVE_INSPECTED, (formed.name,)) for formed in by_name.values() if formed.formed_by == group]

@@ -100,16 +100,7 @@ def modem_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 class Communication(Sparse):
     """The table ``[communication]``."""
 
-    UNSAID = frozenset(
-        {
-            "count_listening",
-            "crc_bits",
-            "key_file",
-            "needs_follow",
-            "queue_limit",
-            "value",
-        }
-    )
+    UNSAID = frozenset({"count_listening", "crc_bits", "key_file", "needs_follow", "queue_limit", "value"})
 
     modem: str = Field(
         description="modem profile: see `remoras list modems`, a table [modem.NAME], or a TOML file with one such table"

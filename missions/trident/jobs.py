@@ -183,15 +183,8 @@ class RecoveryJob(OnServices):
 
 
 WORKING, SERVING = "Working", "Serving"  # objectives: of a role with a job, and of all initially assigned roles
-STANDING_BY, SURVEYING, RANGING, REACQUIRING, MISSING, HOLDING, HANDLING = (
-    "StandingBy",
-    "Surveying",
-    "Ranging",
-    "Reacquiring",
-    "Missing",
-    "Holding",
-    "Handling",
-)
+STANDING_BY, SURVEYING, RANGING, REACQUIRING = "StandingBy", "Surveying", "Ranging", "Reacquiring"
+MISSING, HOLDING, HANDLING = "Missing", "Holding", "Handling"
 COMPOSED = {"FindAgain": (FIND, REACQUIRING), "HoldOn": (HOLD, HOLDING), "HandleIt": (HANDLE, HANDLING)}
 """Composite tasks: activity that requests a service, and step that uses it."""
 

@@ -245,11 +245,7 @@ class TridentMission(JobMission):
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
         services = [(service.settings.capability, name) for name, service in self.matching.services.items()]
-        return [
-            *(("SurveyBlock", name) for name in self.blocks),
-            ("Recovery", self.scenario.recovery.name),
-            *services,
-        ]
+        return [*(("SurveyBlock", name) for name in self.blocks), ("Recovery", self.scenario.recovery.name), *services]
 
     @property
     def instances_found_per_vehicle(self) -> int:

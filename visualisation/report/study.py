@@ -26,13 +26,7 @@ from visualisation.style import COLUMN_IN
 from visualisation.sweeps import sweep_pictures
 
 MOST_FIGURES, MOST_STATEMENTS = 6, 40
-CONSTANT = (
-    "per",
-    "strategy",
-    "policy",
-    "unforeseen",
-    "settings",
-)  # columns of a table that its caption states if equal
+CONSTANT = "per", "strategy", "policy", "unforeseen", "settings"  # columns of a table that its caption states if equal
 FLEET = {
     "transit_speed_mps": ("transit (m/s)", 1.0),
     "survey_speed_mps": ("survey (m/s)", 1.0),
