@@ -5,6 +5,7 @@ from functools import cache
 
 import pytest
 from recorded import flown
+from sampling import sampled
 
 from missions.runs.results import summary
 from missions.runs.run import Run
@@ -29,7 +30,7 @@ def silent_s() -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", ["remoras", "central", "cbba"])
+@pytest.mark.parametrize("strategy", sampled(("remoras", "central", "cbba"), "cbba"))
 def test_a_permanently_isolated_fleet_is_about_as_fast_as_a_silent_one(strategy: str) -> None:
     figures = summary(finished(strategy, blackout(7200.0)))
     assert figures["mission_time_s"] <= 1.3 * silent_s()
