@@ -7,6 +7,21 @@ from missions.nodes.node import NodeOutcome, VehicleNode
 from missions.nodes.swarm import Swarm, swarm
 
 __all__ = [
-    "Disciplined", "Fix", "Frontseat", "LoneVehicle", "NodeLog", "NodeOutcome", "NodePlan", "OwnBody", "Played",
-    "Reading", "Swarm", "UtcClock", "VehicleNode", "alone", "play", "read_log", "swarm",
-]  # fmt: skip
+    "Disciplined",
+    "Fix",
+    "Frontseat",
+    "LoneVehicle",
+    "NodeLog",
+    "NodeOutcome",
+    "NodePlan",
+    "OwnBody",
+    "Played",
+    "Reading",
+    "Swarm",
+    "UtcClock",
+    "VehicleNode",
+    "alone",
+    "play",
+    "read_log",
+    "swarm",
+]

@@ -289,18 +289,18 @@ def _operators(matching: Matching) -> list[Operator]:
     def is_held(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
         return bool(facts.get(("heldBy", candidate)) == provider(service))
 
+    def handled(facts: FactsLike, job: str, candidate: str, *of: str) -> Mapping[Hashable, Any]:
+        return {("handledBy", candidate): ANY, ("recoveredBy", job): ANY}
+
     return [
         Operator(STANDING_BY, lasts=True, expected=_unknown),
         Operator(SURVEYING, effects=lambda facts, block, *of: {("surveyedBy", block): ANY}, expected=_unknown),
         Operator(RANGING, effects=lambda facts, vehicle, *of: {("fixedOn", vehicle): True}, expected=_unknown),
         Operator(REACQUIRING, is_localised, identified, expected=_unknown),
-        Operator(MISSING, effects=lambda facts, job, object: {("verdict", object): "absent"}, expected=_unknown),
+        Operator(MISSING, effects=lambda facts, job, candidate: {("verdict", candidate): "absent"}, expected=_unknown),
         Operator(HOLDING, is_found, held, expected=_unknown),
-        Operator(
-            HANDLING, is_held, lambda facts, job, object, *of: {("handledBy", object): ANY, ("recoveredBy", job): ANY},
-            expected=_unknown,
-        ),
-    ]  # fmt: skip
+        Operator(HANDLING, is_held, handled, expected=_unknown),
+    ]
 
 
 def _is_open(facts: FactsLike, recovery: str) -> bool:
