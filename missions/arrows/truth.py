@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from exchange.arithmetic import distance
-from missions.arrows.belief_map import CONTACT, SWEPT, Chart, Seafloor, disagreement, divergence, draw_seafloor
+from missions.arrows.belief_map import (
+    CONTACT,
+    SWEPT,
+    Chart,
+    Seafloor,
+    disagreement,
+    divergence,
+    draw_seafloor,
+)
 from missions.arrows.detectors import CONTACTS, SAME_M, ClassifyingCameraSettings, DetectorSettings
 from missions.arrows.scenario import NOTHING, SITES, UNKNOWN, ArrowsScenario
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, run_end_s

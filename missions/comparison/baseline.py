@@ -27,7 +27,14 @@ from missions.comparison.treatments import (
 )
 from missions.disk import drafted
 from missions.metric import Metric
-from missions.statistics import Estimated, NoInterval, Timed, mean_interval, restricted_interval, wilson_interval
+from missions.statistics import (
+    Estimated,
+    NoInterval,
+    Timed,
+    mean_interval,
+    restricted_interval,
+    wilson_interval,
+)
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.study_file import level_name
 

@@ -15,7 +15,15 @@ from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.fault import Absence, kinds
 from missions.nodes.frontseat import Steered
-from missions.runs.assembly import Shared, VehicleLife, actual, faults_in, feature_observers, vehicle_anew, vehicle_of
+from missions.runs.assembly import (
+    Shared,
+    VehicleLife,
+    actual,
+    faults_in,
+    feature_observers,
+    vehicle_anew,
+    vehicle_of,
+)
 from missions.runs.setup import Setup, recorder_of_mission, sensors_of
 from missions.runs.setup import resolved as setup_of
 from missions.scenarios.communication import key_of

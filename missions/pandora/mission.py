@@ -23,7 +23,14 @@ from missions.errors import ConfigurationFault, one_of
 from missions.figure import Place
 from missions.meeting.job_mission import JobMission, names_apart, with_job_roles, with_needs
 from missions.meeting.meeting import expected_of
-from missions.pandora.part_actions import Acting, InspectingPart, Looking, Seeking, WorkingOnPart, Wrenching
+from missions.pandora.part_actions import (
+    Acting,
+    InspectingPart,
+    Looking,
+    Seeking,
+    WorkingOnPart,
+    Wrenching,
+)
 from missions.pandora.scenario import ANY_VALVE, KINDS, TOLD, URGENCY, PandoraScenario, job_of
 from missions.pandora.structure import (
     LOOKS,

@@ -11,7 +11,12 @@ from missions.errors import ConfigurationError
 from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, MeasuredTables, Metric, collected
 from missions.runs.fleet_metrics import closest_approach_m, conflicts, idle_s, recovery_time_s
-from missions.runs.organisation_metrics import holder_conflict_fraction, malformed_s, n_refused_acts, view_divergence
+from missions.runs.organisation_metrics import (
+    holder_conflict_fraction,
+    malformed_s,
+    n_refused_acts,
+    view_divergence,
+)
 from missions.scenarios.features import features
 from missions.scenarios.fleet import modem_energy
 from missions.scenarios.parts import METRICS, metric_named, mission_class

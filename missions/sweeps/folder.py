@@ -25,7 +25,16 @@ from missions.errors import DiskFullError, OutputError, StudyChangedError, writi
 from missions.files import is_named, leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Metric
 from missions.sweeps.code import fingerprint, references, short
-from missions.sweeps.ledger import DONE, FAILED, LEDGER, MACHINE_COLUMNS, FinishedRun, Line, RunLedger, read_ledger
+from missions.sweeps.ledger import (
+    DONE,
+    FAILED,
+    LEDGER,
+    MACHINE_COLUMNS,
+    FinishedRun,
+    Line,
+    RunLedger,
+    read_ledger,
+)
 from missions.sweeps.plan import ConfigurationLabel, RunSchedule
 from missions.sweeps.study_file import FAULT, StudyFile
 from remoras.plugins import installed

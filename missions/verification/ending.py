@@ -9,7 +9,15 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from missions.verification.record import CLOSE_S, KINDS, OUT_OF_CONTACT, PLACE_STEP_M, CheckReport, Record, Role
+from missions.verification.record import (
+    CLOSE_S,
+    KINDS,
+    OUT_OF_CONTACT,
+    PLACE_STEP_M,
+    CheckReport,
+    Record,
+    Role,
+)
 
 KEEP_OWN_JOBS = (
     "cbba", "cbba-plain", "status-broadcast", "fixed-partition", "remoras.strategies.grape:GRAPE",

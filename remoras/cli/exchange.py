@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from missions.errors import LONGEST_VALUE, cut
-from remoras.cli.app import FigureFormat, Json, aligned, check_known, command, fail, figure_format, show, show_json
+from remoras.cli.app import (
+    FigureFormat,
+    Json,
+    aligned,
+    check_known,
+    command,
+    fail,
+    figure_format,
+    show,
+    show_json,
+)
 from remoras.process import Progress
 
 if TYPE_CHECKING:

@@ -4,5 +4,12 @@ from visualisation.replay.page import ReplayPage, check_page_output, live_text, 
 from visualisation.replay.payload import missing, run_data
 
 __all__ = [
-    "ReplayPage", "check_page_output", "live_text", "missing", "page_text", "run_data", "title_of", "write_page",
-]  # fmt: skip
+    "ReplayPage",
+    "check_page_output",
+    "live_text",
+    "missing",
+    "page_text",
+    "run_data",
+    "title_of",
+    "write_page",
+]

@@ -8,7 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, faults_of_figure
-from visualisation.output import KINDS, SWEEP_KINDS, DrawingError, Drawn, check_format, check_width, unknown
+from visualisation.output import (
+    KINDS,
+    SWEEP_KINDS,
+    DrawingError,
+    Drawn,
+    check_format,
+    check_width,
+    unknown,
+    write_folder,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -112,7 +121,7 @@ def draw_run_figures(
             contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format, provenance)))
             contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
             notes += drawn.notes
-    return Drawn(output.write_folder(folder, contents), notes)
+    return Drawn(write_folder(folder, contents), notes)
 
 
 def _own(figures: Sequence[Declared]) -> dict[str, Figure]:

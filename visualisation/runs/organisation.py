@@ -20,7 +20,16 @@ from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.roles import FOLDED_ROW_IN, draw_shares
 from visualisation.runs.sheet import TITLE_IN, Row, Sheet, ends_in, room_in, sheet
-from visualisation.runs.views import CREATED, DISSOLVED, MISSION, REFUSED, SUCCEEDED, Holding, View, view_of
+from visualisation.runs.views import (
+    CREATED,
+    DISSOLVED,
+    MISSION,
+    REFUSED,
+    SUCCEEDED,
+    Holding,
+    View,
+    view_of,
+)  # fmt: skip
 
 LABELLED_IN = 0.09
 MOST_LISTED = 8  # maximum number of roles of a group that a caption lists with their holders

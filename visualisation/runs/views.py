@@ -9,7 +9,17 @@ from typing import Any, NamedTuple
 from missions.figure import RunResults
 from visualisation import run_records
 from visualisation.output import unknown
-from visualisation.run_records import GroupNode, RoleKey, Span, group_nodes, outside, spans, spans_by
+from visualisation.run_records import (
+    GroupNode,
+    RoleKey,
+    Span,
+    group_nodes,
+    n_at_once,
+    outages,
+    outside,
+    spans,
+    spans_by,
+)
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 REFUSED = "refused"
@@ -74,7 +84,7 @@ def view_of(results: RunResults, viewer: str = "") -> View:
     of_roles = [row for row in rows if row["role"] and row["event"] in ("assigned", "left")]
     shown = [row for row in of_roles if row["vehicle"] == (viewer or row["peer"])]
     groups = group_nodes(results.scenario_tables, [(row["group"], row["role"]) for row in rows])
-    away = _absences(results, viewer) if viewer else run_records.outages(results)
+    away = _absences(results, viewer) if viewer else outages(results)
     marks = _marks(rows, viewer)
     return View(
         viewer, groups, _holdings(shown, away), {group.name: _existence(group, marks) for group in groups}, marks
@@ -120,7 +130,7 @@ def _existence(group: GroupNode, marks: Iterable[ActMark]) -> list[Span]:
 
 
 def _lacking(holdings: Sequence[Holding], minimum: int, within_s: Span) -> list[Span]:
-    counts = run_records.n_at_once([within_s, *(span for holding in holdings for span in holding.present)])
+    counts = n_at_once([within_s, *(span for holding in holdings for span in holding.present)])
     # The interval itself counts as one.
     inside = [
         (span.start_s, n - 1 < minimum) for span, n in counts if within_s.start_s <= span.start_s < within_s.end_s

@@ -21,8 +21,17 @@ from missions.comparison.treatments import check_name
 from missions.files import dotted
 from missions.metric import Better, Metric
 from missions.sweeps.folder import SweepResults
-from visualisation import output
-from visualisation.output import FACTORIAL_KINDS, SWEEP_KINDS, DrawingError, Drawn, check_format, check_width, unknown
+from visualisation.output import (
+    FACTORIAL_KINDS,
+    KINDS,
+    SWEEP_KINDS,
+    DrawingError,
+    Drawn,
+    check_format,
+    check_width,
+    unknown,
+    write_folder,
+)
 from visualisation.sweeps import captions
 from visualisation.sweeps.arrangement import (
     MOST_IN_OVERVIEW,
@@ -231,7 +240,7 @@ def _asked(kinds: Sequence[str], charts: Mapping[str, Metric]) -> list[str]:
     fields = {metric.name: kind for kind, metric in charts.items()}
     chosen = [fields.get(kind, kind) for kind in kinds]
     for kind in chosen:
-        if kind in output.KINDS:
+        if kind in KINDS:
             names = ", ".join(known)
             raise DrawingError(f"{kind!r} is a figure of a single run, and this folder holds a sweep; known: {names}")
         if kind not in known:
@@ -247,7 +256,7 @@ def _written(
     format: str,
     width_in: float | None,
 ) -> list[Path]:
-    from visualisation import style
+    from visualisation import output, style
 
     source = output.of_sweep(numbers.results)
     ranked = numbers.ranked_by.name
@@ -259,7 +268,7 @@ def _written(
     files: list[Path] = []
     for name, chart in charts.items():
         text = f"{_caption(numbers, chart)}\n".encode()
-        drawn, caption = output.write_folder(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text)])
+        drawn, caption = write_folder(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text)])
         write_csv(chart.rows, folder / f"{name}.csv")
         files += [drawn, folder / f"{name}.csv", caption]
     return files
