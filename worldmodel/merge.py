@@ -123,9 +123,8 @@ def _take_status(store: Store, block: Block) -> Merged:
         faults = (Fault(FaultCode.UNKNOWN_INSTANCE, block.origin, detail, block.sequence, block.epoch),)
     if faults:
         return Merged((), faults)
-    version = store.version
     change = store.place_status(block)
-    return Merged((change,), ()) if store.version != version else NOTHING
+    return NOTHING if change is None else Merged((change,), ())
 
 
 def _settle(store: Store, block: Block, since_s: float | None = None) -> Merged:

@@ -179,7 +179,7 @@ class Index:
 
 
 class Store:
-    """Indexed blocks of one vehicle; ``version`` grows whenever an answer may change."""
+    """Indexed blocks of one vehicle."""
 
     def __init__(
         self,
@@ -235,7 +235,6 @@ class Store:
         self._arrived: dict[tuple[int, int], dict[int, Block | None]] = {}
         self.content_of_pruned = 0
         """Sum of the content digests of pruned items."""
-        self.version = 0
         self.watched: set[tuple[int, int]] = set()
         """Properties (instance uid, attribute uid) whose new observations ``take_news`` returns."""
         self.news: list[Observation] = []
@@ -448,7 +447,6 @@ class Store:
     def insert(self, block: Block) -> Change:
         """Index a new, checked item or private block. Callers use ``merge`` instead."""
         self.hold(block.guid, block)
-        self.version += 1
         entries = [Observation(block, position) for position in range(len(block.facts))]
         for entry in entries:
             self.index.enter(entry)
@@ -470,11 +468,10 @@ class Store:
         self.index.turned.clear()
         return tuple(observation.fact for observation in turned if observation is not None)
 
-    def place_status(self, block: Block) -> Change:
-        """Replace older statuses of the origin by a checked status."""
+    def place_status(self, block: Block) -> Change | None:
+        """Replace older statuses of the origin by a checked status; None if all its facts are older."""
         placed = self.index.place(block)
-        self.version += bool(placed)
-        return Change(block, self._noted(placed))
+        return Change(block, self._noted(placed)) if placed else None
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a property, excluded origins included."""
@@ -483,7 +480,6 @@ class Store:
     def take_out(self, block: Block) -> None:
         """Remove an item or private block from all indexes; it still counts as arrived."""
         self.hold(block.guid)
-        self.version += 1
         for position in range(len(block.facts)):
             self.index.leave(block, position)
 

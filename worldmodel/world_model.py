@@ -8,14 +8,12 @@ earlier time, and values before an exclusion issued later.
 
 import math
 from collections.abc import Iterable, Iterator
-from operator import itemgetter
 from typing import NamedTuple
 
 from worldmodel.errors import FactError
 from worldmodel.facts import EPOCHS, STATUS, Block, Change, Fault, Merged, Observation, PropertyValue
 from worldmodel.merge import CheckResult, check_fit, check_form, enter, expire, merge
 from worldmodel.ontology.fields import Value
-from worldmodel.ontology.tbox import TYPE_UID
 from worldmodel.store import EMPTY, Store
 
 Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
@@ -50,10 +48,7 @@ class WorldModel(Store):
             uids = ", ".join(map(str, result.missing))
             raise FactError(f"instance {uids} is unknown, or not of the required class; announce its type first")
         if block.is_status:
-            return self.place_status(block)
-        if TYPE_UID not in map(itemgetter(1), stored):  # it creates nothing that others wait for
-            self.note_creations(block)
-            return self.insert(block)
+            return self.place_status(block) or Change(block, ())
         changes, faults = enter(self, block)
         change = next(change for change in changes if change.block is block)
         others = tuple(c for c in changes if c is not change)

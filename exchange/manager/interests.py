@@ -58,8 +58,7 @@ class Interests:
         self._queue = queue
         self._size_bits = size_bits
         self._selective = selective
-        self._may_send: list[int] = []
-        self._sendable = 0  # the same, as an item set
+        self._sendable = 0  # items (set) that this node may send
         self._addressed: set[int] = set()  # columns of items lacked by an addressed peer
         self._aside: list[tuple[Block, ItemUid]] = []
         self.undecided: dict[int, None] = {}
@@ -108,7 +107,6 @@ class Interests:
 
     def take(self, column: int, now_s: float) -> None:
         """Add a new item that this node may send."""
-        self._may_send.append(column)
         self._sendable |= 1 << column
         entry = self._beliefs.entry(column)
         if self._judge(column, entry):
@@ -135,7 +133,6 @@ class Interests:
         """Start sending these items, where some node lacks them."""
         for column in columns:
             if not self._sendable >> column & 1:
-                self._may_send.append(column)
                 self._sendable |= 1 << column
                 self._take_up(column, now_s)
 
@@ -164,7 +161,7 @@ class Interests:
         before = self._queue.open
         settled: list[ItemUid] = []
         unneeded: list[Expiry] = []
-        for column in self._may_send:
+        for column in members(self._sendable):
             entry, was_open = self._beliefs.entry(column), bool(before >> column & 1)
             spared, is_needed = entry.spared, self._judge(column, entry)
             if is_needed and self._beliefs.lacked(1 << column):
