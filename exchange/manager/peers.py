@@ -29,10 +29,6 @@ from exchange.policy.planning import KEPT, PRIOR_LOSS, loss_of, reception_of
 
 DOUBT_FRAMES = 16
 """Frames after the last evidence of a duplicate node id before the name is trusted again."""
-REPEATED_EPOCHS = 2
-"""Packets in succession of an older epoch that prove the newer one to be damage."""
-
-
 LOST, HEARD = 1, 0
 """Samples of a link."""
 MOST_SAMPLES = 64
@@ -120,13 +116,11 @@ class PeerStates:
         """Newest epoch received, by node."""
         self.away = 0
         """Absent nodes (bit mask), for which no item waits."""
-        self.awaited = 0
-        """Nodes (bit mask) that resynchronise at their next packet."""
         self.is_alone = False
         """True while no node is received: the next one resynchronises, and none counts as absent."""
         self._all = (1 << n_nodes) - 1
         self._informed_of = [self._all] * n_nodes  # by peer: nodes whose present epoch it received
-        self._older = [(0, 0)] * n_nodes  # older epoch received, times in succession
+        self._older: list[int | None] = [None] * n_nodes  # older epoch refused in the last packet
         self._heard: list[tuple[int, bytes]] = [(-1, b"")] * n_nodes  # frame and bytes of the last packet
         self.heard_frame: list[int | None] = [None] * n_nodes
         """TDMA frame of the last packet, by node."""
@@ -156,11 +150,9 @@ class PeerStates:
         if not absent:
             return absent
         self.away |= sum([1 << node for node in absent])
-        others = self._all & ~(1 << self._me)
-        if self.away == others:
+        if self.away == self._all & ~(1 << self._me):
             self.away, self.is_alone, absent = 0, True, []
             self.heard_frame[:] = [frame] * self._n_nodes
-        self.awaited = others if self.is_alone else self.away
         return absent
 
     # Reception -----------------------------------------------------------------------------------
@@ -171,14 +163,11 @@ class PeerStates:
         Return also whether another packet of the sender in that frame differed.
         """
         known = self.epochs[sender]
-        if epoch < known:
-            before, n_before = self._older[sender]
-            n_now = n_before + 1 if before == epoch else 1
-            self._older[sender] = epoch, n_now
-            # Received in succession, an older epoch shows that the newer one was damage.
-            if n_now < REPEATED_EPOCHS:
-                raise PeerFault(f"node {sender} in its epoch {epoch}, after its epoch {known}")
-        self._older[sender] = 0, 0
+        # Received twice in succession, an older epoch shows that the newer one was damage.
+        if epoch < known and epoch != self._older[sender]:
+            self._older[sender] = epoch
+            raise PeerFault(f"node {sender} in its epoch {epoch}, after its epoch {known}")
+        self._older[sender] = None
         last, self.heard_frame[sender] = self.heard_frame[sender], frame
         if last is None or frame > last:
             incoming, n_missed = self.incoming[sender], 0 if last is None else frame - last - 1
@@ -186,11 +175,8 @@ class PeerStates:
             if n_missed and (n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence):
                 incoming.note(LOST, n_missed)
             incoming.note(HEARD)
-        was_away = self.awaited >> sender & 1
-        if was_away:
-            self.is_alone = False
-            self.away &= ~(1 << sender)
-            self.awaited = self.away
+        was_away = self.is_alone or self.away >> sender & 1
+        self.is_alone, self.away = False, self.away & ~(1 << sender)
         (last_frame, last_data), self._heard[sender] = self._heard[sender], (frame, data)
         met = Met.NEW_LIFE if epoch != known else Met.BACK if was_away else Met.USUAL
         return met, last_frame == frame and last_data != data
