@@ -31,7 +31,6 @@ from exchange.packets import (
     Head,
     InfluenceSignal,
     ItemUid,
-    Packet,
     Reception,
     StatusUid,
     Summary,
@@ -77,16 +76,6 @@ class Options(NamedTuple):
 
 
 USUAL = Options()
-
-
-def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
-    """Raise PeerFault for a fact observed after its arrival: damage or a wrong clock."""
-    for fragment in packet.fragments:
-        if fragment.time_s > now_s and fragment.time_s > model.latest_time_s(now_s):
-            raise PeerFault(
-                f"a fact of {fragment.time_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
-                f"tolerance of {model.clock_tolerance_s:g} s"
-            )
 
 
 class ExchangeManager:
@@ -226,8 +215,12 @@ class ExchangeManager:
             if own > log.slot and schedule.start_s(own) > now_s:
                 raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
             self._definitions.agree(sender, frame)
-            if decoded.latest_s > now_s:
-                _refuse_future(packet, now_s, self._model)
+            # Damage or a wrong clock. The first comparison saves the usual packet the rounding of the second.
+            if decoded.latest_s > now_s and decoded.latest_s > self._model.latest_time_s(now_s):
+                raise PeerFault(
+                    f"a fact of {decoded.latest_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
+                    f"tolerance of {self._model.clock_tolerance_s:g} s"
+                )
             if decoded.wrong is not None:  # the world model would refuse its block
                 raise PeerFault(decoded.wrong)
             # Last of the checks, since it counts the packet as presence of its sender and as a sample of the link.
