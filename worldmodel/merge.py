@@ -311,14 +311,11 @@ class _Fit:
         self.masks: dict[int, int] = {}  # instance -> classes asserted by this block
         self.created: dict[int, int] = {}  # instance -> class of creation by this block
         for fact in block.facts:
-            if fact.attribute == TYPE_UID:
-                self._assert_type(fact.subject, fact.target)
-
-    def _assert_type(self, uid: int, class_uid: int) -> None:
-        # Only the owner of a uid can create its instance; a type by another waits for that.
-        if self.store.class_mask(uid) or self.store.owner_of(uid) == self.block.origin:
-            self.masks[uid] = self.masks.get(uid, 0) | self.store.tbox.ancestor_mask(class_uid)
-            self.created.setdefault(uid, class_uid)
+            uid = fact.subject
+            # Only the owner of a uid can create its instance; a type by another waits for that.
+            if fact.attribute == TYPE_UID and (store.class_mask(uid) or store.owner_of(uid) == block.origin):
+                self.masks[uid] = self.masks.get(uid, 0) | store.tbox.ancestor_mask(fact.target)
+                self.created.setdefault(uid, fact.target)
 
     def _created_as(self, uid: int) -> int | None:
         announced = self.store.created_as(uid)

@@ -99,9 +99,14 @@ class Triples:
     def state(self, uid: int, concluded: bool = True) -> Iterator[Triple]:
         """Yield types, name and current values of an instance; only asserted ones without ``concluded``."""
         model, iri = self.model, instance_iri(uid)
-        for class_uid in sorted({*self._types(uid), *(self._concluded_classes(uid) if concluded else ())}):
+        classes = {entry.fact.target for entry in model.history(uid, TYPE_UID)}
+        common = model.common_instances[uid : uid + 1]
+        classes |= {instance.class_uid for instance in common}
+        classes.update(self._concluded_classes(uid) if concluded else ())
+        for class_uid in sorted(classes):
             yield (iri, RDF.type, self._classes[class_uid])
-        yield from self._labels(uid)
+        for instance in common:
+            yield (iri, RDFS.label, Literal(instance.name))
         for attribute in model.tbox.attributes:
             if attribute.uid in self._linked:
                 links = model.inference.links if concluded else model.inference.told_links
@@ -121,14 +126,6 @@ class Triples:
                 for target in inference.links(uid, attribute):
                     if target not in asserted:
                         yield (instance_iri(uid), self._attributes[attribute], instance_iri(target))
-
-    def _labels(self, uid: int) -> Iterator[Triple]:
-        for instance in self.model.common_instances[uid : uid + 1]:
-            yield (instance_iri(uid), RDFS.label, Literal(instance.name))
-
-    def _types(self, uid: int) -> list[int]:
-        classes = {entry.fact.target for entry in self.model.history(uid, TYPE_UID)}
-        return sorted({*classes, *(common.class_uid for common in self.model.common_instances[uid : uid + 1])})
 
     def _concluded_classes(self, uid: int) -> list[int]:
         mask, tbox = self.model.inference.concluded_classes(uid), self.model.tbox
