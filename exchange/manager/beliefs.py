@@ -28,6 +28,8 @@ from exchange.policy.candidates import Candidate
 from worldmodel import Block, PropertyValue
 from worldmodel.facts import MOST_ITEMS, Guid
 
+Encode = Callable[[Summary], tuple[int, int]]
+"""Encodes a summary; returns a number and its size in bits."""
 ADDRESSED_SHARE = 10
 """Divisor of an item's priority once all nodes it is addressed to hold it."""
 
@@ -53,7 +55,7 @@ class Sendable:
 class Beliefs:
     """Items, holders and peers, as one vehicle knows them."""
 
-    def __init__(self, me: int, n_nodes: int, kind: Acknowledgement, epoch: int = 0) -> None:
+    def __init__(self, me: int, n_nodes: int, kind: Acknowledgement, encode: Encode, epoch: int = 0) -> None:
         self.me, self.n_nodes = me, n_nodes
         self.log = PacketLog(kind, me, n_nodes)
         """Packets of the last two frames."""
@@ -85,8 +87,8 @@ class Beliefs:
         """Blocks discarded for lack of their dependencies, until they are received again."""
         self.shared: set[Life] = set()
         """Incarnations with a duplicate node id."""
-        self.summaries: Summaries | None = None
-        """Summary exchange; None if disabled."""
+        self.summaries = Summaries(self, encode)
+        """Summary exchange; ``encode`` returns a summary as bits."""
         if epoch:
             self.begin(me, epoch)
 
@@ -121,8 +123,7 @@ class Beliefs:
         self.ends[origin, epoch] = max(self.ends.get((origin, epoch), 0), sequence + 1)
         if epoch == self.peers.epochs[origin]:
             self.origins[origin] |= 1 << column
-        if self.summaries is not None:
-            self.summaries.believe(uid, 1 << column)
+        self.summaries.believe(uid, 1 << column)
         return column
 
     def is_whole(self, guid: Guid) -> bool:
@@ -214,8 +215,7 @@ class Beliefs:
         """Start a new incarnation of a node, which holds only the items recorded in it."""
         self.peers.begin(node, epoch)
         self.forget(node)
-        if self.summaries is not None:
-            self.summaries.forget(node)
+        self.summaries.forget(node)
         own = [column for column, uid in enumerate(self.uids) if (uid.origin, uid.epoch) == (node, epoch)]
         self.origins[node] = sum([1 << column for column in own])
         self.held[node] |= self.origins[node]
@@ -239,10 +239,9 @@ class Beliefs:
             self.log.forget(node)
         life = node, self.peers.epochs[node]
         self.shared.add(life)
-        if self.summaries is not None:
-            self.summaries.forget()
-            if not by_alarm:
-                self.summaries.raise_alarm(life)
+        self.summaries.forget()
+        if not by_alarm:
+            self.summaries.raise_alarm(life)
         if is_new or node == self.me:
             for peer, items in enumerate(self.origins):
                 if peer != node or node == self.me:
@@ -285,8 +284,7 @@ class Beliefs:
             if sequence >= 0 and self.has_block((origin, epoch, sequence)):
                 self.blocks[origin, epoch] ^= 1 << sequence
                 self.discarded.setdefault((origin, epoch), set()).add(sequence)
-                if self.summaries is not None:
-                    self.summaries.urge((origin, epoch))
+                self.summaries.urge((origin, epoch))
 
     def given_up(self) -> Iterator[tuple[int, ItemUid]]:
         """Yield this node with the first item of each discarded block not received again."""
@@ -323,7 +321,7 @@ def summary_of(life: Life, held: int) -> Summary:
 class Summaries:
     """Summaries of one vehicle: its own as they are due, and those of its peers."""
 
-    def __init__(self, beliefs: Beliefs, encode: Callable[[Summary], tuple[int, int]]) -> None:
+    def __init__(self, beliefs: Beliefs, encode: Encode) -> None:
         self._beliefs = beliefs
         self._encode = encode
         self._due: dict[Life, None] = {}

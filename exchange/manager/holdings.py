@@ -323,7 +323,8 @@ class HoldingsReports:
         if is_answer:
             self._note_fate(sender, decoded.own >> self._me & 1)
         if answers:
-            self._note_fates_of_others(sender, decoded.own)
+            for other in members(self._beliefs.log.heard & ~(1 << sender)):
+                self._reckon_fate(sender, other, bool(decoded.own >> other & 1))
         for statement in account.statements:
             life = statement.life
             if life in self._beliefs.shared or statement.epoch != self._peers.epochs[statement.origin]:
@@ -345,7 +346,10 @@ class HoldingsReports:
             for peer in range(self._n_nodes):
                 if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
                     beliefs.believe(peer, 1 << column)
-        self._note_heard(packet)  # last: known holders lack nothing
+        over = self._over(packet) if packet.account.symbols else []
+        plain = [beliefs.column_of[fragment.uid] for fragment in packet.fragments if fragment.uid in beliefs.column_of]
+        # Last, since known holders lack nothing.
+        self._note_brought(packet.sender, plain, over, len(packet.account.symbols))
         for items in beliefs.news.values():
             self._learned |= dict.fromkeys(members(items), (slot, -1, 0))
 
@@ -364,17 +368,6 @@ class HoldingsReports:
         for column, share in (*of_plain, *[(column, shares[peer]) for column in self._columns_held(over)]):
             lacks = self._lacks_of(column)
             lacks[peer] = lack_after(lacks[peer], self._reception[peer], share, is_received)
-
-    def _note_fates_of_others(self, peer: int, received: int) -> None:
-        """Apply a peer's acknowledgements of the last packets of others received here."""
-        for sender in members(self._beliefs.log.heard & ~(1 << peer)):
-            self._reckon_fate(peer, sender, bool(received >> sender & 1))
-
-    def _note_heard(self, packet: Packet) -> None:
-        beliefs, over = self._beliefs, self._over(packet) if packet.account.symbols else []
-        plain = [beliefs.column_of.get(fragment.uid) for fragment in packet.fragments]
-        held = [column for column in plain if column is not None]
-        self._note_brought(packet.sender, held, over, len(packet.account.symbols))
 
     def _believe(self, peers: int, life: Life, numbers: int) -> None:
         """Believe that peers (bit mask) hold blocks of an incarnation (bit mask of numbers)."""

@@ -21,8 +21,8 @@ from itertools import chain
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
-from exchange.manager.beliefs import Beliefs, Sendable, Summaries
-from exchange.manager.interests import Interests, Renewal
+from exchange.manager.beliefs import Beliefs, Sendable
+from exchange.manager.interests import Interests
 from exchange.manager.peers import PeerLinks
 from exchange.manager.receiver import Receiver
 from exchange.manager.relaying import Relaying
@@ -47,7 +47,6 @@ from exchange.wire.definitions import ComparedDefinitions, ProvenDefinitions
 from exchange.wire.factcodec import joined
 from exchange.wire.fragmentcodec import EPOCH_BITS
 from worldmodel import STATUS, Block, Change, Needs, PropertyValue, Stated, WorldModel
-from worldmodel.facts import Guid
 
 if TYPE_CHECKING:
     from exchange.manager.holdings import HoldingsReports
@@ -114,8 +113,7 @@ class ExchangeManager:
         self.n_nodes = schedule.n_nodes
         """Size of the fleet."""
         kind = policy.acknowledgement
-        self._beliefs = beliefs = Beliefs(me, self.n_nodes, kind, self._epoch)
-        beliefs.summaries = Summaries(beliefs, codec.encode_summary)
+        self._beliefs = beliefs = Beliefs(me, self.n_nodes, kind, codec.encode_summary, self._epoch)
         self._peers = beliefs.peers
         self.queue = Queue(options.value, options.queue_limit)
         """Queued entries, with the reasons for entries not sent or discarded."""
@@ -124,6 +122,7 @@ class ExchangeManager:
         """``is_of_use(facts)``: True if an attribute of these is exchanged, needed now or not."""
         evidence, frame_s = options.carrier_evidence, schedule.frame_s
         self._receiver = Receiver(model, beliefs, self._interests, policy.repeat, evidence, frame_s)
+        self._summarises = True
         self.parking = True
         """True if items do not wait for a peer whose silence exceeds loss; it resynchronises at its next packet."""
         if not policy.repeat:
@@ -135,6 +134,10 @@ class ExchangeManager:
             self._receiver.reports = HoldingsReports(beliefs, *sizes, self._interests.priority_here, kind.codes)
         self.half_blocks = beliefs.half_blocks
         """``half_blocks() -> list``: names of incomplete blocks."""
+        self.give_up = beliefs.give_up
+        """``give_up(guids)``: mark discarded blocks as missing, so that peers send them again."""
+        self.renew = self._interests.renew
+        """``renew(now_s) -> Renewal``: evaluate all items again after a change of needs."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_sent = 0
         self._left_to_relays = 0  # item set suspended for the packet under construction
@@ -171,8 +174,7 @@ class ExchangeManager:
             else:
                 self._register(block, now_s)
         self._interests.adopt(self._beliefs.orphans(), now_s)
-        if self._beliefs.summaries is not None:
-            self._beliefs.summaries.urge()
+        self._beliefs.summaries.urge()
 
     def fits(self, facts: Iterable[Stated]) -> bool:
         """True if a block of these facts fits one packet, beside influence signals."""
@@ -265,19 +267,11 @@ class ExchangeManager:
         elif part == "relaying":
             self._receiver.relaying = None
         else:
-            self._beliefs.summaries = None
-
-    def give_up(self, guids: Iterable[Guid]) -> None:
-        """Mark discarded blocks as missing, so that peers send them again."""
-        self._beliefs.give_up(guids)
+            self._summarises = False
 
     def links(self, peer: int) -> PeerLinks:
         """Return the loss estimates of the links from and to a peer."""
         return PeerLinks(self._peers.incoming[peer].link, self._peers.outgoing[peer].link)
-
-    def renew(self, now_s: float) -> Renewal:
-        """Evaluate all items again after a change of needs."""
-        return self._interests.renew(now_s)
 
     def keep_silent(self, now_s: float) -> int:
         """Skip the own slot at ``now_s``; return its number."""
@@ -300,8 +294,8 @@ class ExchangeManager:
             self._interests.settle() if absent else self._interests.reopen(now_s)
         summary: tuple[Summary, ...] = ()
         summary_bits = 0
-        if (summaries := self._beliefs.summaries) is not None:
-            summary, summary_bits = summaries.urgent(self._room_bits // SUMMARY_SHARE)
+        if self._summarises:
+            summary, summary_bits = self._beliefs.summaries.urgent(self._room_bits // SUMMARY_SHARE)
         if (relaying := self._receiver.relaying) is not None and (relaying.left or self.queue.resting):
             self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
         signals_bits = len(signals) * codec.signal_bits
@@ -312,8 +306,8 @@ class ExchangeManager:
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
         chosen = self.queue.choose(packing, now_s)
         is_spare = not summary
-        if summaries is not None and is_spare:
-            summary, summary_bits = summaries.spare(packing.left_bits)
+        if self._summarises and is_spare:
+            summary, summary_bits = self._beliefs.summaries.spare(packing.left_bits)
         content = 0
         items: list[ItemUid] = []
         status: list[StatusUid] = []

@@ -142,12 +142,10 @@ class Receiver:
     def _take_summaries(self, packet: Packet, now_s: float) -> int:
         """Apply the summaries of a packet; return the items (set) that its sender lacks."""
         beliefs, peers, lacked = self._beliefs, self._peers, 0
-        if (summaries := beliefs.summaries) is None:
-            return lacked
         for summary in packet.summary:
             origin, epoch = life = summary[:2]
             if life not in beliefs.shared:
-                lacked |= summaries.note(packet.sender, summary)
+                lacked |= beliefs.summaries.note(packet.sender, summary)
                 if not self._repeats and (peers.away >> origin & 1 or epoch != peers.epochs[origin]):
                     self._interests.adopt(beliefs.orphans(life), now_s)
         return lacked
@@ -281,5 +279,4 @@ class Receiver:
         if not self._repeats:
             self._interests.adopt(self._beliefs.orphans(), now_s)
         self._interests.reopen(now_s)
-        if self._beliefs.summaries is not None:
-            self._beliefs.summaries.urge()
+        self._beliefs.summaries.urge()

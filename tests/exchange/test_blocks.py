@@ -59,7 +59,7 @@ def test_fragments_are_ordered_within_capacity_and_minimal_in_number(block: Bloc
 @given(blocks, capacities, st.data())
 def test_a_block_is_complete_with_its_last_fragment_in_any_order(block: Block, capacity_bits: int, data: st.DataObject):
     parts = fragments_of(block, capacity_bits, CODEC.fragment_bits)
-    beliefs = Beliefs(0, N_NODES, ACK)
+    beliefs = Beliefs(0, N_NODES, ACK, lambda summary: (0, 0))
     for n_known, part in enumerate(data.draw(st.permutations(parts))):
         assert not beliefs.is_whole(block.guid)
         assert beliefs.half_blocks() == [block.guid] * (n_known > 0)

@@ -13,19 +13,19 @@ def told(queue: Summaries, packets: int) -> int:
 
 
 def holding(*sequences: int) -> Beliefs:
-    beliefs = Beliefs(0, 3, ACK)
+    beliefs = Beliefs(0, 3, ACK, lambda one: (0, 30))
     for sequence in sequences:
         beliefs.complete((*LIFE, sequence))
     return beliefs
 
 
 def test_an_unchanged_summary_is_sent_a_few_times() -> None:
-    assert told(Summaries(holding(0, 1, 2), lambda one: (0, 30)), 20) == TIMES_TOLD
+    assert told(holding(0, 1, 2).summaries, 20) == TIMES_TOLD
 
 
 def test_a_discarded_block_is_reported_until_received_again() -> None:
     beliefs = holding(0, 1, 2, 3)
-    queue = Summaries(beliefs, lambda one: (0, 30))
+    queue = beliefs.summaries
     assert told(queue, 20) == TIMES_TOLD
     beliefs.give_up([(*LIFE, 2)])
     assert queue.spare(100) == ((Summary(*LIFE, highest=1, mask=1),), 30)
@@ -37,7 +37,7 @@ def test_a_discarded_block_is_reported_until_received_again() -> None:
 def test_a_discard_beyond_the_summary_mask_is_not_reported() -> None:
     """The mask behind the first gap does not reach the block that was given up."""
     beliefs = holding(0, *range(2, 20))
-    queue = Summaries(beliefs, lambda one: (0, 30))
+    queue = beliefs.summaries
     told(queue, 20)
     beliefs.give_up([(*LIFE, 15)])
     assert told(queue, 20) == 0
