@@ -12,6 +12,13 @@ from missions.errors import (
 from missions.metric import Better, Metric
 
 __all__ = [
-    "Better", "ClusterError", "ConfigurationError", "ConfigurationFault", "DiskFullError", "Metric", "MissionsError",
-    "OutputError", "StudyChangedError",
-]  # fmt: skip
+    "Better",
+    "ClusterError",
+    "ConfigurationError",
+    "ConfigurationFault",
+    "DiskFullError",
+    "Metric",
+    "MissionsError",
+    "OutputError",
+    "StudyChangedError",
+]
