@@ -8,7 +8,6 @@ also apply to items received later.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import chain
 from operator import mul
 from typing import TYPE_CHECKING
 
@@ -75,7 +74,7 @@ class HoldingsReports:
         self._first: dict[Life, int] = {}  # number of the first block that is not settled here
         # By sender: blocks covered by the symbols of its last packet, expected share delivered by peer.
         self._coded_last: dict[int, tuple[Sequence[Guid], Sequence[float]]] = {}
-        self._decoder: Decoder[Guid] = Decoder()
+        self._decoder = Decoder()
         self._bytes: dict[Guid, bytes] = {}
         self._statements: list[OriginStatement] = []  # of the packet under construction, as the next two
         self._n_symbols = self._symbols_bits = 0
@@ -281,10 +280,9 @@ class HoldingsReports:
         """Return the mutable lack probabilities of an item, by peer."""
         return self._lacks.setdefault(column, [1.0] * self._n_nodes)
 
-    def _columns_held(self, guids: Iterable[Guid]) -> Iterator[int]:
-        return chain.from_iterable(
-            [members(self._beliefs.parts[guid]) for guid in guids if self._beliefs.is_whole(guid)]
-        )
+    def _columns_held(self, guids: Iterable[Guid]) -> list[int]:
+        held = [guid for guid in guids if self._beliefs.is_whole(guid)]
+        return [column for guid in held for column in members(self._beliefs.parts[guid])]
 
     def _lacked_of_code(self, over: Sequence[Guid], peer: int) -> float:
         """Return the expected number of covered blocks that a peer lacks."""

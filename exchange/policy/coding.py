@@ -11,9 +11,10 @@ non-zero elements.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from functools import cache
-from typing import Generic, TypeVar
+
+from worldmodel.facts import Guid
 
 FIELD = 0x11D
 NONZERO = 255
@@ -96,28 +97,25 @@ def symbol(items: Mapping[tuple[int, int], bytes], key: int, size: int) -> bytes
     return total
 
 
-Name = TypeVar("Name", bound=Hashable)
-
-
-class Decoder(Generic[Name]):
+class Decoder:
     """Undecoded symbols of one node, as linear equations of the items it lacks.
 
     The equations stay in reduced form (Gauss-Jordan), so that an item is known as soon as they determine it.
     """
 
     def __init__(self) -> None:
-        self._rows: list[tuple[dict[Name, int], bytes]] = []
+        self._rows: list[tuple[dict[Guid, int], bytes]] = []
 
     def __len__(self) -> int:
         """Number of undecoded symbols."""
         return len(self._rows)
 
     @property
-    def unknown(self) -> list[Name]:
+    def unknown(self) -> list[Guid]:
         """Sorted items that these cover and this node lacks."""
-        return sorted({name for row, _ in self._rows for name in row})  # type: ignore[type-var]
+        return sorted({name for row, _ in self._rows for name in row})
 
-    def add(self, unknown: Mapping[Name, int], data: bytes) -> dict[Name, bytes]:
+    def add(self, unknown: Mapping[Guid, int], data: bytes) -> dict[Guid, bytes]:
         """Add a symbol; return the items decoded by it, each padded by zeros.
 
         ``unknown`` has the non-zero coefficients of items that this node lacks; ``data`` is the symbol minus those that
@@ -131,7 +129,7 @@ class Decoder(Generic[Name]):
                 terms, data = self._less(terms, data, row, of_row, factor)
         if not terms or len(self._rows) == MOST_ROWS:
             return {}
-        pivot = min(terms)  # type: ignore[type-var]
+        pivot = min(terms)
         by = inverse(terms[pivot])
         terms = {pivot: 1} | {name: times(by, factor) for name, factor in terms.items() if name != pivot}
         data = scaled(data, by)
@@ -142,7 +140,7 @@ class Decoder(Generic[Name]):
         self._rows.append((terms, data))
         return self._solved()
 
-    def learn(self, name: Name, data: bytes) -> dict[Name, bytes]:
+    def learn(self, name: Guid, data: bytes) -> dict[Guid, bytes]:
         """Eliminate an item known from elsewhere; return the items decoded by it."""
         known, (rows, self._rows) = {name: data}, (self._rows, [])
         for row, of_row in rows:
@@ -153,15 +151,15 @@ class Decoder(Generic[Name]):
         del known[name]
         return known
 
-    def _solved(self) -> dict[Name, bytes]:
+    def _solved(self) -> dict[Guid, bytes]:
         solved = {name: data for row, data in self._rows if len(row) == 1 for name in row}
         self._rows = [(row, data) for row, data in self._rows if len(row) > 1]
         return solved
 
     @staticmethod
     def _less(
-        terms: dict[Name, int], data: bytes, row: Mapping[Name, int], of_row: bytes, factor: int
-    ) -> tuple[dict[Name, int], bytes]:
+        terms: dict[Guid, int], data: bytes, row: Mapping[Guid, int], of_row: bytes, factor: int
+    ) -> tuple[dict[Guid, int], bytes]:
         """Subtract a multiple of a row from an equation, whose first unknown stays first."""
         less = {name: terms.get(name, 0) ^ times(factor, of_name) for name, of_name in row.items()}
         return {name: number for name, number in (terms | less).items() if number}, added(data, scaled(of_row, factor))

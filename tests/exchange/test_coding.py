@@ -43,7 +43,7 @@ def test_one_symbol_per_missing_item_nearly_always_decodes() -> None:
     items = {(number % 3, number): bytes([number, 7 * number % 256, 1]) for number in range(6)}
     n_decoded = 0
     for slot in range(300):
-        decoder: Decoder[tuple[int, int]] = Decoder()
+        decoder = Decoder()
         found: dict[tuple[int, int], bytes] = {}
         for place in range(6):
             key = symbol_key(slot, place)
@@ -59,7 +59,7 @@ def test_decoded_items_equal_the_sent_items(data: st.DataObject) -> None:
     """Any items, in any symbols, with some learned otherwise in between: what is found is right."""
     n_items = data.draw(st.integers(1, 6))
     items = {(0, number): data.draw(st.binary(min_size=1, max_size=4)) for number in range(n_items)}
-    decoder: Decoder[tuple[int, int]] = Decoder()
+    decoder = Decoder()
     known: dict[tuple[int, int], bytes] = {}
     for slot in range(data.draw(st.integers(1, 12))):
         found: dict[tuple[int, int], bytes] = {}
@@ -83,7 +83,7 @@ def test_decoded_items_equal_the_sent_items(data: st.DataObject) -> None:
 
 
 def test_undecoded_symbols_are_bounded_in_number() -> None:
-    decoder: Decoder[int] = Decoder()
+    decoder = Decoder()
     for number in range(2 * MOST_ROWS):
         assert decoder.add({number: 1, number + 1000: 2}, b"x") == {}
     assert len(decoder) == MOST_ROWS
