@@ -155,9 +155,7 @@ class Receiver:
 
         ``missed`` has the nodes (bit mask) whose last packets only others received.
         """
-        evidence: list[tuple[int, float]] = []
-        for node in members(missed):
-            evidence.append((node, now_s - self._frame_s))
+        evidence = [(node, now_s - self._frame_s) for node in members(missed)]
         for fragment in packet.fragments:
             if fragment.origin not in (packet.sender, self._me):
                 evidence.append((fragment.origin, min(fragment.time_s, now_s)))
@@ -193,8 +191,6 @@ class Receiver:
         for summary in packet.summary:
             if summary.highest >= MOST_ITEMS and summary.epoch == epochs[summary.origin]:
                 noticed.append((summary.origin, True))
-        if not noticed:
-            return None
         new = [node for node, by_alarm in noticed if self.doubt(node, packet.frame, now_s, by_alarm)]
         return new[0] if new else None
 
