@@ -137,7 +137,8 @@ class SeabedFeature:
 class Seabed:
     """Cells of the areas to map, with features and objects.
 
-    ``cells`` maps (column, row) of the world grid to (area name, index in the area).
+    ``cells`` maps (column, row) of the world grid to (area name, index in the area); ``under(x_m, y_m, reach_m)``
+    returns the cells with centres within ``reach_m``.
     """
 
     cell_m: float
@@ -145,6 +146,10 @@ class Seabed:
     features: Mapping[Cell, SeabedFeature] = field(default_factory=dict)
     objects: tuple[ObjectTable, ...] = ()
     seed: int = 0
+
+    @cached_property
+    def under(self) -> Callable[[float, float, float], tuple[Cell, ...]]:
+        return lru_cache(maxsize=64)(self._under)  # the referee looks where the sensor has just looked
 
     @cached_property
     def _about(self) -> Callable[[int, int, float], list[tuple[Cell, float, float]]]:
@@ -165,8 +170,7 @@ class Seabed:
                         index += 1
         return cls(cell_m, cells)
 
-    def under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
-        """Return the cells with centres within ``reach_m``."""
+    def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
         half_m, cells = self.cell_m / 2.0, []
         # Positions hardly ever repeat, so candidates are cached per quarter of a cell instead.
         for cell, east_m, north_m in self._about(int(x_m // half_m), int(y_m // half_m), reach_m):

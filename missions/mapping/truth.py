@@ -126,11 +126,12 @@ class MappingTruth(MeetingTruth):
 
     def _look_under(self, vehicle: VehicleView, sensing: Sequence[str], now_s: float) -> bool:
         (x_m, y_m), name, data, changed = vehicle.position_m, vehicle.name, vehicle.data, False
-        sonars = [s for s in data.sensors if isinstance(s, SwathSettings) and s.name in sensing]
+        sonars = [s for s in data.sensors if s.name in sensing and isinstance(s, SwathSettings)]
         for sonar in sonars:
             under = self._seabed.under(x_m, y_m, sonar.swath_m / 2.0)
-            limit_mps = data.speed_factor * sonar.speed_limit_mps * LIMIT_TOLERANCE
-            if not self._covered[name].issuperset(under) and vehicle.speed_mps <= limit_mps:  # mostly no new cell
+            if self._covered[name].issuperset(under):  # mostly
+                continue
+            if vehicle.speed_mps <= data.speed_factor * sonar.speed_limit_mps * LIMIT_TOLERANCE:
                 changed |= self._cover(name, under, now_s)
         if self._seabed.features and sonars and (n_new := self._finds.n_inspected_by(vehicle, now_s)):
             self.milestones += [Milestone(now_s, "inspected", name)] * n_new
