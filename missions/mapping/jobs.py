@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import weakref
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -237,6 +238,21 @@ CELL_M = 25.0  # side of the cells of an area without a given grid
 MOST_PARTS = 4096  # capacity of the cache of partial surveys
 
 
+@dataclass(slots=True)
+class _Left:
+    of: weakref.ref[Set[float]]
+    seen: set[float]
+    rest: SurveyJob
+
+
+class _Memory:
+    # Without a dictionary of its own: the identities of one run are no change of a mission that runs share.
+    __slots__ = ("by_set",)
+
+    def __init__(self) -> None:
+        self.by_set: dict[int, _Left] = {}
+
+
 @dataclass(frozen=True)
 class SurveyJob:
     """Zigzag survey of ``cells`` (None for all) of an area; ``ground`` None means cells of 25 m."""
@@ -248,6 +264,7 @@ class SurveyJob:
     cells: int | None = None
     parts: dict[int, SurveyJob] = field(default_factory=dict, compare=False, repr=False)
     depth_m: float = 0.0
+    _left: _Memory = field(default_factory=_Memory, init=False, compare=False, repr=False)
 
     @cached_property  # 0.3 % of a mission
     def on(self) -> Ground:
@@ -282,8 +299,18 @@ class SurveyJob:
 
     def left(self, facts: Known) -> SurveyJob:
         """Return the survey of the cells not known to be mapped."""
-        mapped = "mappedCell", self.name
-        return facts.derived(mapped, lambda: self.of(self.on.work & ~self.on.bits(facts.values(mapped))))
+        # The set of an area grows in place until values are invalidated, so only its new indices need work. The weak
+        # reference drops the entry together with the set, before another object can have the same identity.
+        mapped = facts.values(("mappedCell", self.name))
+        key, left = id(mapped), self._left.by_set
+        known = left.get(key)
+        if known is None or known.of() is not mapped:
+            known = left[key] = _Left(weakref.ref(mapped, lambda _: left.pop(key, None)), set(), self.of(self.on.work))
+        if len(known.seen) != len(mapped):
+            new = mapped - known.seen
+            known.seen |= new
+            known.rest = self.of(known.rest.bits & ~self.on.bits(new))
+        return known.rest
 
     def of(self, cells: int) -> SurveyJob:
         """Return the survey of these cells of the area."""
