@@ -11,7 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -138,7 +138,7 @@ class Seabed:
     """Cells of the areas to map, with features and objects.
 
     ``cells`` maps (column, row) of the world grid to (area name, index in the area); ``under(x_m, y_m, reach_m)``
-    returns the cells with centres within ``reach_m``.
+    returns the cells with centres within ``reach_m``, cached.
     """
 
     cell_m: float
@@ -146,14 +146,12 @@ class Seabed:
     features: Mapping[Cell, SeabedFeature] = field(default_factory=dict)
     objects: tuple[ObjectTable, ...] = ()
     seed: int = 0
+    under: Callable[[float, float, float], tuple[Cell, ...]] = field(init=False, repr=False, compare=False)
+    _about: Callable[[int, int, float], list[tuple[Cell, float, float]]] = field(init=False, repr=False, compare=False)
 
-    @cached_property
-    def under(self) -> Callable[[float, float, float], tuple[Cell, ...]]:
-        return lru_cache(maxsize=64)(self._under)  # the referee looks where the sensor has just looked
-
-    @cached_property
-    def _about(self) -> Callable[[int, int, float], list[tuple[Cell, float, float]]]:
-        return lru_cache(maxsize=4096)(self._centres_about)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "under", lru_cache(maxsize=64)(self._under))
+        object.__setattr__(self, "_about", lru_cache(maxsize=4096)(self._centres_about))
 
     @classmethod
     def of_areas(cls, cell_m: float, corners_m: Mapping[str, Sequence[Point]]) -> Seabed:
