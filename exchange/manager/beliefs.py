@@ -29,7 +29,7 @@ from worldmodel import Block, PropertyValue
 from worldmodel.facts import MOST_ITEMS, Guid
 
 Encode = Callable[[Summary], tuple[int, int]]
-"""Encodes a summary; returns a number and its size in bits."""
+"""Encoding of a summary: its bits, as a number, and their count."""
 ADDRESSED_SHARE = 10
 """Divisor of an item's priority once all nodes it is addressed to hold it."""
 
@@ -88,7 +88,7 @@ class Beliefs:
         self.shared: set[Life] = set()
         """Incarnations with a duplicate node id."""
         self.summaries = Summaries(self, encode)
-        """Summary exchange; ``encode`` returns a summary as bits."""
+        """Summaries of this vehicle and of its peers."""
         if epoch:
             self.begin(me, epoch)
 

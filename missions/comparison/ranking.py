@@ -228,7 +228,7 @@ def too_few(repeats: int) -> str:
 
 def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
     """Mean rank of each (strategy, policy) over all conditions; None if one is missing."""
-    conditions = {(it.scenario, it.channel, it.per, tuple(it.settings.items()), it.unforeseen) for it in ranked}
+    conditions = {(r.scenario, r.channel, r.per, tuple(r.settings.items()), r.unforeseen) for r in ranked}
     ranks_of: dict[tuple[str, str], list[float]] = defaultdict(list)
     for rank in ranked:
         ranks_of[rank.strategy, rank.policy].append(rank.rank)
