@@ -338,7 +338,7 @@ class Adrift:
         layer, navigation = self._layer, self.navigation
         layer.depth_m = navigation.depth_m
         layer.guidance.error_m = navigation.error_m
-        layer.believed = copy(layer.motion)
+        layer.believed.take(layer.motion)
         layer.believed.x_m += navigation.error_m[0]
         layer.believed.y_m += navigation.error_m[1]
         layer.picture.body.uncertainty_m = navigation.uncertainty_m

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import ClassVar
 
@@ -40,15 +41,18 @@ class Structure:
 
     things: tuple[TruePart, ...]
     seed: int = 0
+    _points: list[tuple[float, int, int]] = field(init=False, repr=False, compare=False)  # x (m), part, point
+
+    def __post_init__(self) -> None:
+        points = [(x_m, n, nth) for n, part in enumerate(self.things) for nth, (x_m, _) in enumerate(part.points_m)]
+        object.__setattr__(self, "_points", sorted(points))
 
     def near(self, at_m: Point, within_m: float) -> list[tuple[int, TruePart, int]]:
         """Return points within a distance: (part number, part, point number), sorted."""
-        return [
-            (number, thing, nth)
-            for number, thing in enumerate(self.things)
-            for nth, point_m in enumerate(thing.points_m)
-            if distance(at_m, point_m) <= within_m
-        ]
+        things, west, east = self.things, (at_m[0] - within_m,), (at_m[0] + within_m, math.inf)
+        beside = self._points[bisect_left(self._points, west) : bisect_right(self._points, east)]
+        near = [(number, nth) for _, number, nth in beside if distance(at_m, things[number].points_m[nth]) <= within_m]
+        return [(number, things[number], nth) for number, nth in sorted(near)]
 
 
 LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "int")))

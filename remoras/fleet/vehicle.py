@@ -303,9 +303,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         links = self.functional.picture.peers.links
         p_loss = links[emitter].incoming.p_reckoned if signals and emitter in links else 0.0
         for (group, role, addressed), value in signals:
-            if group in shared:
-                for message in addressed:
-                    self.executive.hear((group, message), emitter, role, value, now_s, reception.slot, p_loss)
+            for own in self.executive.satisfaction if group in shared else ():
+                if own[0] == group and own[1] in addressed:
+                    self.executive.hear(own, emitter, role, value, now_s, reception.slot, p_loss)
         # At once, so that the answer makes the next own slot.
         if self.social.planner.due:
             self.think(now_s, 0.0)

@@ -576,8 +576,7 @@ def _is_share(value: object) -> bool:
 
 def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
     """Give a restarted vehicle its previous motion and energy."""
-    for name in Motion.__slots__:
-        setattr(layer.motion, name, getattr(before.motion, name))
+    layer.motion.take(before.motion)
     layer.exhausted = before.exhausted
     layer.is_on = layer.is_on and not layer.exhausted
     if layer.positioning is not None:

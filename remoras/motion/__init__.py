@@ -65,6 +65,11 @@ class Motion:
         """Position (x east, y north)."""
         return self.x_m, self.y_m
 
+    def take(self, other: Motion) -> None:
+        """Take the state of another motion."""
+        for name in Motion.__slots__:
+            setattr(self, name, getattr(other, name))
+
     @property
     def velocity_mps(self) -> Vector:
         """Velocity (x east, y north)."""
