@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from exchange.arithmetic import distance
 from remoras.beliefs import Key, Known
@@ -419,14 +418,15 @@ class Work:
     def seen(self, positions_m: Mapping[str, Point], now_s: float) -> Work:
         """Return the work at another time (s) and positions; only if no vehicle is short of energy."""
         _ = self.workers, self.open  # cache before copying
-        made = copy(self)
-        vars(made).update(positions_m=positions_m, now_s=now_s)
-        return made
+        return self._with(positions_m=positions_m, now_s=now_s)
 
     def with_less(self, jobs: Mapping[str, Job]) -> Work:
         """Return the work with smaller remainders of the same jobs, sharing cached abilities."""
-        made = copy(self)
-        vars(made).update(jobs=jobs)
+        return self._with(jobs=jobs)
+
+    def _with(self, **fields: Any) -> Work:
+        made = object.__new__(Work)
+        vars(made).update(vars(self), **fields)
         return made
 
     def in_order(

@@ -300,12 +300,16 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             return reception
         self.consider(changes, now_s)
         shared = self.social.organisation.shared_groups(self.name, emitter) if signals else ()
+        heard = [
+            (own, role, value)
+            for (group, role, addressed), value in signals
+            for own in (self.executive.satisfaction if group in shared else ())
+            if own[0] == group and own[1] in addressed
+        ]
         links = self.functional.picture.peers.links
-        p_loss = links[emitter].incoming.p_reckoned if signals and emitter in links else 0.0
-        for (group, role, addressed), value in signals:
-            for own in self.executive.satisfaction if group in shared else ():
-                if own[0] == group and own[1] in addressed:
-                    self.executive.hear(own, emitter, role, value, now_s, reception.slot, p_loss)
+        p_loss = links[emitter].incoming.p_reckoned if heard and emitter in links else 0.0
+        for own, role, value in heard:
+            self.executive.hear(own, emitter, role, value, now_s, reception.slot, p_loss)
         # At once, so that the answer makes the next own slot.
         if self.social.planner.due:
             self.think(now_s, 0.0)
