@@ -137,6 +137,13 @@ class Observation:
     within_m: float = 0.0
 
 
+class Quiet(NamedTuple):
+    """No observation until the vehicle has moved ``until_m`` (m) or the time is ``until_s`` (s)."""
+
+    until_m: float = math.inf
+    until_s: float = math.inf
+
+
 class Sensor(Protocol):
     """One sensor of one vehicle in one run.
 
@@ -153,9 +160,10 @@ class Sensor(Protocol):
     def table(self) -> Table | None:
         """Table of its rows: time, vehicle, then columns of ``Observation.row``; None without rows."""
 
-    def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
+    def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation] | Quiet:
         """Return the observations of a motion tick; called while switched on.
 
+        In place of none it may return a ``Quiet``; the sensor is then not asked until that ends.
         It must depend only on its past, pose, world and time: random draws are keyed by these, never streamed.
         """
 

@@ -24,7 +24,7 @@ from missions.arrows.scenario import DETECTORS, NOTHING
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings, normal_error
+from remoras.sensor import SELF, Observation, Pose, Quiet, Sensor, SensorSettings, normal_error
 from remoras.work import Point
 
 CONTACTS = Table("contacts", (
@@ -103,10 +103,10 @@ class Detector:
         self._n_passes: Counter[int] = Counter()
         self._empty: dict[int, tuple[int, float]] = {}  # by tile: cells, time of the last observation
 
-    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation]:
+    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation] | Quiet:
         """Return detections and completed passes over tiles."""
         if now_s < self._awake_s:
-            return []
+            return Quiet(until_s=self._awake_s)
         self._awake_s = now_s + LOOK_EVERY_S
         settings, observations = getattr(world.scenario.detector, DETECTORS[self._number]), list[Observation]()
         for cell in world.grid.near((pose.x_m, pose.y_m), settings.range_m):
@@ -179,10 +179,12 @@ class ClassifyingCamera:
     def __init__(self, data: VehicleData) -> None:
         self._node, self._next_s, self._n_images = data.node, 0.0, 0
 
-    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation]:
+    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation] | Quiet:
         """Return the content of an image, if scheduled."""
         settings = world.scenario.detector.optical
-        if now_s < self._next_s or pose.ground_mps > STILL_MPS:
+        if now_s < self._next_s:
+            return Quiet(until_s=self._next_s)
+        if pose.ground_mps > STILL_MPS:
             return []
         self._next_s, number = now_s + settings.look_s, self._n_images
         self._n_images += 1

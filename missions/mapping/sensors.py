@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import ClassVar, Literal
@@ -21,7 +21,7 @@ from exchange.channel import loss
 from missions.meeting.survey import contains
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, SensorSettings, normal_error
+from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, Quiet, SensorSettings, normal_error
 from remoras.table import Name, PointM, Section
 from remoras.work import Point
 
@@ -177,6 +177,13 @@ class Seabed:
                 cells.append(cell)
         return tuple(cells)
 
+    def nearest_m(self, x_m: float, y_m: float, within_m: float, known: Set[Cell]) -> float:
+        """Distance to the nearest cell centre beside ``known`` ones, at most ``within_m``."""
+        half_m = self.cell_m / 2.0
+        about = self._about(int(x_m // half_m), int(y_m // half_m), within_m)
+        off_m = [(east_m - x_m, north_m - y_m) for cell, east_m, north_m in about if cell not in known]
+        return min(within_m, math.sqrt(min([dx_m * dx_m + dy_m * dy_m for dx_m, dy_m in off_m], default=math.inf)))
+
     def _centres_about(self, column: int, row: int, reach_m: float) -> list[tuple[Cell, float, float]]:
         size, reach = self.cell_m, 2.0 * reach_m / self.cell_m + 1e-6  # in half cells, with rounding margin
         columns, rows = (  # least distance of their centres
@@ -257,7 +264,7 @@ class SwathSensor:
         self.mapped: set[Cell] = set()
         self._found: set[str] = set()
 
-    def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
+    def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation] | Quiet:
         """Return newly mapped cells and detected or inspected features."""
         speed_mps = pose.speed_mps if pose.flow_mps == STILL else pose.ground_mps
         if speed_mps > self._speed_limit_mps:
@@ -267,7 +274,9 @@ class SwathSensor:
         x_m, y_m = (pose.x_m, pose.y_m) if pose.error_m == KNOWN else pose.believed_m
         under = world.under(x_m, y_m, reach_m) if reach_m >= 0.0 else ()
         if self.mapped.issuperset(under) and not world.features:
-            return []
+            if pose.error_m != KNOWN or pose.uncertainty_m > 0.0:  # a fix moves the believed position
+                return []
+            return Quiet(world.nearest_m(x_m, y_m, reach_m + world.cell_m, self.mapped) - reach_m)
         new = [cell for cell in under if cell not in self.mapped]
         self.mapped.update(new)
         observations = [] if pose.error_m == KNOWN else self._found_off(pose, world)

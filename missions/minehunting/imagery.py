@@ -23,7 +23,7 @@ from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings, normal_error
+from remoras.sensor import SELF, Fact, Observation, Pose, Quiet, Sensor, SensorSettings, normal_error
 from remoras.table import Positive, Section
 from remoras.work import Point
 
@@ -113,12 +113,10 @@ class Minefield:
     mines: frozenset[str]
     imagery: ImageryTable
 
-    def view_at(self, at_m: Point) -> int | None:
-        """Index of the view at a place; None if there is none."""
-        for which, (place_m, *_) in enumerate(self.views):
-            if distance(place_m, at_m) <= AT_VIEW_M:
-                return which
-        return None
+    def view_at(self, at_m: Point) -> tuple[int | None, float]:
+        """Index of the view at a place, None if there is none, and the distance to the nearest (m)."""
+        off_m = [distance(place_m, at_m) for place_m, *_ in self.views]
+        return next((n for n, each_m in enumerate(off_m) if each_m <= AT_VIEW_M), None), min(off_m, default=math.inf)
 
     def header(self, which: int) -> Observation:
         """Snippet of a view with its reference level."""
@@ -174,12 +172,14 @@ class SnippetSonar:
         self._since_s = 0.0
         self._n_taken: Counter[int] = Counter()
 
-    def sense(self, pose: Pose, world: Minefield, now_s: float) -> Sequence[Observation]:
+    def sense(self, pose: Pose, world: Minefield, now_s: float) -> Sequence[Observation] | Quiet:
         """Return the next strip after ``strip_s``; the first includes the reference level."""
-        view = world.view_at((pose.x_m, pose.y_m))
+        view, off_m = world.view_at((pose.x_m, pose.y_m))
         if view != self._at:
             self._at, self._since_s = view, now_s
-        if view is None or now_s - self._since_s < world.imagery.strip_s:
+        if view is None:
+            return Quiet(off_m - AT_VIEW_M)
+        if now_s - self._since_s < world.imagery.strip_s:
             return ()
         number = self._n_taken[view]
         if number >= world.imagery.strips:

@@ -18,7 +18,7 @@ from missions.pandora.scenario import ANY_VALVE, KINDS, PandoraScenario, UpsetTa
 from remoras.beliefs import Key, Known
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings, normal_error
+from remoras.sensor import Fact, Observation, Pose, Quiet, Sensor, SensorSettings, normal_error
 from remoras.work import Outlook, Point
 
 
@@ -62,6 +62,8 @@ TURNS = Table("turns", (TIME, VEHICLE, Column("part", "str"), Column("state", "s
 NEEDED_SHARE = 0.5  # share of a point's images that must show it; some are blank
 TOUCH_GAP_S = 5.0
 FELT_SHARE = 0.25  # progress between two reports of a tool
+FAR_REACHES = 10.0  # as many reaches away a tool looks for parts
+SERVICED = "Valve", "Anode"
 FELT_S = 30.0  # working time without progress after which a tool reports this
 LOG_STREAM = 60_000  # offset of the draws of logs from camera draws
 
@@ -95,10 +97,10 @@ class Camera:
         self._next_s, self._n_images, self._n_good = 0.0, 0, 0
         self._n_looks: Counter[tuple[int, int]] = Counter()
 
-    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation] | Quiet:
         """Return the content of an image, if scheduled."""
         if now_s < self._next_s:
-            return []
+            return Quiet(until_s=self._next_s)
         settings, number = self._settings, self._n_images
         self._next_s, self._n_images = now_s + settings.every_s, number + 1
         if loss.uniform(world.seed, loss.MISSES, number, self._node, 0) < settings.p_blank:
@@ -145,10 +147,10 @@ class SpeedLog:
         self._settings, self._vehicle, self._node = settings, data.name, data.node
         self._next_s, self._number = 0.0, 0
 
-    def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation]:
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation] | Quiet:
         """Return a reading, if scheduled."""
         if now_s < self._next_s:
-            return ()
+            return Quiet(until_s=self._next_s)
         self._next_s, self._number = now_s + self._settings.every_s, self._number + 1
         speed, east, north = (
             self._settings.sigma_mps * error(world.seed, self._number, self._node, LOG_STREAM + which)
@@ -202,12 +204,13 @@ class Tool:
         # Each part is serviced once and not inspected afterwards, so no other sensor has to know its new state.
         self._states: dict[str, str] = {}
 
-    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation] | Quiet:
         """Report progress occasionally, and the end of the work."""
-        at_m = pose.x_m, pose.y_m
-        near = [p for _, p, _ in world.near(at_m, self._reach_m) if p.kind in ("Valve", "Anode")]
+        at_m, most_m = (pose.x_m, pose.y_m), FAR_REACHES * self._reach_m
+        around = [(distance(at_m, p.points_m[nth]), p) for _, p, nth in world.near(at_m, most_m) if p.kind in SERVICED]
+        near = [part for off_m, part in around if off_m <= self._reach_m]
         if not near:
-            return []
+            return Quiet(min([off_m for off_m, _ in around], default=most_m) - self._reach_m)
         thing = min(near, key=lambda part: distance(at_m, part.points_m[0]))
         since_s, self._last_s = now_s - self._last_s, now_s
         if thing.name != self._part or since_s > TOUCH_GAP_S:
@@ -274,7 +277,7 @@ class PlannedPart:
     @property
     def takes_arm(self) -> bool:
         """True for parts that need a tool."""
-        return self.kind in ("Valve", "Anode")
+        return self.kind in SERVICED
 
     @property
     def done(self) -> Key:
