@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from remoras.organisation import Group
     from remoras.picture import Picture
     from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
-    from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
+    from remoras.sensor import SELF, Observation, Pose, Quiet, Sensor, SensorSettings
     from remoras.stepped import MissionState, Stepping
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
     from remoras.work import DivisibleJob, Job, Outlook, Work
@@ -73,15 +73,15 @@ for _package in ("worldmodel", "exchange", "missions", "visualisation"):
         _other = _found.origin or next(iter(_found.submodule_search_locations or ()))
         raise ImportError(f"{_other} hides the simulator's package {_package!r}: give it another name")
 __all__ = [
-    "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "Absence", "AckPolicy", "Activity",
-    "ActivityKind", "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition",
-    "Declaration", "DeclaredFault", "DivisibleJob", "Figure", "Finding", "FleetView", "Group",
-    "Job", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Known", "Layer", "Mark", "Meeting",
-    "MeetingTruth", "Metric", "Milestone", "Mission", "MissionState", "Motion", "Move", "Negotiator", "Objective",
-    "Observation", "Outlook", "Perception", "Picture", "Place", "Pose", "Recorder", "Reference", "RemorasError", "Run",
-    "Scenario", "Sensor", "SensorSettings", "Situation", "Statement", "Stepping", "Strategy", "Sweep", "Table",
-    "Truth", "VehicleData", "VehicleView", "Work", "attracted", "compare", "distance_m", "exchange_study", "load",
-    "metrics", "network", "open", "policies", "run", "scenarios", "stepping", "sweep",
+    "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "Absence", "AckPolicy", "Activity", "ActivityKind",
+    "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition", "Declaration",
+    "DeclaredFault", "DivisibleJob", "Figure", "Finding", "FleetView", "Group", "Job", "JobMission", "JobScenario",
+    "JobSettings", "JobTruth", "Known", "Layer", "Mark", "Meeting", "MeetingTruth", "Metric", "Milestone", "Mission",
+    "MissionState", "Motion", "Move", "Negotiator", "Objective", "Observation", "Outlook", "Perception", "Picture",
+    "Place", "Pose", "Quiet", "Recorder", "Reference", "RemorasError", "Run", "Scenario", "Sensor", "SensorSettings",
+    "Situation", "Statement", "Stepping", "Strategy", "Sweep", "Table", "Truth", "VehicleData", "VehicleView", "Work",
+    "attracted", "compare", "distance_m", "exchange_study", "load", "metrics", "network", "open", "policies", "run",
+    "scenarios", "stepping", "sweep",
 ]  # fmt: skip
 
 

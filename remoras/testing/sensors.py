@@ -6,12 +6,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from exchange.arithmetic import distance
 from missions.errors import OutputError
 from missions.runs.tables import arrow_table
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.recorder import TABLES, TIME, VEHICLE, Row, Table
-from remoras.sensor import Observation, Pose, Sensor, SensorSettings
+from remoras.sensor import Observation, Pose, Quiet, Sensor, SensorSettings
 from remoras.testing.behaviours import difference, picture_of
 from worldmodel import Instance, TBox, WorldModel, WorldModelError, core_ontology_paths, read_tbox
 
@@ -33,7 +34,7 @@ def way(data: VehicleData, places_m: Sequence[tuple[float, float]] = (), seed: i
     ticks, now_s = [], 0.0
     for target in targets:
         speed_mps, heading_rad = draw.uniform(0.0, data.transit_speed_mps), draw.uniform(-math.pi, math.pi)
-        for share in (0.5, 0.9, 1.0, 1.0):
+        for share in (0.5, 0.9, 0.98, 0.99, 1.0, 1.0):
             place = x_m + share * (target[0] - x_m), y_m + share * (target[1] - y_m)
             now_s += 1.0
             ticks.append((Pose(*place, data.depth_m, heading_rad, speed_mps), now_s))
@@ -53,7 +54,7 @@ def check(
 
     ``instances`` are (class, name) of possible subjects besides the vehicle, ``vocabulary`` Turtle files besides the
     core ontology, ``places_m`` waypoints with something to observe. Raises AssertionError for invalid observations,
-    rows or facts, nondeterminism, or a modified world.
+    rows or facts, nondeterminism, a modified world, or an observation that a ``Quiet`` excludes.
     """
     ticks = way(data, places_m)
     before = picture_of(world)
@@ -63,7 +64,7 @@ def check(
     beliefs = _beliefs(data, tbox, instances)
     answers: list[list[Observation]] = []
     for pose, now_s in ticks:
-        sensed = _sensed(first, pose, world, now_s)
+        sensed, _ = _sensed(first, pose, world, now_s)
         for observation in sensed:
             assert table is not None or not observation.row, (
                 f"t = {now_s} s: row {observation.row}, but its table is None"
@@ -76,8 +77,13 @@ def check(
             table, [(now_s, data.name, *seen.row) for (_, now_s), sensed in timed for seen in sensed if seen.row]
         )
     # The second sensor looks after the first has finished, so state that both share shows.
+    from_m, quiet = data.start_m, Quiet(0.0)
     for (pose, now_s), answer in zip(ticks, answers, strict=True):
-        other = _sensed(second, pose, world, now_s)
+        if now_s < quiet.until_s and distance(from_m, (pose.x_m, pose.y_m)) < quiet.until_m:
+            assert not answer, f"t = {now_s} s: observed {answer}, but had stated {quiet} at {from_m}"
+            continue
+        other, quiet = _sensed(second, pose, world, now_s)
+        from_m = pose.x_m, pose.y_m
         assert other == answer, f"t = {now_s} s: two sensors made alike answer {answer} and {other}"
     changed = difference(before, picture_of(world), "world")
     assert not changed, f"the sensor changed the world, which all vehicles and runs share: {changed}"
@@ -101,11 +107,13 @@ def _checked_table(sensor: Sensor) -> Table | None:
     return table
 
 
-def _sensed(sensor: Sensor, pose: Pose, world: Any, now_s: float) -> list[Observation]:
+def _sensed(sensor: Sensor, pose: Pose, world: Any, now_s: float) -> tuple[list[Observation], Quiet]:
     sensed = sensor.sense(pose, world, now_s)
+    if isinstance(sensed, Quiet):
+        return [], sensed
     is_list = isinstance(sensed, Sequence) and all(isinstance(observation, Observation) for observation in sensed)
-    assert is_list, f"t = {now_s} s: sense returned {sensed!r}, expected a list of Observation"
-    return list(sensed)
+    assert is_list, f"t = {now_s} s: sense returned {sensed!r}, expected a list of Observation or a Quiet"
+    return list(sensed), Quiet(0.0)
 
 
 def check_rows(table: Table, rows: Sequence[Row]) -> None:

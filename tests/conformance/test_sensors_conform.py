@@ -9,7 +9,7 @@ from sample_vehicles import AUV
 from missions.mapping.mission import MappingMission
 from missions.mapping.sensors import Seabed, SwathSettings
 from remoras.recorder import TIME, TRAJECTORIES, VEHICLE, Column, Table
-from remoras.sensor import Observation, Pose, SensorSettings
+from remoras.sensor import Observation, Pose, Quiet, SensorSettings
 from remoras.testing import sensors as conformance
 
 CORNERS_M = ((50.0, 50.0), (150.0, 50.0), (150.0, 150.0), (50.0, 150.0))
@@ -51,6 +51,11 @@ def takes_out(self: Any, pose: Pose, world: Any, now_s: float) -> list[Observati
     return [Observation(row=(pose.depth_m,))]
 
 
+def looks_away(self: Any, pose: Pose, world: Any, now_s: float) -> Any:
+    """It states that it observes nothing for 30 m, but does in every fourth second."""
+    return Quiet(until_m=30.0) if now_s % 4.0 else [Observation(row=(pose.depth_m,))]
+
+
 def saying(**said: Any) -> dict[str, Any]:
     return {"sense": lambda *asked: [Observation(**said)]}
 
@@ -68,6 +73,7 @@ def saying(**said: Any) -> dict[str, Any]:
         (saying(found="Mermaid"), "cannot be recorded: .*Mermaid"),
         ({"sense": lambda *asked: [Observation(row=(float(next(STREAM)),))]}, "two sensors made alike"),
         ({"sense": takes_out}, "changed the world"),
+        ({"sense": looks_away}, "but had stated Quiet"),
     ],
 )
 def test_a_sensor_that_breaks_a_rule_is_detected(parts: dict[str, Any], says: str) -> None:

@@ -4,7 +4,7 @@ import math
 
 from pydantic import Field
 
-from remoras import TIME, VEHICLE, Column, Observation, SensorSettings, Table
+from remoras import TIME, VEHICLE, Column, Observation, Quiet, SensorSettings, Table
 
 
 def true_value(x_m, y_m, depth_m):
@@ -27,6 +27,6 @@ class Thermometer:
 
     def sense(self, pose, world, now_s):
         if now_s < self._next_s:
-            return []
+            return Quiet(until_s=self._next_s)
         self._next_s = now_s + self._every_s
         return [Observation(row=(true_value(pose.x_m, pose.y_m, pose.depth_m),))]
