@@ -10,7 +10,7 @@ from exchange.arithmetic import distance
 from missions.pandora.assessment import ActionMonitor
 from missions.pandora.scenario import PandoraScenario
 from missions.pandora.structure import CameraSettings, PlannedPart, WrenchSettings
-from remoras.behaviours import Approach, Behaviour, Perception, Reference, attracted, distance_m
+from remoras.behaviours import FAR_M, Approach, Behaviour, Perception, Reference, attracted, distance_m
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -72,7 +72,8 @@ class Acting(Behaviour):
         if not performed:
             self._seen_s = None
             self._monitor.pause()
-            return attracted(to_go_m)
+            facts.values(("placedAt", self._part.of))  # another place is another distance
+            return attracted(to_go_m)._replace(until_s=math.inf, per_m=1.0 / FAR_M)
         dt_s, self._seen_s = (0.0 if self._seen_s is None else now_s - self._seen_s), now_s
         # A wait for a weaker current is no delay of the action.
         self._taken_s += 0.0 if self._waits else dt_s
