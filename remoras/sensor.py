@@ -137,11 +137,22 @@ class Observation:
     within_m: float = 0.0
 
 
-class Quiet(NamedTuple):
-    """No observation until the vehicle has moved ``until_m`` (m) or the time is ``until_s`` (s)."""
+@dataclass(frozen=True, slots=True)
+class Quiet(Sequence[Observation]):
+    """No observation, until the vehicle has moved ``until_m`` (m) or the time is ``until_s`` (s): no call before.
+
+    >>> list(Quiet(until_m=12.5))
+    []
+    """
 
     until_m: float = math.inf
     until_s: float = math.inf
+
+    def __len__(self) -> int:
+        return 0
+
+    def __getitem__(self, place: Any) -> Any:
+        raise IndexError(f"observation {place} of none")
 
 
 class Sensor(Protocol):
@@ -160,10 +171,9 @@ class Sensor(Protocol):
     def table(self) -> Table | None:
         """Table of its rows: time, vehicle, then columns of ``Observation.row``; None without rows."""
 
-    def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation] | Quiet:
-        """Return the observations of a motion tick; called while switched on.
+    def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
+        """Return the observations of a motion tick, or a ``Quiet``; called while switched on.
 
-        In place of none it may return a ``Quiet``; the sensor is then not asked until that ends.
         It must depend only on its past, pose, world and time: random draws are keyed by these, never streamed.
         """
 

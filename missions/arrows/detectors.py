@@ -6,6 +6,7 @@ A detector observes a cell when it comes into range and every ``look_s`` while i
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import ClassVar
 
 from exchange.arithmetic import distance
@@ -103,7 +104,7 @@ class Detector:
         self._n_passes: Counter[int] = Counter()
         self._empty: dict[int, tuple[int, float]] = {}  # by tile: cells, time of the last observation
 
-    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation] | Quiet:
+    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> Sequence[Observation]:
         """Return detections and completed passes over tiles."""
         if now_s < self._awake_s:
             return Quiet(until_s=self._awake_s)
@@ -179,7 +180,7 @@ class ClassifyingCamera:
     def __init__(self, data: VehicleData) -> None:
         self._node, self._next_s, self._n_images = data.node, 0.0, 0
 
-    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation] | Quiet:
+    def sense(self, pose: Pose, world: Seafloor, now_s: float) -> Sequence[Observation]:
         """Return the content of an image, if scheduled."""
         settings = world.scenario.detector.optical
         if now_s < self._next_s:

@@ -264,7 +264,7 @@ class SwathSensor:
         self.mapped: set[Cell] = set()
         self._found: set[str] = set()
 
-    def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation] | Quiet:
+    def sense(self, pose: Pose, world: Seabed, now_s: float) -> Sequence[Observation]:
         """Return newly mapped cells and detected or inspected features."""
         speed_mps = pose.speed_mps if pose.flow_mps == STILL else pose.ground_mps
         if speed_mps > self._speed_limit_mps:

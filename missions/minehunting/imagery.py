@@ -172,7 +172,7 @@ class SnippetSonar:
         self._since_s = 0.0
         self._n_taken: Counter[int] = Counter()
 
-    def sense(self, pose: Pose, world: Minefield, now_s: float) -> Sequence[Observation] | Quiet:
+    def sense(self, pose: Pose, world: Minefield, now_s: float) -> Sequence[Observation]:
         """Return the next strip after ``strip_s``; the first includes the reference level."""
         view, off_m = world.view_at((pose.x_m, pose.y_m))
         if view != self._at:

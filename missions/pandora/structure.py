@@ -97,7 +97,7 @@ class Camera:
         self._next_s, self._n_images, self._n_good = 0.0, 0, 0
         self._n_looks: Counter[tuple[int, int]] = Counter()
 
-    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation] | Quiet:
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation]:
         """Return the content of an image, if scheduled."""
         if now_s < self._next_s:
             return Quiet(until_s=self._next_s)
@@ -147,7 +147,7 @@ class SpeedLog:
         self._settings, self._vehicle, self._node = settings, data.name, data.node
         self._next_s, self._number = 0.0, 0
 
-    def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation] | Quiet:
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation]:
         """Return a reading, if scheduled."""
         if now_s < self._next_s:
             return Quiet(until_s=self._next_s)
@@ -204,7 +204,7 @@ class Tool:
         # Each part is serviced once and not inspected afterwards, so no other sensor has to know its new state.
         self._states: dict[str, str] = {}
 
-    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation] | Quiet:
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation]:
         """Report progress occasionally, and the end of the work."""
         at_m, most_m = (pose.x_m, pose.y_m), FAR_REACHES * self._reach_m
         around = [(distance(at_m, p.points_m[nth]), p) for _, p, nth in world.near(at_m, most_m) if p.kind in SERVICED]

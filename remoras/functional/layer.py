@@ -29,7 +29,7 @@ ROUNDING = 1e-9
 """Bound on the rounding error of an advance."""
 KNOWN_M = (0.0, 0.0)
 """Position error of a vehicle that knows its position."""
-OBSERVATIONS = "a list of Observation, or a Quiet"
+OBSERVATIONS = "a list of Observation"
 NOT_QUIET = Quiet(0.0)
 PERCEPTION = "a Perception, stimulus 0..1, until_s no NaN"
 PROGRESS = "a function of motion and picture that returns -1..1 or None"
@@ -127,9 +127,9 @@ class Sensing:
 
     def are_quiet(self, x_m: float, y_m: float, now_s: float) -> bool:
         """Return whether no sensor that is on observes anything at a place and time."""
-        (until_m, until_s), (from_x_m, from_y_m) = self._quiet, self._quiet_at_m
+        quiet, (from_x_m, from_y_m) = self._quiet, self._quiet_at_m
         dx_m, dy_m = x_m - from_x_m, y_m - from_y_m
-        return now_s < until_s and dx_m * dx_m + dy_m * dy_m < until_m * until_m
+        return now_s < quiet.until_s and dx_m * dx_m + dy_m * dy_m < quiet.until_m * quiet.until_m
 
     def look(self, pose: Pose, now_s: float) -> list[Sensed]:
         """Return the current observations; raise PluginError on wrong sensor results."""

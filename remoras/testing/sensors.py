@@ -109,11 +109,9 @@ def _checked_table(sensor: Sensor) -> Table | None:
 
 def _sensed(sensor: Sensor, pose: Pose, world: Any, now_s: float) -> tuple[list[Observation], Quiet]:
     sensed = sensor.sense(pose, world, now_s)
-    if isinstance(sensed, Quiet):
-        return [], sensed
     is_list = isinstance(sensed, Sequence) and all(isinstance(observation, Observation) for observation in sensed)
     assert is_list, f"t = {now_s} s: sense returned {sensed!r}, expected a list of Observation or a Quiet"
-    return list(sensed), Quiet(0.0)
+    return list(sensed), sensed if isinstance(sensed, Quiet) else Quiet(0.0)
 
 
 def check_rows(table: Table, rows: Sequence[Row]) -> None:
