@@ -23,6 +23,7 @@ if sys.platform != "win32":
 SUMMARY, MANIFEST, REPLAY = "summary.json", "manifest.json", "replay.html"
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """Suffixes of figures and their data; a text file of the same name marks a run's figure."""
+OF_FILES = (*FIGURES, ".html", ".json", ".parquet", ".tex", ".toml", ".txt")
 AT_WORKING_FOLDER, EXCHANGE = -100, 2  # arguments of the system call ``renameat2``
 
 
@@ -93,13 +94,18 @@ def lock(path: Path, flags: int = os.O_RDONLY, *, is_required: bool = False) -> 
     return handle
 
 
+def check_folder(path: Path) -> None:
+    """Raise OutputError for a file, or a new path that is named like one, such as ``report.html``."""
+    if not path.is_dir() and (path.exists() or path.suffix in OF_FILES):
+        raise OutputError(f"--out {path}: names a file; allowed: a folder")
+
+
 def check_output(folder: Path, force: bool) -> None:
     """Raise OutputError unless results can be written to ``folder`` without data loss."""
     with writing(f"--out {folder}"):
         # Before the checks: during an interrupted exchange the folder has another name.
         _recover(folder)
-        if folder.exists() and not folder.is_dir():
-            raise OutputError(f"--out {folder}: is a file; name a folder")
+        check_folder(folder)
         if (folder / "ledger.jsonl").exists():
             raise OutputError(f"--out {folder}: holds a sweep; name another folder")
         if folder.is_dir() and any(folder.iterdir()) and not force:

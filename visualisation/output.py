@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from missions.disk import drafted
+from missions.disk import check_folder, drafted
 from missions.figure import RunResults
 
 if TYPE_CHECKING:
@@ -114,9 +114,11 @@ def as_csv(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
 
 
 def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
-    """Write files into a folder, created if missing; on DrawingError, existing files are unchanged."""
-    if folder.exists() and not folder.is_dir():
-        raise DrawingError(f"{folder}: is a file; name a folder")
+    """Write files into a folder, created if missing.
+
+    Raises OutputError for a file in its place, DrawingError if a write fails; existing files are then unchanged.
+    """
+    check_folder(folder)
     path, paths = folder, list[Path]()
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from missions.disk import drafted, lock, synced, write_synced
+from missions.disk import check_folder, drafted, lock, synced, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError, writing
 from missions.files import is_named, leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Metric
@@ -311,6 +311,7 @@ class SweepFolder:
         self.folder = folder
         self._plan = plan
         record = record_of(plan)
+        check_folder(folder)
         if (folder / "summary.json").exists():
             raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
         try:

@@ -196,7 +196,7 @@ def test_results_are_not_overwritten_without_force(tmp_path: Path, monkeypatch: 
     assert remoras(*run, out, "--seed", "3", "--force").exit_code == 1
     assert Results.read(out).summary["seed"] == 3
     monkeypatch.setattr("missions.runs.run.run", lambda *_, **__: pytest.fail("it is run"))
-    assert "is a file; name a folder" in refused(*run, out / "summary.json")
+    assert "names a file; allowed: a folder" in refused(*run, out / "summary.json")
     assert "--out" in refused(*run, out / "summary.json" / "below")
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from exchange.study.parameters import ExchangeStudy, StudyLoad
 from exchange.study.study import StudyRow, loaded_studies, run
+from missions.errors import OutputError
 from visualisation import policies, style
 from visualisation.output import DrawingError, write_folder
 from visualisation.policies import contents, unloaded_figure
@@ -163,7 +164,7 @@ def test_full_disk_leaves_no_partial_file_and_keeps_old_ones(tmp_path: Path) -> 
 
 def test_file_that_blocks_a_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("precious", encoding="utf-8")
-    with pytest.raises(DrawingError, match="file: is a file; name a folder"):
+    with pytest.raises(OutputError, match="file: names a file; allowed: a folder"):
         write_folder(tmp_path / "file", [("roles.png", PICTURE)])
     assert (tmp_path / "file").read_text(encoding="utf-8") == "precious"
 

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from missions.disk import drafted
+from missions.disk import check_folder, drafted
 from missions.figure import Place
 from visualisation.exports.voyage import ALL, Selection, Voyage
 from visualisation.output import ExportError, unknown
@@ -114,13 +114,13 @@ def _check_libraries(name: str, chosen: FormatOfExport) -> None:
 
 
 def _check_place(out: Path, format: str, force: bool) -> None:
+    ending = FORMATS[format].ending
+    if not ending:
+        check_folder(out)
     if not out.exists():
         return
-    ending = FORMATS[format].ending
     if ending and out.is_dir():
         raise ExportError(f"{out}: is a folder; name a file, such as {out / (STEM + ending)}")
-    if not ending and not out.is_dir():
-        raise ExportError(f"{out}: is a file; name a folder")
     if out.is_dir():
         inside = list(out.iterdir())
         # Replacing an export deletes the folder, which therefore must hold nothing else.

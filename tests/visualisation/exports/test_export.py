@@ -9,6 +9,7 @@ from synthetic_runs import Fiction
 from test_other_figures import room_for
 
 import visualisation.exports
+from missions.errors import OutputError
 from missions.figure import Place
 from missions.runs.results import Results
 from visualisation import ExportError
@@ -82,7 +83,7 @@ def test_a_folder_with_other_files_is_never_replaced(run: Results, tmp_path: Pat
         export(run, "csv", tmp_path, force=True)
     with pytest.raises(ExportError, match=r"is a folder; name a file, such as .*run\.mcap"):
         export(run, "mcap", tmp_path, force=True)
-    with pytest.raises(ExportError, match="is a file; name a folder"):
+    with pytest.raises(OutputError, match="names a file; allowed: a folder"):
         export(run, "csv", tmp_path / "thesis.tex", force=True)
     assert (tmp_path / "thesis.tex").read_text() == "words"
 
