@@ -16,4 +16,4 @@ INDIGO = "#332288"
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
 """Colours of series, in order, without yellow, which is invisible as a line on white paper."""
 VEHICLES = (*COLOURS[:-1], WINE, INDIGO)
-"""Vehicle colours; black is the fleet, yellow a place or milestone, grey a share or an age (darker is worse)."""
+"""Vehicle colours; black is the fleet, yellow a place, white a milestone, grey a share or an age (darker is worse)."""

@@ -12,15 +12,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from legibility import check_texts
+from matplotlib.colors import to_hex
 from numpy.typing import NDArray
+from synthetic_runs import Fiction
 
 from exchange.study.parameters import ExchangeStudy, StudyLoad
 from exchange.study.study import StudyRow, loaded_studies, run
 from missions.errors import OutputError
+from missions.figure import Mark, Place
 from visualisation import policies, style
 from visualisation.output import DrawingError, write_folder
 from visualisation.policies import contents, unloaded_figure
 from visualisation.reach import ModemReach, Point, reach_contents, reach_figure
+from visualisation.runs import run_picture
 
 
 def write_figure(rows: list[StudyRow], kind: str, folder: Path, name: str, format: str = "png") -> list[Path]:
@@ -207,3 +211,14 @@ def test_colours_of_eight_vehicles_are_distinguishable(simulation: str) -> None:
     assert len(set(fills)) == 8
     assert nearest(fills, simulation) > LEAST
     assert nearest((*fills, style.YELLOW, style.BLACK), simulation) > 14.0  # places, and the fleet
+
+
+@pytest.mark.parametrize("simulation", SIMULATIONS)
+def test_a_milestone_stands_out_from_the_place_below_it(simulation: str, tmp_path: Path) -> None:
+    """By its colour, and smaller, so that the place shows around it."""
+    run = Fiction(milestones=[("work_done", "A", "", 900.0)]).write(tmp_path / "run")
+    figures = (Mark("work_done", "done"),), (Place("home", "dock", ((5.0, 5.0),)),)
+    shown = run_picture(run, "trajectories", *figures).figure.legends[0].legend_handles
+    done, dock = (next(entry for entry in shown if entry.get_label() == label) for label in ("done", "dock"))
+    assert nearest((to_hex(done.get_markerfacecolor()), to_hex(dock.get_markerfacecolor())), simulation) > LEAST
+    assert done.get_markersize() < dock.get_markersize()

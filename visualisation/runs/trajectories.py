@@ -55,9 +55,9 @@ class Symbol(NamedTuple):
 START = Symbol("o", "start", 5.5, "white")
 END = Symbol("s", "end", 4.5, style.GREY)
 FAULT = Symbol("D", "fault", 4.5, style.BLACK)
-MARKS = (("X", 6.5), ("d", 6.0), ("p", 6.5), ("8", 6.0))
-"""Markers of milestones on tracks, in the order of their declaration."""
-POINTS = (("*", 8.0, "Stars"), ("P", 6.5, "Crosses"), ("^", 6.5, "Triangles"), ("H", 6.5, "Hexagons"))
+MARKS = (("X", 4.8), ("d", 5.2), ("p", 4.8), ("v", 4.8))
+"""Markers of milestones on tracks, in the order of their declaration; white, since they often lie on yellow places."""
+POINTS = (("*", 10.0, "Stars"), ("P", 8.0, "Crosses"), ("^", 8.0, "Triangles"), ("H", 8.0, "Hexagons"))
 """Markers of point places by order of kind, with their names in captions."""
 MOST_LISTED = 4  # maximum number of places of a kind, or events, that a caption lists
 OUTLINES = (("-", "Outlines"), (style.LINES[1], "Dashed outlines"), (style.LINES[2], "Dotted outlines"))
@@ -174,7 +174,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
     for place in places:
         (points if len(place.outline_m) == 1 else outlines).setdefault(place.kind, []).append(place)
     symbols = {
-        mark.milestone: Symbol(marker, mark.label, size_pt, style.YELLOW)
+        mark.milestone: Symbol(marker, mark.label, size_pt, START.face)
         for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
     }
     tracks, end_s = run_records.tracks(results), run_end_s(results)
