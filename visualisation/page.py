@@ -133,12 +133,16 @@ INSIDE = ((0, 0, "center"), (0, 9, "center"), (0, -9, "center"), (0, 18, "center
 
 
 class Label(NamedTuple):
-    """Text at a point, in data coordinates; ``inside`` is its width limit, 0 if beside the point."""
+    """Text at a point, in data coordinates; ``inside`` is its width limit, 0 if beside the point.
+
+    ``ends`` are further points beside which it may stand.
+    """
 
     text: str
     x: float
     y: float
     inside: float = 0.0
+    ends: Sequence[tuple[float, float]] = ()
 
 
 def place_labels(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple[float, float]]) -> None:
@@ -154,9 +158,13 @@ def place_labels(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple
         text = style.fitted(label.text, room_in, style.TINY_PT)
         if len(text) < min(LEAST_LETTERS, len(label.text)):
             continue
-        for x_pt, y_pt, side in INSIDE if label.inside else BESIDE:
+        offsets = INSIDE if label.inside else BESIDE
+        spots = [(label[1:3], offset) for offset in offsets]
+        # A name far from the middle of a line is further from it than one at an end.
+        spots[1:1] = [(end, offset) for end in label.ends for offset in BESIDE]
+        for point, (x_pt, y_pt, side) in spots:
             drawn = axes.annotate(
-                text, (label.x, label.y), (x_pt, y_pt), textcoords="offset points", ha=side, va="center",
+                text, point, (x_pt, y_pt), textcoords="offset points", ha=side, va="center",
                 fontsize=style.TINY_PT, zorder=6, bbox=PAPER,
             )  # fmt: skip
             box = drawn.get_window_extent().padded(inch_px / 72)

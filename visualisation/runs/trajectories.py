@@ -283,7 +283,8 @@ def _name_places(axes: Axes, scene: MapContents) -> None:
     names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
         frame = frame_of(place.outline_m)
-        names.append(Label(place.name, (frame.x0 + frame.x1) / 2, (frame.y0 + frame.y1) / 2, frame.width))
+        ends = place.outline_m if len(place.outline_m) == 2 else ()
+        names.append(Label(place.name, (frame.x0 + frame.x1) / 2, (frame.y0 + frame.y1) / 2, frame.width, ends))
     of_layers = [
         np.asarray(one.get_offsets(), dtype=float) for one in axes.collections if isinstance(one, PathCollection)
     ]

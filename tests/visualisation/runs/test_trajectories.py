@@ -194,3 +194,9 @@ def test_name_of_an_outline_is_clear_of_the_content_of_layers(tmp_path: Path) ->
     found = {text.get_text(): text.get_window_extent() for text in axes.texts}
     assert not found["bay"].overlaps(found["anomaly"])
     assert not found["bay"].contains(*axes.transData.transform((50.0, 50.0)))
+
+
+def test_crossing_lines_are_all_named() -> None:
+    """The middles of the sixteen deliveries lie at four places, so that most names stand at an end."""
+    names = [text.get_text() for text in remoras.run("ferry-passage", seed=1).plot("trajectories").axes[0].texts]
+    assert {f"load {number}" for number in range(1, 17)} <= set(names)
