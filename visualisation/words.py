@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 REPEAT = "-repeat"  # suffix of a policy under which others repeat items
@@ -26,6 +27,17 @@ def named_all(what: str, names: Iterable[str], several: str = "") -> str:
     """Return a noun with its distinct names, as in ``policies ack, m-ack``; ``several`` is its plural."""
     distinct = list(dict.fromkeys(names))
     return f"{what if len(distinct) == 1 else several or what + 's'} {', '.join(distinct)}"
+
+
+def short_names(names: Iterable[str]) -> dict[str, str]:
+    """Return plug-ins with their labels: the name of the object, with its module if another one is called so.
+
+    >>> list(short_names(["cbba", "lab.turns:Turns", "lab.first:MINE", "other:MINE"]).values())
+    ['cbba', 'Turns', 'first:MINE', 'other:MINE']
+    """
+    forms = {name: dict.fromkeys((name.rpartition(":")[2], name.rpartition(".")[2])) for name in names}
+    taken = Counter(form for own in forms.values() for form in own)
+    return {name: next((form for form in own if taken[form] == 1), name) for name, own in forms.items()}
 
 
 def capital(text: str) -> str:

@@ -286,13 +286,14 @@ def _combination(row: Comparison | Rank, left_out: Collection[str]) -> PanelSett
 
 
 def _series(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[Series, ...]:
-    strategies, policies = {row.strategy for row in rows}, {row.policy for row in rows}
+    strategies = words.short_names(row.strategy for row in rows)
+    policies = words.short_names(row.policy for row in rows)
 
     def label(strategy: str, policy: str) -> str:
-        name = f"{strategy} (bound)" if strategy in bounds else strategy
+        name = f"{strategies[strategy]} (bound)" if strategy in bounds else strategies[strategy]
         if len(policies) == 1:
             return name
-        return policy if len(strategies) == 1 else f"{name}, {policy}"
+        return policies[policy] if len(strategies) == 1 else f"{name}, {policies[policy]}"
 
     pairs = {(row.strategy, row.policy) for row in rows}
     ordered = sorted(pairs, key=lambda pair: (_place(pair[0], STRATEGIES), policy_place(pair[1])))

@@ -70,3 +70,16 @@ def test_numeric_setting_is_preferred_as_axis(tmp_path: Path, channel: str) -> N
     arrangement = arranged(rows_of(tmp_path, sweep))
     assert arrangement.axis == ("per" if channel == "bernoulli" else "fleet.size")
     assert arrangement.cases == ()
+
+
+def test_legend_names_plugins_by_their_objects(tmp_path: Path) -> None:
+    """With the module where two objects have one name."""
+    short = {
+        "remoras": "remoras",
+        "lab.turns:Turns": "Turns",
+        "lab.first:MINE": "first:MINE",
+        "other:MINE": "other:MINE",
+    }
+    sweep = Sweep(tuple(short), ("ack", "own:Policy"), repeats=2)
+    for series in arranged(rows_of(tmp_path, sweep)).series:
+        assert series.label == f"{short[series.strategy]}, {series.policy.removeprefix('own:')}"
