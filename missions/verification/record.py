@@ -406,11 +406,6 @@ class Record:
         times = self["trajectories"]["time_s"]
         return float(times.max()) if len(times) else 0.0
 
-    @property
-    def mission_s(self) -> float:
-        """Mission duration (s): last tick if completed, else the declared duration."""
-        return self.end_s if self.summary.get("completed") else float(self.of("scenario")["duration_s"])
-
     @cached_property  # 17 to 90 % of a check
     def spells(self) -> list[Spell]:
         """Faults in the table; the end is infinite if not recorded."""

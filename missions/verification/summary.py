@@ -135,7 +135,7 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
     observed = {item: time_s for time_s, _, item, event in rows if event == "observed"}
     received = [(time_s, item) for time_s, _, item, event in rows if event == "received"]
     waits_s = [time_s - observed[item] for time_s, item in received if item in observed]
-    minutes = record.mission_s / 60.0
+    minutes = record.end_s / 60.0
     derived: dict[str, tuple[Any, float]] = {
         "observations_per_min": (len(received) / len(record.vehicles) / minutes if minutes else 0.0, 1e-4),
         "mean_latency_s": (math.fsum(waits_s) / len(waits_s) if waits_s else None, LATENCY_S),

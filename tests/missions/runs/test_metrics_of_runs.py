@@ -174,3 +174,13 @@ def test_modem_uses_energy_for_packet_heads_and_listening(
     sent_j = 7.0 * (bits / rate_bps + found["n_packets"] * head_s)
     assert found["modem_energy_j"] == pytest.approx(sent_j + n_vehicles * 60.0 * listening_w, abs=0.02)
     assert found["energy_j"] - without["energy_j"] == pytest.approx(n_vehicles * 60.0 * listening_w, abs=0.02)
+
+
+def test_rate_of_a_failed_run_is_over_its_own_duration() -> None:
+    """All vehicles are lost at 316 s, so the time limit changes nothing."""
+    lost = [f"{{vehicle='{name}',kind='lost',at_s=316}}" for name in ("ASV00", "AUV00", "AUV01", "AUV02")]
+    settings = [("--set", f"fault=[{','.join(lost)}]")]
+    run = run_scenario(load("mapping-rendezvous", settings), 1)
+    n_received = sum(row[-1] == "received" for row in run.recorder.knowledge)
+    assert n_received > 0
+    assert summary(run)["observations_per_min"] == pytest.approx(n_received / 4 / (316 / 60), abs=1e-4)
