@@ -48,9 +48,8 @@ from missions.sweeps.driver import ReportProgress, sweep
 from missions.sweeps.folder import CODE_CHANGED, STUDY, STUDY_TEXT, SweepResults, record_of
 from missions.sweeps.plan import ConfigurationLabel, SweepPlan, seed_of
 from missions.sweeps.study import load_study, study_of
-from missions.sweeps.study_file import FAULT, PER
+from missions.sweeps.study_file import FAULT, KEY_OF_PER, PER
 
-KEY_OF_PER = "channel.per"
 STEPS, COARSE = 50, 5  # grid points between two levels of the study; every fifth can be refined
 STRADDLE = 1.96
 REFINED = "refined"  # folder of the batches, in that of the study
@@ -339,23 +338,22 @@ def _measured(runs: Mapping[Treatment, Outcomes], pair: tuple[Treatment, Treatme
 
 def _columns(treatment: Treatment) -> dict[str, str]:
     own = {"scenario": treatment.scenario, "strategy": treatment.strategy, "policy": treatment.policy}
-    own |= {"channel": treatment.channel, PER: f"{treatment.per:g}", **dict(treatment.settings)}
+    own |= {"channel": treatment.channel, **dict(treatment.settings)}
+    own |= {} if treatment.rate is None else {PER: f"{treatment.per:g}"}
     return own | ({"unforeseen": treatment.unforeseen} if treatment.unforeseen else {})
 
 
 def _split(treatment: Treatment, axis: str) -> tuple[Treatment, float]:
     """Return the condition of a treatment, without the axis, and its level there."""
     if axis == PER:
-        return replace(treatment, per=0.0), treatment.per
+        return replace(treatment, rate=None), treatment.per
     settings = dict(treatment.settings)
     text = settings.pop(axis, "")
     try:
         level = float(text)
     except ValueError:
         raise OutputError(f"--axis {axis}: its level {text!r} is no number") from None
-    # A key of the channel may change the mean loss rate.
-    per = 0.0 if axis.startswith("channel.") else treatment.per
-    return replace(treatment, per=per, settings=tuple(settings.items())), level
+    return replace(treatment, settings=tuple(settings.items())), level
 
 
 def _refined(results: SweepResults) -> Iterator[SweepResults]:

@@ -105,7 +105,7 @@ def _responses(results: SweepResults, design: FactorialDesign, metric: Metric) -
 def _condition(treatment: Treatment, factors: Sequence[str]) -> str:
     parts = [treatment.scenario]
     parts += [getattr(treatment, own) for key, own in OWN_NAMES.items() if key not in factors]
-    parts += [f"{treatment.channel} per {treatment.per:g}"]
+    parts += [treatment.channel if treatment.rate is None else f"{treatment.channel} per {treatment.per:g}"]
     parts += [f"{key}={value}" for key, value in treatment.settings if key not in factors]
     return ", ".join([*parts, *([treatment.unforeseen] if treatment.unforeseen else [])])
 

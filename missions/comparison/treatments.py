@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics as plain
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from missions.errors import OutputError
@@ -22,7 +22,7 @@ from missions.statistics import (
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
-from missions.sweeps.study_file import FAULT, OWN_COLUMNS, PER, StudyFile, level_name
+from missions.sweeps.study_file import FAULT, KEY_OF_PER, OWN_COLUMNS, PER, StudyFile, level_name
 from worldmodel import suggestion
 
 SIGNIFICANT = 0.05
@@ -89,19 +89,25 @@ Summary = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Treatment:
-    """A configuration; ``settings`` are further varied keys, ``unforeseen`` the case or empty."""
+    """A configuration; ``settings`` are further varied keys, ``unforeseen`` the case or empty.
+
+    ``rate`` is the loss rate that the study sets; None if the mean loss rate ``per`` follows from the rest.
+    """
 
     scenario: str
     strategy: str
     policy: str
     channel: str
-    per: float
+    per: float = field(compare=False)
     settings: tuple[tuple[str, str], ...]
     unforeseen: str = ""
+    rate: float | None = None
 
     def columns(self) -> dict[str, Any]:
         """Columns of a row that identify the treatment."""
-        return {**vars(self), "settings": dict(self.settings)}
+        columns = {**vars(self), "settings": dict(self.settings)}
+        del columns["rate"]
+        return columns
 
     @property
     def levels(self) -> tuple[str, ...]:
@@ -112,7 +118,7 @@ class Treatment:
         """Return the treatment with a setting ``KEY=VALUE``, or loss rate ``per=VALUE``, in place of its own."""
         key, _, value = baseline.partition("=")
         if key == PER:
-            return replace(self, per=float(value))
+            return replace(self, per=float(value), rate=float(value))
         settings = tuple((own, value if own == key else level) for own, level in self.settings)
         return replace(self, settings=settings)
 
@@ -189,7 +195,7 @@ def _treatment(line: Line, left_out: Collection[str]) -> Treatment:
     settings = tuple((key, str(value)) for key, value in sorted(line["settings"].items()) if key not in left_out)
     scenario, strategy, policy, channel, per = (line["summary"][key] for key in FIELDS)
     case = line["settings"].get(UNFORESEEN, "")
-    return Treatment(scenario, strategy, policy, channel, per, settings, case)
+    return Treatment(scenario, strategy, policy, channel, per, settings, case, line["settings"].get(KEY_OF_PER))
 
 
 def _in_order(treatment: Treatment) -> tuple[Any, ...]:

@@ -19,7 +19,8 @@ TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin", "factorial": "fac
 LISTS = {"strategies": "strategy.name", "policies": "communication.policy", "vehicles": "fleet.size"}
 """Lists of ``[study]`` and the scenario key that each sets."""
 
-CONDITIONS = ("channel.name", "channel.per")  # keys that name the conditions of a comparison
+KEY_OF_PER = "channel.per"
+CONDITIONS = ("channel.name", KEY_OF_PER)  # keys that name the conditions of a comparison
 OWN_COLUMNS = ("strategy.name", "communication.policy", *CONDITIONS)  # keys with a column of their own in comparisons
 PER = "per"
 FAULT = "fault"  # scenario key of the faults of a run
@@ -32,7 +33,7 @@ def level_name(text: str) -> str:
     ('per=0', 'per=0.5', 'fleet.size=3')
     """
     key, _, value = text.partition("=")
-    if key not in (PER, CONDITIONS[1]):
+    if key not in (PER, KEY_OF_PER):
         return text
     try:
         return f"{PER}={float(value)!r}".removesuffix(".0")

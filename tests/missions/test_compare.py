@@ -99,6 +99,23 @@ def test_level_of_a_varied_key_is_a_baseline_for_each_policy(tmp_path: Path) -> 
     assert {row.p_holm for row in rows} == {None, 2 / 2**8}
 
 
+def test_level_of_the_channel_is_a_baseline_although_it_changes_the_loss_rate(tmp_path: Path) -> None:
+    """Bursts that begin more often lose more packets: the mean loss rate follows, and runs take 20 s more."""
+
+    def slower_by_bursts(task: RunTask) -> FinishedRun:
+        summary = made_up(task).line["summary"]
+        added_s = 20.0 * (task.scenario.channel.p_good_to_bad == 0.4)
+        return finished(task, **{**summary, "mission_time_s": summary["mission_time_s"] + added_s})
+
+    bursts = 'name = "gilbert-elliott"\np_bad_to_good = 0.5\np_good_to_bad = [0.1, 0.4]'
+    text = study_text(repeats=8).replace('name = "bernoulli"\nper = [0.1, 0.4]', bursts)
+    rows = compare(swept(tmp_path, text, slower_by_bursts), ["mission_time_s"], "channel.p_good_to_bad=0.1")
+    differences = {(row.policy, row.settings["channel.p_good_to_bad"]): row.diff_to_baseline for row in rows}
+    assert differences == {(p, at): d for p in ("ack", "mps-ack") for at, d in (("0.1", None), ("0.4", 20.0))}
+    assert {row.p_holm for row in rows} == {None, 2 / 2**8}
+    assert len({row.per for row in rows}) == 2
+
+
 @pytest.mark.parametrize("baseline", ["per=0", "channel.per=0.0", "per=.0"])
 def test_loss_rate_is_a_baseline_for_each_policy(tmp_path: Path, baseline: str) -> None:
     """Runs take 20 s more at the loss of 1/3: each policy is compared with itself at no loss, repeat by repeat."""

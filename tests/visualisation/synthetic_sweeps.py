@@ -132,7 +132,8 @@ class Sweep:
         channel: tuple[str, float, dict[str, Any]], point: dict[str, Any], case: str,
     ) -> dict[str, Any]:  # fmt: skip
         name, per, keys = channel
-        settings = {"strategy.name": strategy, "communication.policy": policy, "channel.name": name, **keys, **point}
+        settings = {"strategy.name": strategy, "communication.policy": policy, "channel.name": name, "channel.per": per}
+        settings |= {**keys, **point}
         settings |= {"unforeseen": case} if case else {}
         numbers = {key: value for key, value in point.items() if isinstance(value, int | float)}
         identity = {"scenario": scenario, "strategy": strategy, "policy": policy, "channel": name, "per": per}
