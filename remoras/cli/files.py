@@ -97,7 +97,9 @@ def validate(
 
     check_named(file)
     overrides = [("--set", setting) for setting in settings or ()]
-    if is_study(file) and not overrides:
+    if is_study(file):
+        if settings:
+            fail(f"--set {settings[0]}: applies to a scenario, and {file} is a study; allowed: the key below its [set]")
         _validate_study(file, as_json)
         return
     # An organisation file has no key of its own: all its tables may be in a scenario, too.

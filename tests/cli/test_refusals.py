@@ -27,6 +27,7 @@ WRONG = [
     ("explain world --schema", "applies to a whole file, scenario or study, not to 'world'"),
     ("new study mine", "remoras new study --example > mine.toml"),
     ("validate nope.toml", "no such file$"),
+    ("validate strategies-quick --set seed=2", "--set seed=2: applies to a scenario, and strategies-quick is a study"),
     ("run nope", "a TOML file or one of arrows-archaeology, "),
     ("run strategies-quick", "this is a study; start it with: remoras sweep strategies-quick --out DIR"),
     (f"{MINE} --strategy remora", "--strategy.*'remoras'"),
