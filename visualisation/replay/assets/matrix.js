@@ -72,7 +72,7 @@
     pen.font = R.FONT;
     pen.textAlign = "left";
     const framed = facts.run.parked.length ? "; framed: declared absent" : "";
-    pen.fillText("row: vehicle; column: its peer" + framed, LEFT_PX, 10);
+    pen.fillText("row: receiver; column: sender" + framed, LEFT_PX, 10);
     facts.run.vehicles.forEach((vehicle, v) => {
       pen.font = v === selected ? R.BOLD : R.FONT;
       pen.fillStyle = v === selected ? R.theme.ink : R.theme.muted;
