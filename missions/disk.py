@@ -49,8 +49,8 @@ def drafted(path: Path, lasts: bool = False) -> Iterator[Path]:
         yield draft
         if lasts:
             synced(draft)
-        # A rename replaces files and empty folders only.
-        if path.is_dir():
+        # A rename replaces files and empty folders only; a file never replaces a folder.
+        if path.is_dir() and draft.is_dir():
             _clear(path)
         draft.replace(path)
         if lasts:

@@ -14,7 +14,7 @@ from failing_disk import FailingDisk, Killed
 from small_mission import SMALL, pond
 
 from missions import disk as folders
-from missions.disk import new_content
+from missions.disk import drafted, new_content
 from missions.errors import OutputError
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run
@@ -164,6 +164,14 @@ def test_an_older_draft_is_cleared_and_a_second_writer_is_refused(tmp_path: Path
         contents("newer")(draft)
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     assert own_of(tmp_path / "out") == {"newer"}
+
+
+def test_a_file_never_replaces_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "thesis.txt").write_text("precious", encoding="utf-8")
+    with pytest.raises(IsADirectoryError), drafted(tmp_path / "results") as draft:
+        draft.write_text("rows", encoding="utf-8")
+    assert everything_in(tmp_path) == {"results/thesis.txt": b"precious"}
 
 
 def test_permissions_of_the_folder_are_kept(tmp_path: Path) -> None:
