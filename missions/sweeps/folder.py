@@ -173,8 +173,9 @@ class SweepResults:
     @cached_property  # asked for each name
     def metrics(self) -> dict[str, Metric]:
         """Metrics that can be compared, by field; raises OutputError for damaged declarations."""
+        record = self._record
         try:
-            declared = [Metric.read(entry) for entry in self._record.metrics]
+            declared = [Metric.read(entry) for entry in record.metrics]
         except OutputError as error:
             raise OutputError(f"{self.folder / STUDY}: {error}") from None
         return {metric.name: metric for metric in (*declared, *self.measured.values())}
