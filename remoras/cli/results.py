@@ -66,7 +66,12 @@ def plot(
     ] = False,
 ) -> None:
     """Draw figures of a run (trajectories, roles and more) or of a sweep (ranking and more)."""
+    from missions.disk import check_folder
+
     form = figure_format(file_format, out or folder)
+    # Before the figures are drawn.
+    if out is not None:
+        check_folder(out)
     if (folder / "study.json").is_file():
         if at is not None or viewer or panel:
             fail(f"--at, --viewer and --panel: apply to figures of a single run, and {folder} holds a sweep")
