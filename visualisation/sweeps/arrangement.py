@@ -81,7 +81,8 @@ def measure(metric: Metric, rows: Sequence[Comparison]) -> Measure:
 
 def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, list[Comparison]]:
     """Return differences to the baseline as a measure, and the rows that have one, with it in place of means."""
-    to = f"\ndifference to {rows[0].baseline}" if rows else ""
+    short = words.short_names(name for row in rows for name in (row.baseline, row.strategy, row.policy))
+    to = f"\ndifference to {short[rows[0].baseline]}" if rows else ""
     metric = replace(own.metric, label=f"{own.metric.label},{to}")
     differences = [
         replace(
