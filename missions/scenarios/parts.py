@@ -60,7 +60,7 @@ def shipped_names(kind: str, tables: Mapping[str, Any]) -> Collection[str]:
             return CHANNELS
         case "fault":
             return fault.kinds()
-        case "sensor":
+        case "sensor" if tables:
             return mission_class(installed("mission", str(tables["scenario"].get("mission")))).sensors
     return ()
 
@@ -269,5 +269,5 @@ def entrants(references: Iterable[str]) -> tuple[str, ...]:
             named.append(stored("strategy", reference))
             strategy_named(named[-1])
         except PluginError as error:
-            raise PluginError(f'--strategy "{reference}": allowed: {error}') from error
+            raise PluginError(f'--strategy "{reference}": {error}') from error
     return tuple(dict.fromkeys(named))

@@ -124,7 +124,7 @@ def _checks(kind: str, name: str) -> Sequence[str]:
     try:
         return list(conforms(kind, name))
     except PluginError as error:
-        fail(f"{kind} {name!r}: {'' if ':' in name else 'allowed: '}{error}")
+        fail(f"{kind} {name!r}: {error}")
     except AssertionError as error:
         fail(f"{kind} {name} does not conform: {str(error).splitlines()[0]}", FAILED)
     except ModuleNotFoundError as error:
@@ -190,7 +190,7 @@ def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_js
 
 @command("check", "remoras check strategy mine.py:MINE")
 def check(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="strategy, mission, policy, channel or fault.")],
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="strategy, mission, policy, channel, sensor or fault.")],
     name: Annotated[
         str,
         typer.Argument(

@@ -1,7 +1,7 @@
 """Conformance checks of plug-ins for their authors; a failure raises ``AssertionError``.
 
-``remoras check strategy nearest:NEAREST`` checks a strategy, policy, channel model, kind of fault or, by its scenario,
-a mission; ``conforms`` does so in a test. For other plug-ins, call ``check_behaviour`` and so on.
+``remoras check strategy nearest:NEAREST`` checks a strategy, policy, channel model, sensor, kind of fault or, by its
+scenario, a mission; ``conforms`` does so in a test. For other plug-ins, call ``check_behaviour`` and so on.
 """
 
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from missions.scenarios import load
 from missions.scenarios.channel import model_named
 from missions.scenarios.parts import mission_class
-from remoras.testing import channels, faults, missions, policies
+from remoras.testing import channels, faults, missions, policies, sensors
 from remoras.testing.behaviours import check as check_behaviour
 from remoras.testing.channels import check_driver
 from remoras.testing.faults import check as check_fault
@@ -30,7 +30,7 @@ __all__ = [
     "conforms",
 ]
 
-KINDS = ("strategy", "mission", "policy", "channel", "fault")
+KINDS = ("strategy", "mission", "policy", "channel", "sensor", "fault")
 """Kinds checked by name; a test calls ``check_behaviour`` and so on for others."""
 
 
@@ -46,6 +46,8 @@ def conforms(kind: str, name: str) -> Iterator[str]:
             yield from missions.conforms(mission_class(scenario.scenario.mission), scenario)
         case "policy":
             yield from policies.conforms(name)
+        case "sensor":
+            yield from sensors.conforms(name)
         case "fault":
             yield from faults.conforms(name)
         case _:

@@ -2,15 +2,21 @@
 
 import math
 import random
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from exchange.arithmetic import distance
 from missions.errors import OutputError
+from missions.runs.setup import resolved
 from missions.runs.tables import arrow_table
+from missions.scenarios import load
+from missions.scenarios.fleet import sensor_settings
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
+from remoras.errors import PluginError
 from remoras.recorder import TABLES, TIME, VEHICLE, Row, Table
 from remoras.sensor import Observation, Pose, Quiet, Sensor, SensorSettings
 from remoras.testing.behaviours import difference, picture_of
@@ -88,6 +94,18 @@ def check(
     changed = difference(before, picture_of(world), "world")
     assert not changed, f"the sensor changed the world, which all vehicles and runs share: {changed}"
     return sum(map(len, answers))
+
+
+def conforms(name: str) -> Iterator[str]:
+    """Check a named kind of sensors on a vehicle of ``mapping-rendezvous``; yield the number of its observations."""
+    setup = resolved(load("mapping-rendezvous"))
+    try:
+        settings = sensor_settings({"type": name}, setup.mission.sensors)
+    except ValidationError as error:
+        keys = ", ".join(str(fault["loc"][0]) for fault in error.errors())
+        raise PluginError(f"{keys} without a default; allowed: a default each") from None
+    n = check(settings, setup.database["AUV01"], setup.mission.world(1), vocabulary=setup.mission.vocabulary)
+    yield f"{n} observations along a track are valid and reproducible, and leave the world as it is"
 
 
 def _made(settings: SensorSettings, data: VehicleData) -> Sensor:
