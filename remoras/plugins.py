@@ -116,16 +116,16 @@ def known_or_named(kind: str, name: str, known: Mapping[str, Any], *more: str) -
     if ":" in name:
         return named_object(name)
     if name not in known:
-        raise PluginError(f"allowed: {allowed_names(kind, name, known, *more)}")
+        raise PluginError(allowed_names(kind, name, known, *more))
     return known[name]
 
 
 def allowed_names(kind: str, name: str, known: Iterable[str], *more: str) -> str:
-    """List the shipped and installed names of a kind of plug-in, with the one nearest to ``name``."""
+    """Return the message of allowed names of a kind of plug-in, shipped and installed, with the nearest to ``name``."""
     from worldmodel import suggestion  # loaded for mistyped names only
 
     names = list(dict.fromkeys((*known, *(plugin.name for plugin in installed_plugins() if plugin.kind == kind))))
-    return f"{', '.join([*names, *more])}{suggestion(name, names)}"
+    return f"allowed: {', '.join([*names, *more])}{suggestion(name, names)}"
 
 
 def refuse(what: str, faults: Iterable[str]) -> None:

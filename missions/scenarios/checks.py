@@ -9,7 +9,6 @@ from typing import Any
 
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Figure, Layer, Mark
-from missions.files import is_named
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.communication import communication_faults, modem_faults
 from missions.scenarios.faults import draw_faults, fault_table_faults, own_faults
@@ -131,7 +130,7 @@ def _strategy(scenario: Scenario) -> Faults:
     try:
         strategy = strategy_named(name)
     except PluginError as error:
-        yield ConfigurationFault("strategy.name", "", f"{'' if is_named(name) else 'allowed: '}{error}")
+        yield ConfigurationFault("strategy.name", "", str(error))
         return
     for fault in faults_of_settings(strategy, settings):
         yield ConfigurationFault(f"strategy.parameters.{fault.key}", json.dumps(settings[fault.key]), fault.allowed)

@@ -51,6 +51,7 @@ WRONG = [
     ("race nowhere", "a TOML file or one of arrows-archaeology, "),
     (f"{RACE} --only --strategy cbba", "--strategy cbba: a race takes at least two strategies"),
     (f"{RACE} --strategy cbb", '--strategy "cbb": allowed: cbba, '),
+    (f"{RACE} --strategy nope.py:X", '--strategy "nope.py:X": no such file'),
     (f"{RACE} --strategy oracle", "--strategy oracle: an upper bound"),
     (f"{RACE} --per 0.2,1.5", r"--per .channel.per. = 1.5: input should be less than 1"),
     (f"{RACE} --budget 79", "--budget 79: allowed: 80 runs or more, 8 of each strategy at each loss"),
