@@ -229,7 +229,7 @@ def explain(
         from worldmodel import suggestion
 
         shown = cut(key, LONGEST_VALUE)
-        fail(f"key {shown!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
+        fail(f"key {shown!r} is in no scenario and no study; `remoras explain` lists all keys{suggestion(key, known)}")
     show(
         [{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in entries.items()],
         as_json,
