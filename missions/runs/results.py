@@ -38,7 +38,10 @@ if TYPE_CHECKING:
 LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
 MODEM_KEYS = ("name", "payload_bytes", "rate_bps", "head_s", "receive_w")
 """Modem data that determine slots, packets and energy; the scenario names only the modem."""
-NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
+NEEDED: dict[str, dict[str, Any]] = {
+    SUMMARY: {"milestones": list, "mission_time_s": int | float}, MANIFEST: {"scenario": str},
+}  # fmt: skip
+"""Keys that a file needs, with the types of their values."""
 ASSUMED = "assumed"  # manifest key of the channel assumptions, for captions
 RUN_ID = "run_id"  # key of the run id in summary, manifest and table metadata
 
@@ -194,7 +197,7 @@ class Results(RunReader):
     @classmethod
     def read(cls, folder: Path) -> Results:
         """Open a folder; raise OutputError if it holds no results."""
-        missing = [name for name in NEEDED_KEY if not (folder / name).is_file()]
+        missing = [name for name in NEEDED if not (folder / name).is_file()]
         if missing and (folder / "study.json").is_file():
             raise OutputError(
                 f"{folder}: holds a sweep; allowed: the results of one run, made with: remoras run --out DIR"
@@ -228,8 +231,11 @@ class Results(RunReader):
     def _json(self, name: str) -> dict[str, Any]:
         try:
             loaded: dict[str, Any] = json.loads((self.folder / name).read_text(encoding="utf-8"))
-            if not isinstance(loaded, dict) or NEEDED_KEY[name] not in loaded:
-                raise ValueError(f"{NEEDED_KEY[name]!r} is missing")
+            if not isinstance(loaded, dict):
+                raise ValueError("no table")
+            for key, kind in NEEDED[name].items():
+                if not isinstance(loaded.get(key), kind):
+                    raise ValueError(f"{key!r} is missing or of a wrong type")
             return loaded
         except (OSError, ValueError, RecursionError) as error:
             raise OutputError(f"{self.folder / name}: damaged: {error}") from None

@@ -226,6 +226,17 @@ def test_table_with_invalid_column_names_is_damaged(folder: Path, tmp_path: Path
         Results.read(broken).table("roles")
 
 
+@pytest.mark.parametrize(
+    ("name", "key", "value"),
+    [("summary", "milestones", 3), ("summary", "mission_time_s", "long"), ("manifest", "scenario", 3)],
+)
+def test_value_of_another_type_is_damage(folder: Path, tmp_path: Path, name: str, key: str, value: object) -> None:
+    path = copy_of(folder, tmp_path / "broken") / f"{name}.json"
+    path.write_text(json.dumps({**json.loads(path.read_text(encoding="utf-8")), key: value}), encoding="utf-8")
+    with pytest.raises(OutputError, match=rf"{name}\.json: damaged: '{key}' is missing or of a wrong type"):
+        getattr(Results.read(path.parent), name)
+
+
 def test_nulls_and_infinities_are_kept_when_values_are_rounded() -> None:
     """A number that is large stays exact; a step of a unit holds beside a null, and in lists; joules are whole."""
     columns = (Column("depth_m", "float", "m"), Column("beams_m", "floats", "m"), Column("used_j", "float", "J"))
