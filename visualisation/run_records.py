@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.fault import OVER, Absence, absence
-from missions.figure import PointM, RunResults, run_end_s
+from missions.figure import RunResults, run_end_s
 
 K = TypeVar("K")
 RoleKey = tuple[str, str]  # group, role
@@ -137,19 +137,24 @@ def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
 
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
-class PlanTrack(NamedTuple):
-    """Positions of one vehicle in time order; arrays of equal length."""
+class Track(NamedTuple):
+    """Track of a vehicle in time order; arrays of equal length."""
 
     time_s: Floats
     x_m: Floats
     y_m: Floats
+    depth_m: Floats
+    heading_rad: Floats
+    speed_mps: Floats
+    energy_j: Floats
 
-    def at(self, time_s: float) -> PointM:
-        """Return the interpolated position."""
-        x_m, y_m = (float(np.interp(time_s, self.time_s, along)) for along in (self.x_m, self.y_m))
-        return x_m, y_m
+    def at(self, *times_s: float) -> list[tuple[float, float, float]]:
+        """Return interpolated x, y and depth at each time."""
+        columns = (np.interp(times_s, self.time_s, along).tolist() for along in (self.x_m, self.y_m, self.depth_m))
+        return list(zip(*columns, strict=True))
 
 
 class Tenure(NamedTuple):
@@ -195,18 +200,13 @@ def error_rate(results: RunResults) -> str:
     return "" if rate is None else f"{'expected ' * (rate not in (0.0, given))}PER {100 * rate:.3g} %"
 
 
-def tracks(results: RunResults) -> dict[str, PlanTrack]:
+def tracks(results: RunResults) -> dict[str, Track]:
     """Return the recorded tracks in scenario order."""
-    return {name: PlanTrack(*own) for name, own in track_columns(results, PlanTrack._fields).items()}
-
-
-def track_columns(results: RunResults, columns: Sequence[str]) -> dict[str, list[Floats]]:
-    """Return columns of the trajectory table per recorded vehicle, in scenario order."""
     table = results.table("trajectories")
     names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
-    whole = [table[name].to_numpy() for name in columns]
+    columns = [table[name].to_numpy() for name in Track._fields]
     own = {name: names == name for name in vehicle_names(results)}
-    return {name: [column[rows] for column in whole] for name, rows in own.items() if rows.any()}
+    return {name: Track(*(column[rows] for column in columns)) for name, rows in own.items() if rows.any()}
 
 
 def milestones(results: RunResults) -> list[MilestoneRow]:
@@ -283,6 +283,24 @@ def marker_step_s(length_s: float) -> float:
     """Return a round interval for at most ten track markers in ``length_s``, such as 300 s for 2062 s."""
     steps_s = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
     return float(next((step for step in steps_s if length_s / step <= 10), length_s))
+
+
+UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
+"""Packet outcome at a vehicle; unreached also without energy, collided also with an own transmission."""
+
+
+def packet_outcomes(packets: Any, refusals: Iterable[Mapping[str, Any]], vehicles: Sequence[str]) -> Ints:
+    """Return the outcome of each packet (row of the Arrow table) at each vehicle (column)."""
+    number = {name: index for index, name in enumerate(vehicles)}
+    outcome = np.full((packets.num_rows, len(vehicles)), UNREACHED)
+    for column, code in (("lost_by", LOST), ("collided_at", COLLIDED), ("receivers", HEARD)):
+        for row, names in enumerate(packets[column].to_pylist()):
+            outcome[row, [number[name] for name in names if name in number]] = code
+    # A packet counts as received in its table even if the receiver refused it.
+    for row, receiver in packets_refused(packets.select(["slot", "receivers", "arrivals_s"]).to_pylist(), refusals):
+        if receiver in number:
+            outcome[row, number[receiver]] = REFUSED
+    return outcome
 
 
 def packets_refused(

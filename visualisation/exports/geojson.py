@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from visualisation.exports import Counts
-from visualisation.exports.voyage import Datum, Voyage, VoyageTrack
+from visualisation.exports.voyage import Datum, Voyage
 
 TRACK, PLACE, MILESTONE = "track", "place", "milestone"  # property ``kind`` of features
 
@@ -31,16 +31,16 @@ def _feature(kind: str, shape: str, coordinates: Any, **properties: Any) -> dict
     return {"type": "Feature", "geometry": geometry, "properties": {"kind": kind, **properties}}
 
 
-def _points(datum: Datum, track: VoyageTrack) -> list[list[float]]:
-    latitudes, longitudes = datum.degrees(track.x_m, track.y_m)
-    # A difference, since the negative of 0.0 is written as -0.0.
-    points: list[list[float]] = np.column_stack([longitudes, latitudes, 0.0 - track.depth_m]).tolist()
+def _positions(datum: Datum, x_m: Any, y_m: Any, *height_m: Any) -> list[list[float]]:
+    latitudes, longitudes = datum.degrees(x_m, y_m)
+    points: list[list[float]] = np.column_stack([longitudes, latitudes, *height_m]).tolist()
     return points
 
 
 def _tracks(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:
     for name, track in voyage.tracks.items():
-        points = _points(datum, track)
+        # A difference, since the negative of 0.0 is written as -0.0.
+        points = _positions(datum, track.x_m, track.y_m, 0.0 - track.depth_m)
         states = [[state.time_s, state.text] for state in voyage.states if state.vehicle == name]
         shape, coordinates = ("LineString", points) if len(points) > 1 else ("Point", points[0])
         yield _feature(
@@ -54,30 +54,19 @@ def _places(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:
         corners = list(place.outline_m)
         if len(corners) > 2 and _doubled_size_m2(corners) < 0.0:
             corners.reverse()  # RFC 7946 has outer rings anticlockwise
-        latitudes, longitudes = datum.degrees([x for x, _ in corners], [y for _, y in corners])
-        ring = np.column_stack([longitudes, latitudes]).tolist()
-        if len(ring) == 1:
-            yield _feature(PLACE, "Point", ring[0], name=place.name, place=place.kind)
-        elif len(ring) == 2:
-            yield _feature(PLACE, "LineString", ring, name=place.name, place=place.kind)
-        else:
-            yield _feature(PLACE, "Polygon", [[*ring, ring[0]]], name=place.name, place=place.kind)
+        ring = _positions(datum, *zip(*corners, strict=True))
+        shapes: dict[int, tuple[str, Any]] = {1: ("Point", ring[0]), 2: ("LineString", ring)}
+        shape, coordinates = shapes.get(len(ring), ("Polygon", [[*ring, ring[0]]]))
+        yield _feature(PLACE, shape, coordinates, name=place.name, place=place.kind)
 
 
 def _milestones(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:
     for milestone in voyage.results.summary["milestones"]:
-        if (track := voyage.tracks.get(milestone["vehicle"])) is not None:
-            ((x_m, y_m, depth_m),) = track.at([milestone["time_s"]])
-            latitude, longitude = datum.degrees(x_m, y_m)
-            point = [float(longitude), float(latitude), 0.0 - depth_m]
-            yield _feature(
-                MILESTONE,
-                "Point",
-                point,
-                name=milestone["name"],
-                vehicle=milestone["vehicle"],
-                time_s=milestone["time_s"],
-            )
+        vehicle, time_s = milestone["vehicle"], milestone["time_s"]
+        if (track := voyage.tracks.get(vehicle)) is not None:
+            ((x_m, y_m, depth_m),) = track.at(time_s)
+            (point,) = _positions(datum, x_m, y_m, 0.0 - depth_m)
+            yield _feature(MILESTONE, "Point", point, name=milestone["name"], vehicle=vehicle, time_s=time_s)
 
 
 def _doubled_size_m2(corners: list[tuple[float, float]]) -> float:

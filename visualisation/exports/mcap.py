@@ -35,8 +35,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from visualisation import style
 from visualisation.exports import Counts
-from visualisation.exports.voyage import Voyage, VoyageTrack
-from visualisation.run_records import Floats
+from visualisation.exports.voyage import Voyage
+from visualisation.run_records import Floats, Track
 
 if TYPE_CHECKING:
     from missions.runs.reader import RunReader
@@ -45,6 +45,10 @@ MAP = "map"
 PACKAGE = "foxglove_msgs/msg/"
 METADATA = "remoras"
 STRING = "std_msgs/msg/String"
+COMMON_TYPES = (
+    STRING, "builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration", "geometry_msgs/msg/Point",
+    "geometry_msgs/msg/Vector3", "geometry_msgs/msg/Quaternion", "geometry_msgs/msg/Pose",
+)  # fmt: skip
 PACKET = "remoras_msgs/msg/Packet"
 PACKET_FIELDS = ("slot", "sender", "size_bits", "items", "acks", "receivers", "lost_by")
 TYPES = "messages.msg"
@@ -137,12 +141,7 @@ class _Messages:
         self.store = get_typestore(Stores.ROS2_JAZZY)
         types = get_types_from_msg((Path(__file__).parent / TYPES).read_text(encoding="utf-8"), PACKET)
         self.store.register(types)
-        known = self.store.types
-        self._of = {name.removeprefix(PACKAGE): known[name] for name in types}
-        self._string, self._packet = known[STRING], known[PACKET]
-        self._time, self._duration = known["builtin_interfaces/msg/Time"], known["builtin_interfaces/msg/Duration"]
-        self._point, self._vector = known["geometry_msgs/msg/Point"], known["geometry_msgs/msg/Vector3"]
-        self._turn, self._pose = known["geometry_msgs/msg/Quaternion"], known["geometry_msgs/msg/Pose"]
+        self._of = {name.rpartition("/")[2]: self.store.types[name] for name in (*types, *COMMON_TYPES)}
 
     def motion(self) -> Iterator[Sent]:
         poses: dict[int, list[tuple[str, Pose, tuple[float, float] | None]]] = {}
@@ -158,8 +157,8 @@ class _Messages:
             stamp = self._stamp(time_ns)
             frames = [
                 self._of["FrameTransform"](
-                    stamp, MAP, name, self._vector(pose.x_m, pose.y_m, pose.z_m),
-                    self._turn(0.0, 0.0, pose.turn_z, pose.turn_w),
+                    stamp, MAP, name, self._of["Vector3"](pose.x_m, pose.y_m, pose.z_m),
+                    self._of["Quaternion"](0.0, 0.0, pose.turn_z, pose.turn_w),
                 )
                 for name, pose, _ in poses[time_ns]
             ]  # fmt: skip
@@ -173,11 +172,11 @@ class _Messages:
         queue = []
         for state in self._voyage.states:
             topic = f"/{self._names[state.vehicle]}/role"
-            queue.append(Sent(nanoseconds(state.time_s), topic, STRING, self._string(data=state.text)))
+            queue.append(Sent(nanoseconds(state.time_s), topic, STRING, self._of["String"](data=state.text)))
         for packet in self._voyage.results.rows("packets"):
             start_ns, end_ns = nanoseconds(packet["time_s"]), nanoseconds(packet["end_s"])
             content = [packet[name] for name in PACKET_FIELDS]
-            message = self._packet(self._stamp(start_ns), self._stamp(end_ns), *content)
+            message = self._of["Packet"](self._stamp(start_ns), self._stamp(end_ns), *content)
             queue.append(Sent(start_ns, "/packets", PACKET, message))
         for time_s, level, actor, text in sorted(_log(self._voyage.results), key=itemgetter(0)):
             time_ns = nanoseconds(time_s)
@@ -190,7 +189,7 @@ class _Messages:
         packets = [packet for packet in self._voyage.results.rows("packets") if packet["sender"] in tracks]
         times_s = [packet["time_s"] for packet in packets]
         points = {
-            vehicle: [(x_m, y_m, 0.0 - depth_m) for x_m, y_m, depth_m in track.at(times_s)]
+            vehicle: [(x_m, y_m, 0.0 - depth_m) for x_m, y_m, depth_m in track.at(*times_s)]
             for vehicle, track in tracks.items()
         }
         for number, packet in enumerate(packets):
@@ -236,14 +235,14 @@ class _Messages:
     ) -> Any:  # fmt: skip
         """Return a ``loop``, ``pairs`` of points, ``box`` or ``text``; it replaces an entity of equal name."""
         rgba = self._of["Color"](*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1.0)
-        lifetime = self._duration(*divmod(round(lifetime_s * 1e9), NS_PER_S))
+        lifetime = self._of["Duration"](*divmod(round(lifetime_s * 1e9), NS_PER_S))
         cubes, lines, texts = [], [], []
         if shape == "box":
-            cubes = [self._of["CubePrimitive"](self._placed(*points_m[0]), self._vector(*VEHICLE_M), rgba)]
+            cubes = [self._of["CubePrimitive"](self._placed(*points_m[0]), self._of["Vector3"](*VEHICLE_M), rgba)]
         elif shape == "text":
             texts = [self._of["TextPrimitive"](self._placed(*points_m[0]), True, LABEL_PX, True, rgba, text)]
         elif points_m:
-            kind, points = LOOP if shape == "loop" else PAIRS, [self._point(*point) for point in points_m]
+            kind, points = LOOP if shape == "loop" else PAIRS, [self._of["Point"](*point) for point in points_m]
             origin, none = self._placed(0.0, 0.0, 0.0), np.empty(0, dtype=np.uint32)
             lines = [self._of["LinePrimitive"](kind, origin, LINE_PX, True, points, rgba, [], none)]
         return self._of["SceneEntity"](
@@ -254,13 +253,13 @@ class _Messages:
         return Sent(time_ns, topic, f"{PACKAGE}{kind}", self._of[kind](*fields))
 
     def _placed(self, x_m: float, y_m: float, z_m: float, turn_z: float = 0.0, turn_w: float = 1.0) -> Any:
-        return self._pose(self._point(x_m, y_m, z_m), self._turn(0.0, 0.0, turn_z, turn_w))
+        return self._of["Pose"](self._of["Point"](x_m, y_m, z_m), self._of["Quaternion"](0.0, 0.0, turn_z, turn_w))
 
     def _stamp(self, time_ns: int) -> Any:
-        return self._time(*divmod(time_ns, NS_PER_S))
+        return self._of["Time"](*divmod(time_ns, NS_PER_S))
 
 
-def _poses(track: VoyageTrack) -> list[Pose]:
+def _poses(track: Track) -> list[Pose]:
     turns: Floats = track.heading_rad / 2.0
     columns = (track.x_m, track.y_m, 0.0 - track.depth_m, np.sin(turns), np.cos(turns))
     return [Pose(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]

@@ -11,7 +11,7 @@ import numpy as np
 
 from missions.figure import Place, ended_s
 from visualisation import output
-from visualisation.run_records import Floats, outages, tenures, track_columns
+from visualisation.run_records import Floats, Track, outages, tenures, tracks
 
 if TYPE_CHECKING:
     from missions.runs.reader import RunReader
@@ -53,23 +53,6 @@ class Datum(NamedTuple):
 
 WAITING = "waiting"  # state of a vehicle without active role
 OUT = "out"  # state of a vehicle that is lost, not yet present, or without energy
-
-
-class VoyageTrack(NamedTuple):
-    """Track of a vehicle in time order; arrays of equal length."""
-
-    time_s: Floats
-    x_m: Floats
-    y_m: Floats
-    depth_m: Floats
-    heading_rad: Floats
-    speed_mps: Floats
-    energy_j: Floats
-
-    def at(self, times_s: Sequence[float]) -> list[tuple[float, float, float]]:
-        """Return interpolated x, y and depth at each time."""
-        columns = (np.interp(times_s, self.time_s, along).tolist() for along in (self.x_m, self.y_m, self.depth_m))
-        return list(zip(*columns, strict=True))
 
 
 class RoleState(NamedTuple):
@@ -130,12 +113,9 @@ class Voyage:
         return None if origin_deg is None else Datum(*map(float, origin_deg))
 
     @cached_property  # all trajectories
-    def tracks(self) -> dict[str, VoyageTrack]:
+    def tracks(self) -> dict[str, Track]:
         """Recorded tracks in scenario order."""
-        if not self.results.has("trajectories"):
-            return {}
-        columns = track_columns(self.results, VoyageTrack._fields)
-        return {vehicle: VoyageTrack(*own) for vehicle, own in columns.items()}
+        return tracks(self.results) if self.results.has("trajectories") else {}
 
     @cached_property  # read per vehicle
     def states(self) -> list[RoleState]:

@@ -18,10 +18,8 @@ from numpy.typing import NDArray
 
 from missions.statements import rows_by_item
 from missions.why import Line
-from visualisation.run_records import packets_refused
+from visualisation.run_records import HEARD, LOST, UNREACHED, Floats, Ints, packet_outcomes
 
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
 Numbers = NDArray[Any] | Sequence[float]
 
 
@@ -219,10 +217,6 @@ def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
         columns.add(f"facts.{name}", [names.text(fact[name]) for item in facts for fact in item])
 
 
-UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
-"""Packet outcome at a vehicle; unreached also without energy, collided also with an own transmission."""
-
-
 def add_packets(
     columns: Columns,
     names: Names,
@@ -239,19 +233,11 @@ def add_packets(
     columns.add("packets.length", end_s - start_s, 0, TIME_STEP_S)
     columns.add("packets.sender", sender)
     columns.add("packets.size", array(packets["size_bits"]))
-    outcome = np.full((len(start_s), len(names.vehicles)), UNREACHED)
+    outcome = packet_outcomes(packets, refused, list(names.vehicles))
     arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
-    lost, by = _flat(packets["lost_by"])
-    outcome[lost, numbered(by, names.vehicle)] = LOST
-    collided, by = _flat(packets["collided_at"])
-    outcome[collided, numbered(by, names.vehicle)] = COLLIDED
     received, by = _flat(packets["receivers"])
-    outcome[received, numbered(by, names.vehicle)] = HEARD
     arrival_s[received, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
     _leave_out(outcome, arrival_s, names, faults)
-    arrivals = packets.select(["slot", "receivers", "arrivals_s"]).to_pylist()
-    for row, vehicle in packets_refused(arrivals, refused):
-        outcome[row, names.vehicle(vehicle)] = REFUSED
     columns.add("packets.outcome", outcome.ravel())
     packet, receiver = np.nonzero(outcome == HEARD)
     order = np.lexsort((packet, receiver, sender[packet]))

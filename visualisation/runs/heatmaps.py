@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from missions.figure import RunResults, run_end_s
 from visualisation import page, run_records, style, words
 from visualisation.page import DrawnPage, panel_in
-from visualisation.run_records import Floats, Span, outages, spans_by
+from visualisation.run_records import HEARD, UNREACHED, Floats, Span, outages, spans_by
 from visualisation.runs import captions, news
 
 SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
@@ -169,11 +169,11 @@ def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         Shades("packets lost", traffic.lost_shares, 1.0, "share of the sender's packets that were lost", percent=True),
         Shades("age of information", ages_s, news.worst_age_s(traffic), "mean age of information (s)"),
     )
-    received, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
+    n_received, n_sent = (traffic.outcome == HEARD).sum(), (traffic.outcome != UNREACHED).sum()
     text = captions.of_run(
         results,
         "Reception between vehicles: rows send, columns receive, darker is worse.",
-        f"(a) Share of the sender's packets that the receiver lost: {lost} of {received + lost} in all.",
+        f"(a) Share of the sender's packets that the receiver lost: {n_sent - n_received} of {n_sent} in all.",
         "(b) Age of the last packet received from the sender, mean over the time that both are in the mission.",
         f"Black is {news.WORST_FRAMES} TDMA frames or more in every run.",
         "Crossed: no packet was sent that could be received.",

@@ -6,17 +6,16 @@ the first packet, from the start of the mission. It is undefined while either is
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import permutations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missions.figure import RunResults, round_up, run_end_s
 from visualisation import run_records
-from visualisation.run_records import Floats, Span, outages, packets_refused
+from visualisation.run_records import HEARD, UNREACHED, Floats, Ints, Span, outages, packet_outcomes
 
 Flags = NDArray[np.bool_]
 
@@ -24,27 +23,19 @@ WORST_FRAMES = 10  # age of information, in TDMA frames, that is drawn black
 HUNDREDTHS = 100  # columns of a run without slots
 
 
-class PacketOutcome(NamedTuple):
-    """Outcomes as flags by packet (row) and vehicle (column); ``lost`` includes ``collided`` and ``refused``."""
-
-    heard: Flags
-    lost: Flags
-    collided: Flags
-    refused: Flags
-
-
 @dataclass(frozen=True)
 class RunPackets:
     """All packets of a run: senders as indices into ``vehicles`` (scenario order), ``out`` spans out of the mission.
 
-    ``is_tdma`` is False for a recording of programs that sent at any time.
+    ``outcome`` is by packet (row) and vehicle (column), as of ``packet_outcomes``. ``is_tdma`` is False for a recording
+    of programs that sent at any time.
     """
 
     vehicles: tuple[str, ...]
     time_s: Floats
-    slot: NDArray[np.int64]
-    sender: NDArray[np.int64]
-    outcome: PacketOutcome
+    slot: Ints
+    sender: Ints
+    outcome: Ints
     end_s: float
     out: Mapping[str, Sequence[Span]] = field(default_factory=dict)
     is_tdma: bool = True
@@ -52,12 +43,20 @@ class RunPackets:
     @property
     def lost_shares(self) -> Floats:
         """Share of packets lost by receiver (row) and sender (column); NaN without packets."""
-        n = len(self.vehicles)
-        received, lost = np.zeros((n, n)), np.zeros((n, n))
-        for counts, flags in ((received, self.outcome.heard), (lost, self.outcome.lost)):
-            for sender in range(n):
-                counts[:, sender] = flags[self.sender == sender].sum(axis=0)
-        return share(lost, received)
+        return self.shares_lost(lambda packet, receiver: (receiver, self.sender[packet]), (len(self.vehicles),) * 2)
+
+    def shares_lost(self, place: Callable[[Ints, Ints], tuple[Ints, ...]], shape: tuple[int, ...]) -> Floats:
+        """Return the share of receptions that failed at each place of an array; NaN without packets.
+
+        ``place`` returns the indices of receptions from those of their packets and receivers.
+        """
+        packet, receiver = np.nonzero(self.outcome != UNREACHED)
+        places, failed = place(packet, receiver), self.outcome[packet, receiver] != HEARD
+        lost, all_sent = np.zeros(shape), np.zeros(shape)
+        np.add.at(lost, places, failed)
+        np.add.at(all_sent, places, 1.0)
+        shares: Floats = np.divide(lost, all_sent, out=np.full(shape, np.nan), where=all_sent > 0)
+        return shares
 
     def ages_s(self, at_s: Floats) -> Floats:
         """Return ages of information by receiver, sender and time; NaN while either is absent."""
@@ -73,10 +72,10 @@ class RunPackets:
         return ages
 
     def _news_s(self, receiver: int, sender: int) -> Floats:
-        return np.concatenate([[0.0], self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]])
+        return np.concatenate([[0.0], self.time_s[(self.sender == sender) & (self.outcome[:, receiver] == HEARD)]])
 
     @property
-    def frames(self) -> NDArray[np.int64]:
+    def frames(self) -> Ints:
         """Frame number of each packet, with a slot for each vehicle; without slots, hundredth of the run."""
         if self.is_tdma:
             return self.slot // max(1, len(self.vehicles))
@@ -91,13 +90,6 @@ def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:
     return out
 
 
-def share(part: Floats, rest: Floats) -> Floats:
-    """Return ``part / (part + rest)``; NaN where both are zero."""
-    whole = part + rest
-    shares: Floats = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
-    return shares
-
-
 def worst_age_s(packets: RunPackets) -> float:
     """Return the age drawn black in all runs of a scenario: ``WORST_FRAMES`` frames, rounded up."""
     n_slots = np.diff(packets.slot)
@@ -109,24 +101,17 @@ def worst_age_s(packets: RunPackets) -> float:
 
 def traffic(results: RunResults) -> RunPackets:
     """Return all packets of a run, except those of vehicles outside its scenario."""
-    vehicles = tuple(run_records.vehicle_names(results))
-    number = {name: index for index, name in enumerate(vehicles)}
-    rows = [row for row in results.rows("packets") if row["sender"] in number]
-    received, lost, collided, refused = (np.zeros((len(rows), len(vehicles)), dtype=bool) for _ in range(4))
-    for index, row in enumerate(rows):
-        for flags, names in ((received, row["receivers"]), (lost, row["lost_by"]), (collided, row["collided_at"])):
-            flags[index, [number[name] for name in names if name in number]] = True
-    for index, receiver in packets_refused(rows, results.rows("refused")):
-        if receiver in number:
-            refused[index, number[receiver]] = True
-    # A packet counts as received in its table even if the receiver refused it.
-    lost |= collided | refused
+    vehicles, packets = run_records.vehicle_names(results), results.table("packets")
+    numbers = np.array(
+        [vehicles.index(name) if name in vehicles else -1 for name in packets["sender"].to_pylist()], int
+    )
+    own = numbers >= 0
     return RunPackets(
-        vehicles,
-        np.array([row["time_s"] for row in rows], dtype=float),
-        np.array([row["slot"] for row in rows], dtype=np.int64),
-        np.array([number[row["sender"]] for row in rows], dtype=np.int64),
-        PacketOutcome(received & ~lost, lost, collided, refused),
+        tuple(vehicles),
+        np.array(packets["time_s"].to_pylist(), float)[own],
+        np.array(packets["slot"].to_pylist(), int)[own],
+        numbers[own],
+        packet_outcomes(packets, results.rows("refused"), vehicles)[own],
         run_end_s(results),
         outages(results),
         results.scenario_tables.get("mission", {}).get("access") != "free",

@@ -12,9 +12,9 @@ from matplotlib.patches import Patch
 from missions.figure import RunResults
 from visualisation import page, style, words
 from visualisation.page import DrawnPage
-from visualisation.run_records import Floats, Span
+from visualisation.run_records import COLLIDED, HEARD, LOST, REFUSED, Floats, Span
 from visualisation.runs import captions, heatmaps, news
-from visualisation.runs.news import Flags, RunPackets
+from visualisation.runs.news import RunPackets
 
 ROWS_IN, LANES_IN = (0.055, 0.18, 1.8), (0.075, 0.24, 2.4)
 """Minimum and maximum row height, target panel height: of overviews, of single slots."""
@@ -57,12 +57,9 @@ def _each(traffic: RunPackets) -> str:
 def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
     n = len(traffic.vehicles)
     n_frames = (int(traffic.frames.max()) + 1 if traffic.is_tdma else news.HUNDREDTHS) if traffic.frames.size else 0
-    received, lost = np.zeros((2, n, n_frames)), np.zeros((2, n, n_frames))
-    for counts, flags in ((received, traffic.outcome.heard), (lost, traffic.outcome.lost)):
-        np.add.at(counts[0], (traffic.sender, traffic.frames), flags.sum(axis=1))
-        for receiver in range(n):
-            np.add.at(counts[1][receiver], traffic.frames, flags[:, receiver])
-    return news.share(lost[0], received[0]), news.share(lost[1], received[1])
+    by_sender = traffic.shares_lost(lambda packet, _: (traffic.sender[packet], traffic.frames[packet]), (n, n_frames))
+    by_receiver = traffic.shares_lost(lambda packet, receiver: (receiver, traffic.frames[packet]), (n, n_frames))
+    return by_sender, by_receiver
 
 
 def worst_stretch(traffic: RunPackets) -> Span:
@@ -72,9 +69,7 @@ def worst_stretch(traffic: RunPackets) -> Span:
     n = max(1, len(traffic.vehicles))
     n_frames = max(1, round(SLOTS / n))
     last = int(traffic.frames.max())
-    lost = np.bincount(traffic.frames, traffic.outcome.lost.sum(axis=1), last + 1)
-    received = np.bincount(traffic.frames, traffic.outcome.heard.sum(axis=1), last + 1)
-    shares = np.nan_to_num(news.share(lost.astype(float), received.astype(float)))
+    shares = np.nan_to_num(traffic.shares_lost(lambda packet, _: (traffic.frames[packet],), (last + 1,)))
     sums = np.convolve(shares, np.ones(min(n_frames, last + 1)), mode="valid")
     # Rounded, so that of equal sums the first is chosen on every machine.
     first = int(np.argmax(np.round(sums, 9)))
@@ -94,23 +89,12 @@ class Tick(NamedTuple):
 
 
 TICKS = {
-    "heard": Tick("received (up)", True, style.BLACK, "none"),
-    "refused": Tick("refused (up, hollow)", True, "white", style.BLACK),
-    "lost": Tick("lost (down)", False, "white", style.BLACK),
-    "collided": Tick("collided (down, grey)", False, "#8C8C8C", style.BLACK),
+    HEARD: Tick("received (up)", True, style.BLACK, "none"),
+    REFUSED: Tick("refused (up, hollow)", True, "white", style.BLACK),
+    LOST: Tick("lost (down)", False, "white", style.BLACK),
+    COLLIDED: Tick("collided (down, grey)", False, "#8C8C8C", style.BLACK),
 }
-ALWAYS = ("heard", "lost")
-
-
-def _fates(traffic: RunPackets) -> dict[str, Flags]:
-    outcome = traffic.outcome
-    only_lost = outcome.lost & ~outcome.collided & ~outcome.refused
-    return {
-        "heard": outcome.heard,
-        "refused": outcome.refused,
-        "lost": only_lost,
-        "collided": outcome.collided & ~outcome.refused,
-    }
+ALWAYS = (HEARD, LOST)
 
 
 def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width_in: float) -> None:
@@ -121,14 +105,13 @@ def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width
     axes.set_ylim(n - 0.5, -0.5)
     for line in range(n):
         axes.axhline(line, color=style.tint(style.BLACK, 0.3), linewidth=0.3, zorder=1)
-    for name, flags in _fates(traffic).items():
-        tick = TICKS[name]
-        reach = (-0.42, 0.42) if name == "heard" else (-0.4, 0.36) if tick.is_up else (0.04, 0.36)
-        for packet, lane in zip(*np.nonzero(flags[inside]), strict=True):
+    for code, tick in TICKS.items():
+        reach = (-0.42, 0.42) if code == HEARD else (-0.4, 0.36) if tick.is_up else (0.04, 0.36)
+        for packet, lane in zip(*np.nonzero(traffic.outcome[inside] == code), strict=True):
             from_s = float(traffic.time_s[inside[packet]]) + 0.3 * slot_s
             axes.broken_barh(
                 [(from_s, 0.4 * slot_s)], (lane + reach[0], reach[1]), facecolor=tick.face, edgecolor=tick.edge,
-                linewidth=0.0 if name == "heard" else 0.4, zorder=2,
+                linewidth=0.0 if code == HEARD else 0.4, zorder=2,
             )  # fmt: skip
     size_pt = min(4.0, 0.5 * 72 * lane_in, 0.4 * 72 * width_in / max(1, inside.size))
     axes.plot(
@@ -140,7 +123,7 @@ def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width
 
 
 def _legend(traffic: RunPackets) -> tuple[Line2D | Patch, ...]:
-    shown = [TICKS[name] for name, flags in _fates(traffic).items() if name in ALWAYS or flags.any()]
+    shown = [tick for code, tick in TICKS.items() if code in ALWAYS or code in traffic.outcome]
     return (
         Line2D([], [], marker="D", linestyle="none", color=style.GREY, markersize=3.5, label="sent"),
         *(Patch(facecolor=mark.face, edgecolor=mark.edge, linewidth=0.5, label=mark.label) for mark in shown),
@@ -148,8 +131,7 @@ def _legend(traffic: RunPackets) -> tuple[Line2D | Patch, ...]:
 
 
 def _caption(results: RunResults, traffic: RunPackets) -> str:
-    n_collided = int(traffic.outcome.collided.sum())
-    n_refused = int(traffic.outcome.refused.sum())
+    n_collided, n_refused = ((traffic.outcome == code).sum() for code in (COLLIDED, REFUSED))
     return captions.of_run(
         results,
         "Packets on the acoustic channel, darker is worse, pale where no packet could be received.",

@@ -19,7 +19,7 @@ from missions.figure import Layer, Mark, Place, PointM, RunResults, run_end_s
 from visualisation import page, run_records, style, words
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage, Label
-from visualisation.run_records import PlanTrack, outages
+from visualisation.run_records import Track, outages
 from visualisation.runs import captions, declared
 
 WIDTHS = (3.55, 2.25)  # width ratio of the whole-mission panel to that beside it
@@ -74,7 +74,7 @@ class TrackEvent(NamedTuple):
 class MapContents(NamedTuple):
     """Contents of the map; points and outlines are places by kind."""
 
-    tracks: dict[str, PlanTrack]
+    tracks: dict[str, Track]
     looks: Mapping[str, style.Look]
     points: dict[str, list[Place]]
     outlines: dict[str, list[Place]]
@@ -200,7 +200,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
     )
 
 
-def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, PlanTrack]) -> Mapping[str, style.Look]:
+def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, Track]) -> Mapping[str, style.Look]:
     if len(looks) <= MOST_NAMED:
         return looks
     length_m = {name: float(np.hypot(np.diff(t.x_m), np.diff(t.y_m)).sum()) for name, t in tracks.items()}
@@ -214,7 +214,7 @@ def _frames(scene: MapContents) -> dict[str, Bbox]:
     corners = [corner for of_kind in scene.outlines.values() for place in of_kind for corner in place.outline_m]
     frames = {WHOLE: frame_of([*points_of(scene.tracks.values()), *points, *corners])}
     most_m = CLOSE * _size_m(frames[WHOLE])
-    at_end = [track.at(scene.end_s) for name, track in scene.tracks.items() if name not in scene.out]
+    at_end = [_at(track, scene.end_s) for name, track in scene.tracks.items() if name not in scene.out]
     # Preferably with the points, such as a rally point, if the panel stays small.
     near = [frame for frame in (frame_of([*at_end, *points]), frame_of(at_end)) if _size_m(frame) < most_m]
     if near and len(at_end) > 1 and _size_m(frames[WHOLE]) >= LEAST_EXTENT_M:
@@ -222,7 +222,7 @@ def _frames(scene: MapContents) -> dict[str, Bbox]:
     return frames
 
 
-def points_of(tracks: Iterable[PlanTrack]) -> list[PointM]:
+def points_of(tracks: Iterable[Track]) -> list[PointM]:
     """Return the corners of the bounding boxes of tracks."""
     return [
         (float(x_m), float(y_m))
@@ -263,9 +263,9 @@ def _draw(axes: Axes, scene: MapContents) -> None:
     for name, track in scene.tracks.items():
         look, step_s = scene.looks[name], run_records.marker_step_s(scene.end_s)
         axes.plot(track.x_m, track.y_m, color=look.colour, linestyle=look.line, linewidth=0.9, zorder=3)
-        points = [track.at(time_s) for time_s in np.arange(step_s, min(scene.end_s, track.time_s[-1]), step_s)]
+        points = track.at(*np.arange(step_s, min(scene.end_s, track.time_s[-1]), step_s))
         axes.plot(
-            [x for x, _ in points], [y for _, y in points], color=look.colour, linestyle="none",
+            [x for x, _, _ in points], [y for _, y, _ in points], color=look.colour, linestyle="none",
             marker=look.marker, markeredgecolor="white", markeredgewidth=0.3, zorder=4,
         )  # fmt: skip
     for (x_m, y_m), symbol in _marks(scene):
@@ -275,8 +275,13 @@ def _draw(axes: Axes, scene: MapContents) -> None:
 def _marks(scene: MapContents) -> list[tuple[PointM, Symbol]]:
     marks = [(place.outline_m[0], scene.symbols[kind]) for kind, of_kind in scene.points.items() for place in of_kind]
     for name, track in scene.tracks.items():
-        marks += [(track.at(0.0), START), (track.at(scene.end_s), END._replace(face=scene.looks[name].colour))]
-    return marks + [(scene.tracks[event.vehicle].at(event.time_s), event.symbol) for event in scene.events]
+        marks += [(_at(track, 0.0), START), (_at(track, scene.end_s), END._replace(face=scene.looks[name].colour))]
+    return marks + [(_at(scene.tracks[event.vehicle], event.time_s), event.symbol) for event in scene.events]
+
+
+def _at(track: Track, time_s: float) -> PointM:
+    ((x_m, y_m, _),) = track.at(time_s)
+    return x_m, y_m
 
 
 def _name_places(axes: Axes, scene: MapContents) -> None:

@@ -13,7 +13,7 @@ from synthetic_runs import FICTIONS, Fiction
 import remoras
 from missions.figure import Layer, Place
 from visualisation import DrawingError, run_records
-from visualisation.run_records import PlanTrack, Span, Tenure, VehicleFault
+from visualisation.run_records import Span, Tenure, Track, VehicleFault
 from visualisation.runs import run_picture
 from visualisation.runs.trajectories import MOST_NAMED
 
@@ -163,8 +163,8 @@ def test_roles_of_one_group_are_adjacent(tmp_path: Path) -> None:
 
 
 def test_position_between_two_records_is_interpolated() -> None:
-    track = PlanTrack(np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0]))
-    assert track.at(2.5) == pytest.approx((5.0, 5.0))
+    times_s, x_m, rest = np.array([0.0, 10.0]), np.array([0.0, 20.0]), np.array([5.0, 5.0])
+    assert Track(times_s, x_m, *[rest] * 5).at(2.5, 5.0) == [(5.0, 5.0, 5.0), (10.0, 5.0, 5.0)]
 
 
 def test_faults_of_vehicles_have_begin_and_end(tmp_path: Path) -> None:
