@@ -7,7 +7,7 @@ roles. A folded lane shows the share of its vehicles that hold a role and that t
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -48,37 +48,28 @@ class VehicleLane(NamedTuple):
         return len(self.vehicles) > 1
 
 
-def one_each(tenures: Tenures) -> list[VehicleLane]:
-    """Return a lane for each vehicle."""
-    return _folded(tenures, lambda vehicle: vehicle)
+def _roles_of(tenures: Iterable[Tenure]) -> Hashable:
+    return frozenset((tenure.group, tenure.role) for tenure in tenures)
 
 
-def same_roles(tenures: Tenures) -> list[VehicleLane]:
-    """Return a lane for each set of vehicles that held the same roles at any time."""
-    return _folded(tenures, lambda vehicle: frozenset((tenure.group, tenure.role) for tenure in tenures[vehicle]))
+def _initial(tenures: Sequence[Tenure]) -> list[Tenure]:
+    began = min((span.start_s for tenure in tenures for span in tenure.held), default=0.0)
+    return [tenure for tenure in tenures if tenure.held and tenure.held[0].start_s == began]
 
 
-def same_beginning(tenures: Tenures) -> list[VehicleLane]:
-    """Return a lane for each set of vehicles with the same initial roles."""
-
-    def first(vehicle: str) -> Hashable:
-        began = min((span.start_s for tenure in tenures[vehicle] for span in tenure.held), default=0.0)
-        return frozenset(
-            (tenure.group, tenure.role)
-            for tenure in tenures[vehicle]
-            if tenure.held and tenure.held[0].start_s == began
-        )
-
-    return _folded(tenures, first)
+FOLDS: tuple[Callable[[str, Sequence[Tenure]], Hashable], ...] = (
+    lambda vehicle, own: vehicle,
+    lambda vehicle, own: _roles_of(own),
+    lambda vehicle, own: _roles_of(_initial(own)),
+)
+"""Common property of the vehicles of a lane, tried in order: name, roles at any time, initial roles."""
 
 
-FOLDS: tuple[Callable[[Tenures], list[VehicleLane]], ...] = (one_each, same_roles, same_beginning)
-
-
-def _folded(tenures: Tenures, alike: Callable[[str], Hashable]) -> list[VehicleLane]:
+def folded(tenures: Tenures, fold: Callable[[str, Sequence[Tenure]], Hashable]) -> list[VehicleLane]:
+    """Return a lane for each set of vehicles that a fold puts together."""
     members: dict[Hashable, list[str]] = {}
-    for vehicle in tenures:
-        members.setdefault(alike(vehicle), []).append(vehicle)
+    for vehicle, own in tenures.items():
+        members.setdefault(fold(vehicle, own), []).append(vehicle)
     return [VehicleLane(tuple(own), _rows(tenures, own)) for own in members.values()]
 
 
@@ -114,7 +105,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     faults = run_records.vehicle_faults(results)
     groups = Counter(tenure.group for own in tenures.values() for tenure in own)
     hatches = {group: HATCHES[number % len(HATCHES)] for number, (group, _) in enumerate(groups.most_common())}
-    folds = [fold(tenures) for fold in FOLDS]
+    folds = [folded(tenures, fold) for fold in FOLDS]
     few = [lanes for lanes in folds if len(lanes) <= MOST_LANES] or folds[-1:]
     bands = fitting(([list(_band(lane)) for lane in lanes] for lanes in few), room_in(results, width_in))
     lanes = [title.content[0] for title, *_ in bands]

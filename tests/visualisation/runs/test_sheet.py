@@ -24,15 +24,15 @@ TENURES = {
 
 
 def test_vehicles_share_a_lane_by_all_or_by_first_roles() -> None:
-    assert [lane.vehicles for lane in roles.same_roles(TENURES)] == [("A",), ("B",), ("C", "D")]
-    found = roles.same_beginning(TENURES)
+    assert [lane.vehicles for lane in roles.folded(TENURES, roles.FOLDS[1])] == [("A",), ("B",), ("C", "D")]
+    found = roles.folded(TENURES, roles.FOLDS[2])
     assert [lane.vehicles for lane in found] == [("A",), ("B", "C", "D")]
     assert [row.role for row in found[1].rows] == ["Diver", "Left"]
 
 
 def test_shares_are_of_all_vehicles_of_the_lane() -> None:
     """Three divers, driven from 10 s on, one of them from 15 s on."""
-    (row, _) = roles.same_beginning(TENURES)[1].rows
+    (row, _) = roles.folded(TENURES, roles.FOLDS[2])[1].rows
     assert roles.shares(row.active, 3) == [(Span(10.0, 15.0), 2 / 3), (Span(15.0, 100.0), 1.0)]
 
 
