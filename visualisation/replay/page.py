@@ -13,7 +13,7 @@ from typing import Any
 
 from missions.disk import drafted
 from visualisation.colours import VEHICLES
-from visualisation.output import DrawingError
+from visualisation.output import DrawingError, html_page
 
 MODEL = ("data.js", "model.js", "knowledge.js", "links.js", "work.js", "decisions.js", "organisation.js", "plans.js")
 VIEW = (
@@ -65,24 +65,11 @@ def _text(title: str, policy: str, styles: Sequence[str], data: str, scripts: Se
     style = "\n".join(f"<style>\n{asset(name)}</style>" for name in styles)
     colours = f"globalThis.R = {{ VEHICLE_FILLS: {json.dumps(VEHICLES)} }};"
     program = "\n".join(f"<script>\n{text}</script>" for text in (colours, *map(asset, scripts)))
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{html.escape(title)}</title>
-<link rel="icon" href="data:,">
-{style}
-</head>
-<body>
-<noscript>This page needs JavaScript.</noscript>
+    body = f"""<noscript>This page needs JavaScript.</noscript>
 <main id="app"></main>
 {data}
-{program}
-</body>
-</html>
-"""
+{program}"""
+    return html_page(title, policy, style, body)
 
 
 def title_of(summaries: Sequence[Mapping[str, Any]]) -> str:

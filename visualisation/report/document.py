@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from visualisation.output import write_folder
+from visualisation.output import html_page, write_folder
 
 if TYPE_CHECKING:
     from visualisation.page import DrawnPage
@@ -215,22 +215,7 @@ def page_text(report: Report, pictures: Mapping[str, bytes]) -> str:
         body += [f"<h2>{html.escape(heading, quote=False)}</h2>", *(forms[type(part)](part) for part in parts)]
     works = [f'<li id="ref{numbers[key]}">{of_text(work.text())}</li>' for key, work in report.references.items()]
     body += ["<h2>References</h2>", "<ol>", *works, "</ol>"] if works else []
-    text = "\n".join(body)
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{html.escape(POLICY)}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{html.escape(report.title)}</title>
-<link rel="icon" href="data:,">
-<style>{STYLE}</style>
-</head>
-<body>
-{text}
-</body>
-</html>
-"""
+    return html_page(report.title, POLICY, f"<style>{STYLE}</style>", "\n".join(body))
 
 
 SPECIAL = {
