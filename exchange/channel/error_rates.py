@@ -30,21 +30,19 @@ class Modulation(Enum):
     DPSK = "dpsk"
 
 
+AT_HALF_ENERGY = {Modulation.FSK_NONCOHERENT: Modulation.DPSK, Modulation.FSK_COHERENT: Modulation.PSK}
+"""Phase modulation with the bit error rates of an FSK at half of its Eb/N0."""
+
+
 def steady(modulation: Modulation, ebn0: float) -> float:
     """Return the bit error rate in white noise.
 
     >>> round(steady(Modulation.FSK_NONCOHERENT, 10.0), 6)
     0.003369
     """
-    match modulation:
-        case Modulation.FSK_NONCOHERENT:
-            return 0.5 * exp(-ebn0 / 2.0)
-        case Modulation.FSK_COHERENT:
-            return 0.5 * erfc(math.sqrt(ebn0 / 2.0))
-        case Modulation.PSK:
-            return 0.5 * erfc(math.sqrt(ebn0))
-        case Modulation.DPSK:
-            return 0.5 * exp(-ebn0)
+    if modulation in AT_HALF_ENERGY:
+        return steady(AT_HALF_ENERGY[modulation], ebn0 / 2.0)
+    return 0.5 * (exp(-ebn0) if modulation is Modulation.DPSK else erfc(math.sqrt(ebn0)))
 
 
 def faded(modulation: Modulation, ebn0: float) -> float:
@@ -53,29 +51,18 @@ def faded(modulation: Modulation, ebn0: float) -> float:
     >>> round(faded(Modulation.FSK_NONCOHERENT, 10.0), 5)
     0.08333
     """
-    match modulation:
-        case Modulation.FSK_NONCOHERENT:
-            return 1.0 / (2.0 + ebn0)
-        case Modulation.FSK_COHERENT:
-            return 1.0 / (2.0 + ebn0 + math.sqrt(ebn0 * (2.0 + ebn0)))  # (1 - sqrt(g / (2 + g))) / 2
-        case Modulation.PSK:
-            return 0.5 / (1.0 + ebn0 + math.sqrt(ebn0 * (1.0 + ebn0)))  # (1 - sqrt(g / (1 + g))) / 2
-        case Modulation.DPSK:
-            return 0.5 / (1.0 + ebn0)
+    if modulation in AT_HALF_ENERGY:
+        return faded(AT_HALF_ENERGY[modulation], ebn0 / 2.0)
+    # Of PSK (1 - sqrt(g / (1 + g))) / 2, without the difference.
+    return 0.5 / (1.0 + ebn0 + (0.0 if modulation is Modulation.DPSK else math.sqrt(ebn0 * (1.0 + ebn0))))
 
 
 def needed_ebn0(modulation: Modulation, rate: float) -> float:
     """Return the Eb/N0 of a bit error rate in (0, 0.5]: the inverse of ``steady``."""
+    if modulation in AT_HALF_ENERGY:
+        return 2.0 * needed_ebn0(AT_HALF_ENERGY[modulation], rate)
     quantile = normal_quantile(rate)
-    match modulation:
-        case Modulation.FSK_NONCOHERENT:
-            return -2.0 * log(2.0 * rate)
-        case Modulation.FSK_COHERENT:
-            return quantile * quantile
-        case Modulation.PSK:
-            return 0.5 * quantile * quantile
-        case Modulation.DPSK:
-            return -log(2.0 * rate)
+    return -log(2.0 * rate) if modulation is Modulation.DPSK else 0.5 * quantile * quantile
 
 
 STEP, HALF = 0.25, 12
