@@ -18,6 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import product
+from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -168,10 +169,6 @@ class Tally(NamedTuple):
     moments: Moments
     cpu_s: float
 
-    def plus(self, other: "Tally") -> "Tally":
-        """Add the sums of more trials."""
-        return Tally(self.moments + other.moments, self.cpu_s + other.cpu_s)
-
 
 def play_batch(
     study: ExchangeStudy, loops: Mapping[AckPolicy, SlotLoop], p_loss: float, first_trial: int
@@ -319,7 +316,9 @@ def run(
             if starts[done - 1] == 0:
                 tallies.append(of_batch)
             else:
-                tallies[-1] = {policy: tally.plus(of_batch[policy]) for policy, tally in tallies[-1].items()}
+                tallies[-1] = {
+                    policy: Tally(*map(add, tally, of_batch[policy])) for policy, tally in tallies[-1].items()
+                }
             progress(done, len(starts))
     finally:
         pool.shutdown(cancel_futures=True)  # an interruption waits for running batches only
