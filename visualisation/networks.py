@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
 from visualisation import page, style, words
 from visualisation.output import as_csv
+from visualisation.shades import matrix
 
 if TYPE_CHECKING:
     from exchange.channel.network import Network
 
-BODY_IN, RANGES_IN, LONGEST_NAME_IN = 2.9, 2.0, 1.2
+BODY_IN, RANGES_IN = 2.9, 2.0
 BEND = 0.12  # curvature of the two directions of a link, as a share of its length
 WIDEST_PT = 1.8  # width of an arrow without loss
 NODE_PT = 21.0  # diameter of a node, which contains its name and depth
-DARK = 0.6  # loss from which numbers are white
+MOST_NUMBERS = 12  # maximum number of nodes for numbers in the matrix; those of more would touch
 
 
 def network_contents(network: Network, format: str) -> list[tuple[str, bytes]]:
@@ -95,31 +96,9 @@ def _map(axes: Axes, network: Network) -> None:
 
 def _matrix(axes: Axes, network: Network) -> None:
     names = [node.name for node in network.node]
-    n = len(names)
-    labels = [style.fitted(name, LONGEST_NAME_IN, style.SMALL_PT) for name in names]
-    is_upright = max(style.width_in(label, style.SMALL_PT) for label in labels) > BODY_IN / n - 0.05
-    shades = [[network.per.get((a, b), math.nan) for b in names] for a in names]
-    axes.imshow(shades, cmap="Greys", vmin=0.0, vmax=1.25)
-    # The numbers of more nodes would touch each other.
-    if n <= 12:
-        for row, column in ((row, column) for row in range(n) for column in range(n) if row != column):
-            per = shades[row][column]
-            colour = "white" if per > DARK else style.BLACK
-            axes.text(
-                column,
-                row,
-                f"{per:.3f}".lstrip("0") or "0",
-                ha="center",
-                va="center",
-                color=colour,
-                fontsize=style.SMALL_PT,
-            )
+    lost = np.array([[network.per.get((sender, receiver), np.nan) for sender in names] for receiver in names])
+    matrix(axes, names, lost, 1.25, lambda per: f"{per:.3f}".lstrip("0"), BODY_IN, MOST_NUMBERS)
     axes.spines[:].set_visible(False)
-    axes.tick_params(length=0)
-    axes.set_xticks(range(n), labels, rotation=90 if is_upright else 0)
-    axes.set_yticks(range(n), labels)
-    axes.set_xlabel("receiver")
-    axes.set_ylabel("sender")
 
 
 def network_caption(network: Network) -> str:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from missions.figure import RunResults, run_end_s
@@ -16,10 +16,8 @@ from visualisation import page, run_records, style, words
 from visualisation.page import DrawnPage, panel_in
 from visualisation.run_records import HEARD, UNREACHED, Floats, Span, outages, spans_by
 from visualisation.runs import captions, news
+from visualisation.shades import SHADES, draw_shades, matrix, name_rows
 
-SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
-NAME_ROOM_IN = 0.9
-LEAST_NAME_IN = 0.095  # minimum row height at which each row has its name
 KEY_IN, KEY_BAR_IN = 2.0, 0.07  # length and height of a key
 MOST_NUMBERS = 8  # maximum fleet size for numbers in matrices
 
@@ -33,62 +31,14 @@ class Shades(NamedTuple):
     label: str
     percent: bool = False
 
+    def number(self, value: float) -> str:
+        """Return a value as written in a matrix."""
+        return f"{100 * value if self.percent else value:.0f}"
+
 
 def row_in(n: int, least_in: float, most_in: float, all_in: float) -> float:
     """Return the height of one of ``n`` rows with ``all_in`` as target for their sum."""
     return min(most_in, max(least_in, all_in / max(1, n)))
-
-
-def draw_shades(
-    axes: Axes, values: Floats, top: float, extent: tuple[float, float, float, float] | None = None
-) -> None:
-    """Draw rows of values from 0 (white) to ``top`` (black); ``extent`` is left, right, bottom, top in data."""
-    axes.imshow(
-        np.ma.masked_invalid(values), cmap=SHADES, vmin=0.0, vmax=top, aspect="auto", interpolation="nearest",
-        extent=extent,
-    )  # fmt: skip
-
-
-def name_rows(axes: Axes, names: Sequence[str], row_in: float) -> None:
-    """Label the rows, as many as fit."""
-    axes.set_yticks(*_ticks(names, row_in))
-    axes.tick_params(axis="y", length=0, labelsize=style.TINY_PT, pad=2)
-
-
-def _ticks(names: Sequence[str], room_in: float) -> tuple[list[int], list[str]]:
-    step = max(1, int(np.ceil(LEAST_NAME_IN / room_in)))
-    numbers = list(range(0, len(names), step))
-    return numbers, [style.fitted(names[number], NAME_ROOM_IN, style.TINY_PT) for number in numbers]
-
-
-def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent: bool, side_in: float) -> None:
-    """Draw a square of shades, senders down and receivers across, with numbers for small fleets.
-
-    ``values`` are by receiver (row) and sender (column), NaN is crossed, ``top`` black; ``side_in`` is approximate.
-    """
-    axes.set_xlabel("receiver", fontsize=style.SMALL_PT)
-    axes.set_ylabel("sender", fontsize=style.SMALL_PT)
-    n = max(1, len(names))
-    if names:
-        draw_shades(axes, values.T, top)
-    name_rows(axes, names, side_in / n)
-    axes.set_xticks(*_ticks(names, side_in / n), rotation=90)
-    axes.tick_params(axis="x", length=0, labelsize=style.TINY_PT, pad=2)
-    for i in range(len(names)):
-        # No vehicle receives its own packets.
-        axes.plot([i - 0.5, i + 0.5], [i + 0.5, i - 0.5], color=style.GREY, linewidth=0.4)
-    for receiver in range(len(names)):
-        for sender in range(len(names)):
-            value = values[receiver, sender]
-            if np.isnan(value):
-                if receiver != sender:
-                    axes.plot([receiver], [sender], marker="x", color=style.GREY, markersize=2.5)
-            elif n <= MOST_NUMBERS:
-                text = f"{100 * value:.0f}" if percent else f"{value:.0f}"
-                colour = "white" if value > 0.5 * top else style.BLACK
-                axes.text(receiver, sender, text, ha="center", va="center", fontsize=style.SMALL_PT, color=colour)
-    axes.set_xlim(-0.5, n - 0.5)
-    axes.set_ylim(n - 0.5, -0.5)
 
 
 def strip(
@@ -153,7 +103,7 @@ def _drawn(
             if letter in letters[:n]:
                 strip(axes, results, shown.values, shown.top, high_in, out)
             else:
-                matrix(axes, names, shown.values, shown.top, shown.percent, side_in)
+                matrix(axes, names, shown.values, shown.top, shown.number, side_in, MOST_NUMBERS)
             if shown.label:
                 key(figure, axes, strip_in if n else side_in, shown.top, shown.label, shown.percent)
         column = [panels[letter] for letter, *_ in rows]

@@ -15,6 +15,7 @@ from visualisation.page import DrawnPage
 from visualisation.run_records import COLLIDED, HEARD, LOST, REFUSED, Floats, Span
 from visualisation.runs import captions, heatmaps, news
 from visualisation.runs.news import RunPackets
+from visualisation.shades import name_rows
 
 ROWS_IN, LANES_IN = (0.055, 0.18, 1.8), (0.075, 0.24, 2.4)
 """Minimum and maximum row height, target panel height: of overviews, of single slots."""
@@ -118,7 +119,7 @@ def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width
         traffic.time_s[inside] + 0.5 * slot_s, traffic.sender[inside], marker="D", linestyle="none", color=style.GREY,
         markersize=size_pt, zorder=3,
     )  # fmt: skip
-    heatmaps.name_rows(axes, traffic.vehicles, lane_in)
+    name_rows(axes, traffic.vehicles, lane_in)
     axes.set_xlabel(words.axis("time", "s"))
 
 

@@ -16,6 +16,7 @@ from visualisation.networks import network_figure
 from visualisation.run_records import COLLIDED, HEARD, LOST, REFUSED, UNREACHED, Ints, Span, packets_refused
 from visualisation.runs import heatmaps, news, tdma
 from visualisation.runs.news import RunPackets
+from visualisation.shades import matrix
 
 
 def outcome(heard: NDArray[np.bool_], lost: NDArray[np.bool_]) -> Ints:
@@ -42,8 +43,8 @@ def test_lost_share_counts_only_packets_of_others() -> None:
 def test_matrices_have_a_row_for_each_sender_as_those_of_networks_have() -> None:
     """The cell right of sender A under receiver B is what B lost of A."""
     axes = Figure().subplots()
-    heatmaps.matrix(axes, ("A", "B"), traffic().lost_shares, 1.0, True, 2.0)
-    assert {(text.get_position(), text.get_text()) for text in axes.texts} == {((1, 0), "67"), ((0, 1), "0")}
+    matrix(axes, ("A", "B"), traffic().lost_shares, 1.0, "{:.2f}".format, 2.0, 2)
+    assert {(text.get_position(), text.get_text()) for text in axes.texts} == {((1, 0), "0.67"), ((0, 1), "0.00")}
     assert axes.images[0].get_array()[0, 1] == pytest.approx(2 / 3)
     network = network_figure(network_of("mission-2012")).axes[-1]
     assert [(one.get_xlabel(), one.get_ylabel()) for one in (axes, network)] == [("receiver", "sender")] * 2
