@@ -6,7 +6,7 @@ import csv
 import hashlib
 import html
 import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from difflib import get_close_matches
 from pathlib import Path
@@ -38,6 +38,15 @@ def unknown(
     names = list(known)
     near = get_close_matches(name, names, n=1, cutoff=0.0)
     return error(f"unknown {kind} {name!r}; known: {', '.join(names)}; nearest: {near[0]!r}")
+
+
+def check_kinds(kinds: Iterable[str], known: Sequence[str], what: str, others: Container[str], elsewhere: str) -> None:
+    """Raise DrawingError for an unknown kind of figure; ``elsewhere`` describes results that have ``others``."""
+    for kind in kinds:
+        if kind in others:
+            raise DrawingError(f"{kind!r} is a figure of {elsewhere}; known: {', '.join(known)}")
+        if kind not in known:
+            raise unknown(what, kind, known)
 
 
 KINDS: Mapping[str, tuple[str, ...]] = {

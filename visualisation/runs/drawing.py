@@ -14,8 +14,8 @@ from visualisation.output import (
     DrawingError,
     Drawn,
     check_format,
+    check_kinds,
     check_width,
-    unknown,
     write_folder,
 )
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from visualisation.page import DrawnPage
 
 ORGANISATION, LINKS, TRAJECTORIES = "organisation", "links", "trajectories"
+OF_RUNS = "kind of figure", SWEEP_KINDS, "a sweep, and these are results of one run"
 HEATMAPS = ("delivery", "knowledge", LINKS)
 
 
@@ -54,7 +55,7 @@ def run_picture(
     """
     check_width(width_in)
     own = _own(figures)
-    _check_kinds([kind], own)
+    check_kinds([kind], (*KINDS, *own), *OF_RUNS)
     if reason := _lacking(results, kind, own):
         raise DrawingError(f"{kind}: {reason}")
     widths = () if width_in is None else (width_in,)
@@ -97,7 +98,7 @@ def draw_run_figures(
     organisation if ``at_s`` or ``viewer`` is given, the trajectories for a ``panel``. A DrawingError leaves no file.
     """
     own = _own(figures)
-    _check_kinds(kinds, own)
+    check_kinds(kinds, (*KINDS, *own), *OF_RUNS)
     check_width(width_in)
     options = {f"at {at_s:g} s": ORGANISATION} if at_s is not None else {}
     options |= {f"viewer {viewer}": ORGANISATION} if viewer else {}
@@ -134,16 +135,6 @@ def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
                 raise DrawingError(f"the mission declares a figure {figure.name!r}, a name that is taken; rename it")
             own[figure.name] = figure
     return own
-
-
-def _check_kinds(kinds: Sequence[str], own: Mapping[str, Figure]) -> None:
-    known = (*KINDS, *own)
-    for kind in kinds:
-        if kind in SWEEP_KINDS:
-            names = ", ".join(known)
-            raise DrawingError(f"{kind!r} is a figure of a sweep, and these are results of one run; known: {names}")
-        if kind not in known:
-            raise unknown("kind of figure", kind, known)
 
 
 def _lacking(results: RunResults, kind: str, own: Mapping[str, Figure]) -> str:

@@ -28,8 +28,8 @@ from visualisation.output import (
     DrawingError,
     Drawn,
     check_format,
+    check_kinds,
     check_width,
-    unknown,
     write_folder,
 )
 from visualisation.sweeps import captions
@@ -239,12 +239,7 @@ def _asked(kinds: Sequence[str], charts: Mapping[str, Metric]) -> list[str]:
     known = (*usual, *FACTORIAL_KINDS)
     fields = {metric.name: kind for kind, metric in charts.items()}
     chosen = [fields.get(kind, kind) for kind in kinds]
-    for kind in chosen:
-        if kind in KINDS:
-            names = ", ".join(known)
-            raise DrawingError(f"{kind!r} is a figure of a single run, and this folder holds a sweep; known: {names}")
-        if kind not in known:
-            raise unknown("kind of figure of a sweep", kind, known)
+    check_kinds(chosen, known, "kind of figure of a sweep", KINDS, "a single run, and this folder holds a sweep")
     return list(dict.fromkeys(chosen)) or list(usual)
 
 
