@@ -236,47 +236,41 @@ def vehicle_faults(results: RunResults) -> list[VehicleFault]:
 
 def tenures(results: RunResults) -> dict[str, list[Tenure]]:
     """Return the roles of every vehicle by group, in order of first appearance; none is active during an outage."""
-    events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicle_names(results)}
-    groups: dict[str, int] = {}
-    for row in results.rows("roles"):
-        groups.setdefault(row["group"], len(groups))
-        of_role = events[row["vehicle"]].setdefault((row["group"], row["role"]), [])
-        of_role.append((row["time_s"], row["event"]))
-    last_s, out = run_end_s(results), outages(results)
-
-    return {
-        vehicle: [
-            Tenure(
-                *key,
-                tuple(_told(of_role[key], "assigned", ("left",), last_s)),
-                tuple(
-                    part
-                    for span in _told(of_role[key], "active", ("inactive", "left"), last_s)
-                    for part in outside(*span, out.get(vehicle, ()))
-                ),
-            )
-            for key in sorted(of_role, key=lambda key: groups[key[0]])
-        ]
-        for vehicle, of_role in events.items()
-    }
+    rows, last_s, out = results.rows("roles"), run_end_s(results), outages(results)
+    held, active = (
+        spans_by(
+            (
+                (_role_of(row), row["time_s"], row["event"] == opening)
+                for row in rows
+                if row["event"] in (opening, *ends)
+            ),
+            last_s,
+        )
+        for opening, *ends in (("assigned", "left"), ("active", "inactive", "left"))
+    )
+    groups = list(dict.fromkeys(row["group"] for row in rows))
+    own: dict[str, list[Tenure]] = {name: [] for name in vehicle_names(results)}
+    for key in sorted(dict.fromkeys(map(_role_of, rows)), key=lambda key: groups.index(key[1])):
+        vehicle, group, role = key
+        parts = (part for span in active.get(key, ()) for part in outside(*span, out.get(vehicle, ())))
+        own[vehicle].append(Tenure(group, role, tuple(held.get(key, ())), tuple(parts)))
+    return own
 
 
-def _told(events: Sequence[tuple[float, str]], opening: str, closing: tuple[str, ...], last_s: float) -> list[Span]:
-    return spans(((time_s, event == opening) for time_s, event in events if event in (opening, *closing)), last_s)
+def _role_of(row: Mapping[str, Any]) -> tuple[str, str, str]:
+    return row["vehicle"], row["group"], row["role"]
 
 
 def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, Floats]]]:
     """Return times and values of personal satisfaction per vehicle and role."""
-    series: dict[str, dict[RoleKey, list[tuple[float, float]]]] = {
-        name: defaultdict(list) for name in vehicle_names(results)
-    }
+    points: defaultdict[tuple[str, str, str], list[tuple[float, float]]] = defaultdict(list)
     for row in results.rows("satisfaction"):
-        series[row["vehicle"]][row["group"], row["role"]].append((row["time_s"], row["value"]))
-    return {
-        vehicle: {key: (np.array([p[0] for p in points]), np.array([p[1] for p in points]))
-                  for key, points in of_role.items()}
-        for vehicle, of_role in series.items()
-    }  # fmt: skip
+        points[_role_of(row)].append((row["time_s"], row["value"]))
+    series: dict[str, dict[RoleKey, tuple[Floats, Floats]]] = {name: {} for name in vehicle_names(results)}
+    for (vehicle, *key), own in points.items():
+        times_s, values = np.array(own).T
+        series[vehicle][key[0], key[1]] = times_s, values
+    return series
 
 
 def marker_step_s(length_s: float) -> float:

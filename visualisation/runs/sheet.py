@@ -152,7 +152,7 @@ def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
     for milestone in sorted(milestones, key=lambda milestone: milestone.time_s):
         by_time[milestone.time_s].append(milestone.label)
     return [
-        NumberedMark(number, time_s, f"{'; '.join(labels)} ({time_s:.{0 if time_s >= 100 else 1}f} s)")
+        NumberedMark(number, time_s, f"{'; '.join(labels)} ({words.time(time_s)})")
         for number, (time_s, labels) in enumerate(by_time.items(), start=1)
     ]
 

@@ -71,31 +71,27 @@ class TrackEvent(NamedTuple):
     symbol: Symbol
 
 
+class PlacesOfKind(NamedTuple):
+    """Places of one kind, all points or all outlines: their name in captions, and symbol or line style."""
+
+    kind: str
+    places: list[Place]
+    shape: str
+    look: Any
+
+
 class MapContents(NamedTuple):
-    """Contents of the map; points and outlines are places by kind."""
+    """Contents of the map."""
 
     tracks: dict[str, Track]
     looks: Mapping[str, style.Look]
-    points: dict[str, list[Place]]
-    outlines: dict[str, list[Place]]
+    points: list[PlacesOfKind]
+    outlines: list[PlacesOfKind]
     layers: list[Layer]
     events: list[TrackEvent]
     end_s: float
     out: frozenset[str] = frozenset()
     """Vehicles lost or without energy at the end; their last position is no end point."""
-
-    @property
-    def symbols(self) -> dict[str, Symbol]:
-        """Symbol of each kind of point."""
-        return {
-            kind: Symbol(marker, kind, size_pt, style.YELLOW)
-            for kind, (marker, size_pt, _) in zip(self.points, cycle(POINTS), strict=False)
-        }
-
-    @property
-    def lines(self) -> dict[str, Any]:
-        """Line style of each kind of outline."""
-        return {kind: line for kind, (line, _) in zip(self.outlines, cycle(OUTLINES), strict=False)}
 
 
 def picture(
@@ -173,6 +169,8 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
     outlines: dict[str, list[Place]] = {}
     for place in places:
         (points if len(place.outline_m) == 1 else outlines).setdefault(place.kind, []).append(place)
+    marked = zip(points.items(), cycle(POINTS), strict=False)
+    lined = zip(outlines.items(), cycle(OUTLINES), strict=False)
     symbols = {
         mark.milestone: Symbol(marker, mark.label, size_pt, START.face)
         for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
@@ -182,8 +180,11 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
     return MapContents(
         tracks=tracks,
         looks=_looks(declared.Kit(results).looks, tracks),
-        points=points,
-        outlines=outlines,
+        points=[
+            PlacesOfKind(*of, name, Symbol(marker, of[0], size_pt, style.YELLOW))
+            for of, (marker, size_pt, name) in marked
+        ],
+        outlines=[PlacesOfKind(*of, name, line) for of, (line, name) in lined],
         layers=list(layers),
         events=[
             TrackEvent(milestone.vehicle, milestone.time_s, symbols[milestone.name])
@@ -210,8 +211,8 @@ def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, Track]) -> Mapp
 
 
 def _frames(scene: MapContents) -> dict[str, Bbox]:
-    points = [place.outline_m[0] for of_kind in scene.points.values() for place in of_kind]
-    corners = [corner for of_kind in scene.outlines.values() for place in of_kind for corner in place.outline_m]
+    points = [place.outline_m[0] for of_kind in scene.points for place in of_kind.places]
+    corners = [corner for of_kind in scene.outlines for place in of_kind.places for corner in place.outline_m]
     frames = {WHOLE: frame_of([*points_of(scene.tracks.values()), *points, *corners])}
     most_m = CLOSE * _size_m(frames[WHOLE])
     at_end = [_at(track, scene.end_s) for name, track in scene.tracks.items() if name not in scene.out]
@@ -255,10 +256,9 @@ def _draw(axes: Axes, scene: MapContents) -> None:
     axes.yaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))
     axes.set_ylabel(words.axis("y north", "m"))
     axes.set_xlabel(words.axis("x east", "m"))
-    lines = scene.lines
-    for kind, of_kind in scene.outlines.items():
-        for place in of_kind:
-            line = {"linestyle": lines[kind], "linewidth": 0.8, "zorder": 1}
+    for of_kind in scene.outlines:
+        for place in of_kind.places:
+            line = {"linestyle": of_kind.look, "linewidth": 0.8, "zorder": 1}
             axes.add_patch(Polygon(place.outline_m, fill=False, edgecolor=style.GREY, **line))
     for name, track in scene.tracks.items():
         look, step_s = scene.looks[name], run_records.marker_step_s(scene.end_s)
@@ -273,7 +273,7 @@ def _draw(axes: Axes, scene: MapContents) -> None:
 
 
 def _marks(scene: MapContents) -> list[tuple[PointM, Symbol]]:
-    marks = [(place.outline_m[0], scene.symbols[kind]) for kind, of_kind in scene.points.items() for place in of_kind]
+    marks = [(place.outline_m[0], of_kind.look) for of_kind in scene.points for place in of_kind.places]
     for name, track in scene.tracks.items():
         marks += [(_at(track, 0.0), START), (_at(track, scene.end_s), END._replace(face=scene.looks[name].colour))]
     return marks + [(_at(scene.tracks[event.vehicle], event.time_s), event.symbol) for event in scene.events]
@@ -285,8 +285,8 @@ def _at(track: Track, time_s: float) -> PointM:
 
 
 def _name_places(axes: Axes, scene: MapContents) -> None:
-    names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
-    for place in (place for of_kind in scene.outlines.values() for place in of_kind):
+    names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points for place in of_kind.places]
+    for place in (place for of_kind in scene.outlines for place in of_kind.places):
         frame = frame_of(place.outline_m)
         ends = place.outline_m if len(place.outline_m) == 2 else ()
         names.append(Label(place.name, (frame.x0 + frame.x1) / 2, (frame.y0 + frame.y1) / 2, frame.width, ends))
@@ -309,10 +309,9 @@ def _legend(scene: MapContents) -> list[Artist]:
     entries += [Line2D([], [], color=OTHERS.colour, linewidth=0.9, label=f"{n_others} others")] if n_others else []
     entries += [START.at(), END.at()] if scene.tracks else []
     entries += [symbol.at() for symbol in dict.fromkeys(event.symbol for event in scene.events)]
-    entries += [symbol.at() for symbol in scene.symbols.values()]
-    for kind, line in scene.lines.items():
-        entries.append(Patch(facecolor="none", edgecolor=style.GREY, linestyle=line, linewidth=0.8, label=kind))
-    return entries
+    entries += [of_kind.look.at() for of_kind in scene.points]
+    outline: dict[str, Any] = {"facecolor": "none", "edgecolor": style.GREY, "linewidth": 0.8}
+    return entries + [Patch(linestyle=of_kind.look, label=of_kind.kind, **outline) for of_kind in scene.outlines]
 
 
 def _caption(results: RunResults, scene: MapContents, of_layers: str) -> str:
@@ -321,14 +320,10 @@ def _caption(results: RunResults, scene: MapContents, of_layers: str) -> str:
         "Trajectories of the vehicles, x east and y north.",
         f"Markers on a track are {step_s:g} s apart.",
     ]
-    shapes = [
-        *zip(scene.outlines.items(), (text for _, text in cycle(OUTLINES)), strict=False),
-        *zip(scene.points.items(), (text for _, _, text in cycle(POINTS)), strict=False),
-    ]
-    for (kind, of_kind), text in shapes:
-        names = [place.name for place in of_kind]
+    for of_kind in (*scene.outlines, *scene.points):
+        names = [place.name for place in of_kind.places]
         shown = words.listed(names) if len(names) <= MOST_LISTED else f"{len(names)} in all"
-        sentences.append(f"{text} ({kind}): {shown}.")
+        sentences.append(f"{of_kind.shape} ({of_kind.kind}): {shown}.")
     sentences.append(of_layers)
     others = [name for name, look in scene.looks.items() if look == OTHERS]
     if others:
@@ -343,4 +338,4 @@ def _caption(results: RunResults, scene: MapContents, of_layers: str) -> str:
             sentences.append(f"{words.capital(symbol.meaning)} {len(events)} times, at {span}.")
         else:
             sentences += [f"{event.vehicle}: {symbol.meaning} at {words.time(event.time_s)}." for event in events]
-    return words.joined(*sentences, captions.faults(results), captions.run_conditions(results))
+    return captions.of_run(results, *sentences)
