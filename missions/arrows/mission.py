@@ -95,11 +95,6 @@ def _map(kind: KindTable, grid: CellGrid) -> Iterator[ConfigurationFault]:
         allowed = f"{grid.n_rows} rows of {grid.n_columns} numbers: one for each cell, from the south-west"
         yield ConfigurationFault(key, f"{len(rows)} rows of {sizes}", allowed)
         return
-    for number, row in enumerate(rows, 1):
-        for place, share in enumerate(row, 1):
-            if share < 0.0:
-                yield ConfigurationFault(f"{key}.{number}.{place}", f"{share:g}", "a number from 0 on")
-                return
     total = math.fsum(number for row in rows for number in row)
     if abs(total - 1.0) > SUM_TOLERANCE:
         yield ConfigurationFault(key, f"sums to {total:.6g}", "shares of all cells sum to 1")

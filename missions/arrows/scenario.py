@@ -15,6 +15,7 @@ SITES = KINDS[:3]
 DETECTORS = ("acoustic", "magnetic")  # sweeping detectors, in the order of their numbers on the wire
 Kind = Literal["amphorae", "wooden hull", "steel hull", "rock"]
 Search = Literal["elementary", "lawnmower", "central"]
+Share = Annotated[float, Field(ge=0.0)]
 Rate = Annotated[float, Field(gt=0.0, lt=1.0)]
 
 
@@ -69,7 +70,7 @@ class KindTable(Sparse):
         0.3, description="share of these that may lie anywhere; the others lie near historic finds"
     )
     spread_m: Positive = Field(250.0, description="distance from historic finds at which others are expected")
-    map: tuple[tuple[float, ...], ...] = Field(
+    map: tuple[tuple[Share, ...], ...] = Field(
         (), description="in place of the historic finds: share of each cell, row by row from the south; sums to 1"
     )
 

@@ -71,18 +71,19 @@ class Concluding:
 
     def _asked(self, me: str, organisation: Organisation, facts: FactsLike) -> list[Finding]:
         """Request the service of another vehicle for an own block if that service ranks first."""
-        for group, block in self._own(me, organisation):
-            if facts.get(("surveyedBy", block)) is not None:
+        for group, block in self._jobs_of(me, organisation):
+            if block not in self.blocks or facts.get(("surveyedBy", block)) is not None:
                 continue
             ways = self.matching.for_block(me, block, facts, parties(group, facts))
             if ways and self.matching.services[ways[0]].vehicle != me and facts.get(("requestedOf", block)) != ways[0]:
                 return [Finding(block, "requestedOf", ways[0])]
         return []
 
-    def _own(self, me: str, organisation: Organisation) -> Iterator[tuple[Group, str]]:
+    def _jobs_of(self, me: str, organisation: Organisation) -> Iterator[tuple[Group, str]]:
+        """Yield group and job of each role of a vehicle that has a job."""
         for group in self.groups.values():
             for role in group.roles:
-                if role.job is not None and role.job in self.blocks and organisation.plays(me, group.name, role.name):
+                if role.job is not None and organisation.plays(me, group.name, role.name):
                     yield group, role.job
 
     def requests(self, me: str, facts: FactsLike) -> list[tuple[str, Service]]:
@@ -199,11 +200,7 @@ class Concluding:
         return max(at_last_s, *known_s) if len(known_s) == len(surveyed_s) else None
 
     def _recovers(self, me: str, organisation: Organisation) -> bool:
-        return any(
-            role.job == self.recovery and organisation.plays(me, group.name, role.name)
-            for group in self.groups.values()
-            for role in group.roles
-        )
+        return any(job == self.recovery for _, job in self._jobs_of(me, organisation))
 
     def _judged(self, me: str, organisation: Organisation, beliefs: Beliefs) -> list[Finding]:
         """Recovering vehicle: decide the class of a candidate from close observations of all vehicles."""
