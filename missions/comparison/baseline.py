@@ -6,11 +6,11 @@ Each treatment is compared, per repeat, with the one that differs only in the ba
 from __future__ import annotations
 
 import csv
+import io
 import json
 import statistics as plain
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from missions.comparison.ranking import Rank, columns_of, family_of, of_less_success, without
@@ -25,7 +25,6 @@ from missions.comparison.treatments import (
     paired_with,
     treatments_of,
 )
-from missions.disk import drafted
 from missions.metric import Metric
 from missions.statistics import (
     Estimated,
@@ -282,14 +281,14 @@ def _note(interval: Estimated) -> str:
     return interval.value if isinstance(interval, NoInterval) else ""
 
 
-def write_csv(rows: Sequence[Comparison] | Sequence[Rank] | Sequence[MainEffect], path: Path) -> None:
-    """Write rows of one kind as CSV, settings as JSON; without rows the header of a comparison."""
-    columns = [field.name for field in fields(rows[0] if rows else Comparison)]
-    with drafted(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, columns, lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            values = asdict(row)
-            writer.writerow(
-                {**values, **({"settings": json.dumps(values["settings"])} if "settings" in values else {})}
-            )
+def csv_of(rows: Sequence[Comparison] | Sequence[Rank] | Sequence[MainEffect]) -> bytes:
+    """Encode rows of one kind as CSV, settings as JSON; without rows the header of a comparison."""
+    text = io.StringIO()
+    writer = csv.DictWriter(
+        text, [field.name for field in fields(rows[0] if rows else Comparison)], lineterminator="\n"
+    )
+    writer.writeheader()
+    for values in map(asdict, rows):
+        settings = {"settings": json.dumps(values["settings"])} if "settings" in values else {}
+        writer.writerow(values | settings)
+    return text.getvalue().encode()

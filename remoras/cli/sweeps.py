@@ -342,12 +342,13 @@ def _less(first: Any, other: Any) -> str:
 
 
 def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
-    from missions.comparison.baseline import write_csv
+    from missions.comparison.baseline import csv_of
+    from missions.disk import drafted
     from missions.errors import writing
 
     if out is not None:
-        with writing(f"--out {out}"):
-            write_csv(rows, out)
+        with writing(f"--out {out}"), drafted(out) as draft:
+            draft.write_bytes(csv_of(rows))
 
 
 def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from missions.comparison import Comparison, Rank
-from missions.comparison.baseline import compare, write_csv
+from missions.comparison.baseline import compare, csv_of
 from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.treatments import check_name
@@ -258,15 +258,12 @@ def _written(
     stem = f"{kind}-{ranked}" if kind in ("ranking", "differences", *FACTORIAL_KINDS) and ranked != RANKED else kind
     taken: set[str] = set()
     charts = {_file_name(stem, chart.title, taken): chart for chart in drawn_charts}
-    # All pictures first, so that a fault in one leaves no partial output.
-    pictures = {name: style.rendered(chart.figure(width_in), format, source) for name, chart in charts.items()}
-    files: list[Path] = []
+    contents: list[tuple[str, bytes]] = []
     for name, chart in charts.items():
-        text = f"{_caption(numbers, chart)}\n".encode()
-        drawn, caption = write_folder(folder, [(f"{name}.{format}", pictures[name]), (f"{name}.txt", text)])
-        write_csv(chart.rows, folder / f"{name}.csv")
-        files += [drawn, folder / f"{name}.csv", caption]
-    return files
+        contents.append((f"{name}.{format}", style.rendered(chart.figure(width_in), format, source)))
+        contents.append((f"{name}.csv", csv_of(chart.rows)))
+        contents.append((f"{name}.txt", f"{_caption(numbers, chart)}\n".encode()))
+    return write_folder(folder, contents)
 
 
 def _caption(numbers: Numbers, chart: SweepChart) -> str:
