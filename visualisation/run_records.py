@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate, pairwise
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.fault import OVER, Absence, absence
+from missions.fault import OVER, Absence, absence, absences
 from missions.figure import RunResults, run_end_s
 
 K = TypeVar("K")
@@ -63,6 +63,13 @@ def n_at_once(overlapping: Iterable[Span]) -> list[tuple[Span, int]]:
     times_s = sorted(steps)
     counts = accumulate(steps[time_s] for time_s in times_s)
     return [(Span(*ends), count) for ends, count in zip(pairwise(times_s), counts, strict=False)]
+
+
+def preorder(nodes: Iterable[K], below: Callable[[K], Iterable[K]], depth: int = 0) -> Iterator[tuple[K, int]]:
+    """Yield the nodes of trees, each before those below it, with the number of nodes above."""
+    for node in nodes:
+        yield node, depth
+        yield from preorder(below(node), below, depth + 1)
 
 
 class RoleDemand(NamedTuple):
@@ -117,14 +124,10 @@ def _role(role: Mapping[str, Any]) -> RoleDemand:
 
 
 def outages(results: RunResults) -> dict[str, list[Span]]:
-    """Return the outages per affected vehicle, in order of their start."""
-    absences = (row for row in results.rows("faults") if absence(row["kind"]) in (Absence.BEFORE, Absence.LOSS))
-    # By kind, since an outage may begin within one of another kind.
-    events = (((row["vehicle"], row["kind"]), float(row["time_s"]), row["detail"] != OVER) for row in absences)
-    gaps: defaultdict[str, list[Span]] = defaultdict(list)
-    for (vehicle, _), own in spans_by(events).items():
-        gaps[vehicle] = sorted([*gaps[vehicle], *own])
-    return gaps
+    """Return the outages per affected vehicle, in order of their start; a restart is none."""
+    rows = (row for row in results.rows("faults") if absence(row["kind"]) is not Absence.PAUSE)
+    changes = absences((float(row["time_s"]), row["vehicle"], row["kind"], row["detail"]) for row in rows)
+    return spans_by((vehicle, time_s, is_absent) for time_s, vehicle, is_absent in changes)
 
 
 def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:

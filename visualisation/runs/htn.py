@@ -72,10 +72,7 @@ def _tree(key: tuple[str, ...], rows: dict[int, list[dict[str, Any]]]) -> Tree:
     for node in sorted(rows):
         below[int(rows[node][0]["parent"])].append(node)
     tasks: list[TaskRow] = []
-    # The last entry is the next: reversed, so that tasks keep their order.
-    left = [(node, 0) for node in reversed(below[-1])]
-    while left:
-        node, depth = left.pop()
+    for node, depth in run_records.preorder(below[-1], below.__getitem__):
         last = rows[node][-1]
         # The top task names the group; those below need not repeat it.
         label = str(last["task"]).replace(f"({group}, ", "(").replace(f"({group})", "") if depth else last["task"]
@@ -84,7 +81,6 @@ def _tree(key: tuple[str, ...], rows: dict[int, list[dict[str, Any]]]) -> Tree:
         if not depth:
             label = f"{vehicle}  " + (f"{role}: {objective}({argument})" if role else label)
         tasks.append(TaskRow(depth, label, tuple(_event(row) for row in rows[node])))
-        left += [(child, depth + 1) for child in reversed(below[node])]
     return Tree(vehicle, not role, tuple(tasks))
 
 

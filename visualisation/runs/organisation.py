@@ -15,7 +15,7 @@ from missions.figure import RunResults, VehicleLook, run_end_s
 from visualisation import run_records, style, words
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage
-from visualisation.run_records import GroupNode, Span
+from visualisation.run_records import GroupNode, Span, preorder
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.roles import FOLDED_ROW_IN, draw_shares
@@ -116,11 +116,8 @@ def picture(
 def _by_supervision(groups: Sequence[GroupNode]) -> Iterator[tuple[GroupNode, int]]:
     """Yield groups, each before those that it supervises, with the number of groups above it."""
     names = {group.name for group in groups}
-    front = [(group, 0) for group in groups if group.above not in names][::-1]
-    while front:
-        group, depth = front.pop()
-        yield group, depth
-        front += [(below, depth + 1) for below in groups if below.above == group.name][::-1]
+    highest = [group for group in groups if group.above not in names]
+    return preorder(highest, lambda above: [group for group in groups if group.above == above.name])
 
 
 def _rows(view: View, group: GroupNode, depth: int, lane_in: float, most_lanes: int) -> Iterator[RowOfGroup]:
