@@ -111,11 +111,8 @@ def array(column: Any) -> NDArray[Any]:
 
 def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
     """Map an Arrow column of texts to numbers, once per text; missing ones to ``NOBODY``."""
-    numbers: dict[str | None, int] = {None: NOBODY}
     texts = column.to_pylist()
-    for text in dict.fromkeys(texts):
-        if text is not None:
-            numbers[text] = number_of(text)
+    numbers = {text: NOBODY if text is None else number_of(text) for text in dict.fromkeys(texts)}
     return np.array([numbers[text] for text in texts], dtype=np.int64)
 
 

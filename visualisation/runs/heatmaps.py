@@ -171,7 +171,6 @@ class LinkEstimates(NamedTuple):
     sender, as receiver x sender; ``without``: share of peers that declare a vehicle (row) absent at a time (column).
     """
 
-    vehicles: tuple[str, ...]
     at_s: Floats
     incoming: Floats
     outgoing: Floats
@@ -180,9 +179,8 @@ class LinkEstimates(NamedTuple):
 
 def link_estimates(results: RunResults) -> LinkEstimates:
     """Return estimates of a run at evenly spaced times; NaN before the first one."""
-    vehicles = tuple(run_records.vehicle_names(results))
-    number = {name: index for index, name in enumerate(vehicles)}
-    n, end_s = len(vehicles), run_end_s(results)
+    number = {name: index for index, name in enumerate(run_records.vehicle_names(results))}
+    n, end_s = len(number), run_end_s(results)
     at_s = _sampled(end_s)
     rows = [row for row in results.rows("links") if {row["vehicle"], row["peer"]} <= number.keys()]
     incoming, outgoing = np.full((n, n, POINTS), np.nan), np.full((n, n), np.nan)
@@ -197,7 +195,7 @@ def link_estimates(results: RunResults) -> LinkEstimates:
     for (_, name), without_it in spans_without(results, end_s).items():
         for span in without_it if name in number else ():
             without[number[name]] += (span.start_s <= at_s) & (at_s < span.end_s)
-    return LinkEstimates(vehicles, at_s, incoming, outgoing, without / max(1, n - 1))
+    return LinkEstimates(at_s, incoming, outgoing, without / max(1, n - 1))
 
 
 def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
@@ -209,7 +207,7 @@ def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], li
 def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw strips of estimated loss and absent peers, above matrices of last estimates."""
     estimates = link_estimates(results)
-    n, last = len(estimates.vehicles), (estimates.incoming[:, :, -1], estimates.outgoing)
+    n, last = len(estimates.without), (estimates.incoming[:, :, -1], estimates.outgoing)
     label = "estimated loss; share"
     strips = (
         Shades("receivers: estimated packet loss", _mean(estimates.incoming), 1.0, ""),

@@ -133,8 +133,7 @@ def items_lacking(results: RunResults, at_s: Floats) -> Floats:
     for index, name in enumerate(vehicles):
         told_s = np.sort([time_s for time_s, origin in observed.values() if origin != name])
         held_s = np.sort([time_s for item, time_s in received[name].items() if item in observed])
-        lacking[index] = np.searchsorted(told_s, at_s, side="right") - np.searchsorted(held_s, at_s, side="right")
-    lacking = np.maximum(lacking, 0.0)
-    for index, name in enumerate(vehicles):
+        n_told, n_held = (np.searchsorted(times_s, at_s, side="right") for times_s in (told_s, held_s))
+        lacking[index] = np.maximum(n_told - n_held, 0)
         lacking[index, is_out(out.get(name, ()), at_s)] = np.nan
     return lacking
