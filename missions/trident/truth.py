@@ -175,10 +175,6 @@ class TridentTruth(JobTruth):
         self.is_recovered = False
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
-        self._take_note(now_s)
-        return super().observe(fleet, now_s)
-
-    def _take_note(self, now_s: float) -> None:
         for _, _, column, row in self._new_tiles:
             self._charted.add((column, row))
         for time_s, vehicle, _, does, thing, _, succeeded in self._attempts:
@@ -192,6 +188,7 @@ class TridentTruth(JobTruth):
             elif attribute == "surveyedBy":  # a survey on request is no objective
                 self.note(origin, subject, now_s)
         self._monitor.look(now_s)
+        return super().observe(fleet, now_s)
 
     @property
     def charted_fraction(self) -> float:
@@ -258,14 +255,9 @@ def charted_fraction(run: MeasuredRun) -> float:
     return len({row[2:4] for row in run.recorder.rows(CHARTED.name)}) / n_tiles if n_tiles else 1.0
 
 
-def n_choices(run: MeasuredRun) -> int:
-    """Number of choices of a candidate."""
-    return sum(row[5] == "chosen" for row in run.recorder.rows("items"))
-
-
-def n_requests(run: MeasuredRun) -> int:
-    """Number of service requests between vehicles."""
-    return sum(row[5] == "requestedOf" for row in run.recorder.rows("items"))
+def n_stated(run: MeasuredRun, attribute: str) -> int:
+    """Number of statements about an attribute."""
+    return sum(row[5] == attribute for row in run.recorder.rows("items"))
 
 
 def n_violations(run: MeasuredRun) -> int | Absent:
@@ -299,8 +291,8 @@ METRICS = (
     ),
     Metric("charted_fraction", "", Better.HIGHER, "share of the site charted", charted_fraction, headline=True),
     Metric("n_mistaken", "", Better.LOWER, "decoys recovered", n_mistaken),
-    Metric("n_choices", "", Better.LOWER, "choices of a candidate", n_choices),
-    Metric("n_requests", "", Better.NEITHER, "requests for services", n_requests),
+    Metric("n_choices", "", Better.LOWER, "choices of a candidate", lambda run: n_stated(run, "chosen")),
+    Metric("n_requests", "", Better.NEITHER, "requests for services", lambda run: n_stated(run, "requestedOf")),
     Metric("n_violations", "", Better.LOWER, "violations of the choreography", n_violations),
     Metric(
         "navigation_error_m", "m", Better.LOWER, "largest navigation error", navigation_error_m,

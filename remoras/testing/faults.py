@@ -14,7 +14,6 @@ from missions.scenarios.faults import DeclaredFault, kind_named
 from remoras.condition import SOUND
 from remoras.errors import PluginError
 from remoras.fleet.fleet import Fleet
-from remoras.fleet.vehicle import Vehicle
 from remoras.testing.behaviours import passed
 from remoras.testing.missions import recorded_rows
 
@@ -48,10 +47,6 @@ def _sailed(setup: Setup, until_s: float) -> Fleet:
     return fleet
 
 
-def _befallen(fleet: Fleet) -> Vehicle:
-    return fleet.named(VEHICLE)
-
-
 def check_it_is_declared(name: str, keys: Mapping[str, Any]) -> None:
     """Check the required parts, and that a scenario accepts the fault."""
     assert kind_named(name).TEXT, "lacks TEXT, a line that describes the fault"
@@ -72,7 +67,7 @@ def check_its_rows(name: str, keys: Mapping[str, Any]) -> None:
 
 def check_what_is_over_is_over(name: str, keys: Mapping[str, Any]) -> None:
     """Check that the vehicle is sound after the fault."""
-    after = _befallen(_sailed(_setup(_table(name, keys)), UNTIL_S + 5.0))
+    after = _sailed(_setup(_table(name, keys)), UNTIL_S + 5.0).named(VEHICLE)
     assert after.condition == SOUND, f"its end leaves the vehicle {after.condition}"
 
 

@@ -74,12 +74,10 @@ class Triples:
 
     def said_by(self, origin: int) -> Iterator[Triple]:
         """Yield the facts of an origin and the links to them."""
-        yield from self._told(observation for observation in self.facts if observation.origin == origin)
-
-    def _told(self, observations: Iterable[Observation]) -> Iterator[Triple]:
-        for observation in observations:
-            yield (instance_iri(observation.fact.subject), SIT.hasPropertyValue, fact_iri(observation))
-            yield from self.of_fact(observation)
+        for observation in self.facts:
+            if observation.origin == origin:
+                yield (instance_iri(observation.fact.subject), SIT.hasPropertyValue, fact_iri(observation))
+                yield from self.of_fact(observation)
 
     def of_fact(self, observation: Observation) -> Iterator[Triple]:
         """Yield the triples of one fact."""
