@@ -71,11 +71,13 @@ def legend(
     figure.legend(handles=list(entries), loc=edge, **{"ncols": columns, **look})
 
 
-def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] | Callable[[], Sequence[float]]) -> None:
+def lay_out(
+    figure: Figure, column: Sequence[Axes], bodies_in: float | Sequence[float] | Callable[[], Sequence[float]]
+) -> None:
     """Fit the page to its row heights, freeze the layout, and shorten long titles and labels.
 
-    ``column`` has one panel per row of the completely drawn figure. ``bodies_in`` are row heights, or a function that
-    returns them once panels have their widths.
+    ``column`` has one panel per row of the completely drawn figure. ``bodies_in`` is the height of each row, their
+    heights, or a function that returns them once panels have their widths.
     """
     engine, grid = figure.get_layout_engine(), column[0].get_gridspec()
     assert engine is not None
@@ -86,7 +88,7 @@ def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] |
     for _ in range(PASSES):
         engine.execute(figure)
         found_in = [panel_in(axes)[1] for axes in column]
-        wanted_in = bodies_in() if callable(bodies_in) else bodies_in
+        wanted_in = np.broadcast_to(bodies_in() if callable(bodies_in) else bodies_in, len(column)).tolist()
         if max(abs(wanted - got) for wanted, got in zip(wanted_in, found_in, strict=True)) < EXACT_IN:
             break
         grid.set_height_ratios(wanted_in)

@@ -76,7 +76,7 @@ def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
         left.set_ylabel("time relative to ACK")
         right.set_ylabel(words.axis("time", "slots"))
         style.logarithmic(right)
-        page.lay_out(drawn, [left], [BODY_IN])
+        page.lay_out(drawn, [left], BODY_IN)
     return drawn
 
 
@@ -99,7 +99,7 @@ def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
         goodput.text(0.80 * top, 0.84 * top, "all offered items", color=style.GREY, fontsize=style.TINY_PT, ha="right")
         for axes in panels[2:]:
             axes.set_xlabel(words.axis("offered load", "items per slot"))
-        page.lay_out(drawn, panels[::2], [LOADED_BODY_IN] * 2)
+        page.lay_out(drawn, panels[::2], LOADED_BODY_IN)
     return drawn
 
 

@@ -70,7 +70,7 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
         axes.set_ylim(0.0, 1.06)
         axes.set_xlabel(words.axis("range", "km"))
         axes.set_ylabel("delivery ratio")
-        page.lay_out(figure, [axes], [BODY_IN])
+        page.lay_out(figure, [axes], BODY_IN)
     return figure
 
 

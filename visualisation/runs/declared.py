@@ -57,7 +57,7 @@ def declared_picture(
         try:
             page.legend(ax or drawn, handles)
             if not ax:
-                page.lay_out(drawn, [axes], [BODY_IN])
+                page.lay_out(drawn, [axes], BODY_IN)
         except Exception as error:  # such as a text that is no formula
             raise _failed(figure, error) from error
     heading = f"{figure.title.rstrip('.')}."

@@ -65,8 +65,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             panels[0].set_axis_off()
             panels[0].set_title("no decision had conflicting candidates")
         page.legend(figure, _legend())
-        first = panels[::columns]
-        page.lay_out(figure, first, [body_in] * len(first))
+        page.lay_out(figure, panels[::columns], body_in)
     return DrawnPage(figure, _caption(results, len(shown), len(decisions)))
 
 

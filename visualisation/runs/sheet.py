@@ -110,7 +110,7 @@ class Sheet:
         inch_s = self.inch_s()
         _time_axis(self.axes, self.end_s, inch_s)
         _flags(self.axes, self.marks, inch_s)
-        page.lay_out(self.figure, [self.axes], [self.body_in])
+        page.lay_out(self.figure, [self.axes], self.body_in)
         return self.figure
 
 

@@ -354,7 +354,7 @@ def _finish(figure: Figure, panels: Sequence[Axes], body_in: float, y_label: str
     first = [axes for axes in panels if (place := axes.get_subplotspec()) and place.is_first_col()]
     for axes in first if y_label else ():
         axes.set_ylabel(y_label)
-    page.lay_out(figure, first, [body_in] * len(first))
+    page.lay_out(figure, first, body_in)
 
 
 def _size_key(figure: Figure, name: str, sizes: Mapping[float, float]) -> None:
@@ -415,6 +415,5 @@ def effects_figure(rows: Sequence[MainEffect], metric: Metric, width_in: float |
                 fitted = ([style.fitted(text, LABEL_IN, style.SMALL_PT) for text in texts] for texts in named)
                 axes.set_yticks(range(len(levels)), labels=["\n".join(texts) for texts in fitted])
             axes.set_xlabel(f"effect on {words.axis(words.within(metric.label), metric.unit)}")
-        first = panels[::columns]
-        page.lay_out(figure, first, [body_in] * len(first))
+        page.lay_out(figure, panels[::columns], body_in)
     return figure

@@ -68,7 +68,7 @@ def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width
         note = ONE_RUN if one_run else TOO_FEW if are_too_few(shown) else NOTE
         note += NOTE_OF_UNEQUAL if any(rank.unequal_success for rank in shown) else ""
         drawn.supxlabel(note, x=0.02, ha="left", fontsize=style.TINY_PT)
-        page.lay_out(drawn, [axes], [ROW_IN * len(rows)])
+        page.lay_out(drawn, [axes], ROW_IN * len(rows))
     return drawn
 
 
