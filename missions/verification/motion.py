@@ -83,7 +83,7 @@ def over_ground_mps(record: Record, track: Track) -> tuple[Array, Array]:
 
 
 def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
-    """Return the path through the water per tick (east, north, m); None under random surges."""
+    """Return the path through the water per tick, ahead and to the left (m); None under random surges."""
     moving = ~record.away(name, track.time_s[1:])
     for spell in record.spells:
         if spell.vehicle == name and spell.kind == "energy":
@@ -91,9 +91,10 @@ def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, A
     water = water_mps(record, track.depth_m[:-1], track.time_s[:-1])
     if water is None:
         return None
-    dt_s = np.diff(track.time_s)
-    east_m, north_m = np.diff(track.x_m), np.diff(track.y_m)
-    return east_m - moving * water[0] * dt_s, north_m - moving * water[1] * dt_s
+    dt_s, ahead = np.diff(track.time_s), (np.cos(track.heading_rad[1:]), np.sin(track.heading_rad[1:]))
+    east_m = np.diff(track.x_m) - moving * water[0] * dt_s
+    north_m = np.diff(track.y_m) - moving * water[1] * dt_s
+    return east_m * ahead[0] + north_m * ahead[1], north_m * ahead[0] - east_m * ahead[1]
 
 
 def floats(record: Record, name: str, track: Track) -> Array:
@@ -117,9 +118,7 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     else:
         # Rounding errs by half a step; 0.6 leaves a margin.
         tolerance_m = PLACE_M + dt_s * (0.6 * ANGLE_STEP_RAD * speed + 0.6 * SPEED_STEP_MPS)
-        ahead = np.cos(track.heading_rad[1:]), np.sin(track.heading_rad[1:])
-        along_m = path[0] * ahead[0] + path[1] * ahead[1]
-        across_m = path[1] * ahead[0] - path[0] * ahead[1]
+        along_m, across_m = path
         wrong = (np.abs(across_m) > tolerance_m) | (along_m > speed * dt_s + tolerance_m) | (along_m < -tolerance_m)
         report.look("positions", int(moves.sum()))
         for row in np.flatnonzero(wrong & moves):

@@ -88,7 +88,7 @@ def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, floa
         if path is None:
             report.skip("distance_m", "when a surge begins is drawn by the seed")
             break
-        along_m = path[0] * np.cos(track.heading_rad[1:]) + path[1] * np.sin(track.heading_rad[1:])
+        along_m, _ = path
         along_m[floats(record, name, track)] = 0.0
         ways.append(float(along_m.sum()))
         error_m = math.hypot(error_m, way_error_m(track))
