@@ -160,6 +160,20 @@ class Track(NamedTuple):
         return list(zip(*columns, strict=True))
 
 
+def array(column: Any) -> NDArray[Any]:
+    """Convert an Arrow column of numbers; missing values become NaN."""
+    whole = column.combine_chunks() if hasattr(column, "combine_chunks") else column
+    # Not to_numpy: loading pandas takes longer than all work here.
+    if whole.null_count:
+        return np.array(whole.to_pylist(), dtype=float)
+    return np.from_dlpack(whole)
+
+
+def joined(tracks: Iterable[Track], column: str) -> Floats:
+    """Return a column of several tracks, one after the other."""
+    return np.concatenate([np.empty(0), *(getattr(track, column) for track in tracks)])
+
+
 class Tenure(NamedTuple):
     """One role of a vehicle: intervals held, and intervals as active role."""
 
@@ -207,7 +221,7 @@ def tracks(results: RunResults) -> dict[str, Track]:
     """Return the recorded tracks in scenario order."""
     table = results.table("trajectories")
     names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
-    columns = [table[name].to_numpy() for name in Track._fields]
+    columns = [array(table[name]) for name in Track._fields]
     own = {name: names == name for name in vehicle_names(results)}
     return {name: Track(*(column[rows] for column in columns)) for name, rows in own.items() if rows.any()}
 

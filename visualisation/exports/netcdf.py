@@ -13,7 +13,7 @@ import numpy as np
 
 from visualisation.exports import Counts
 from visualisation.exports.voyage import WAITING, Datum, Voyage
-from visualisation.run_records import Floats
+from visualisation.run_records import joined
 
 UNITS_OF_TIME = "seconds since 1970-01-01 00:00:00 UTC"
 COMPRESSED: dict[str, Any] = {"compression": "zlib", "complevel": 4, "shuffle": True}
@@ -72,33 +72,30 @@ def _variable(file: Any, name: str, kind: str, dimensions: tuple[str, ...], valu
         made[:] = values
 
 
-def _joined(voyage: Voyage, name: str) -> Floats:
-    return np.concatenate([np.empty(0), *(getattr(track, name) for track in voyage.tracks.values())])
-
-
 def _points(file: Any, voyage: Voyage, datum: Datum) -> None:
-    latitudes, longitudes = datum.degrees(_joined(voyage, "x_m"), _joined(voyage, "y_m"))
+    tracks = list(voyage.tracks.values())
+    latitudes, longitudes = datum.degrees(joined(tracks, "x_m"), joined(tracks, "y_m"))
     # Headings of a run are anticlockwise from east, those of CF clockwise from north.
-    headings_deg = (90.0 - np.degrees(_joined(voyage, "heading_rad"))) % 360.0
+    headings_deg = (90.0 - np.degrees(joined(tracks, "heading_rad"))) % 360.0
     on = ("obs",)
-    _variable(file, "time", "f8", on, _joined(voyage, "time_s"), standard_name="time", units=UNITS_OF_TIME,
+    _variable(file, "time", "f8", on, joined(tracks, "time_s"), standard_name="time", units=UNITS_OF_TIME,
               calendar="standard", axis="T", long_name="mission time")  # fmt: skip
     _variable(file, "latitude", "f8", on, latitudes, standard_name="latitude", units="degrees_north", axis="Y",
               long_name="latitude (WGS 84)")  # fmt: skip
     _variable(file, "longitude", "f8", on, longitudes, standard_name="longitude", units="degrees_east", axis="X",
               long_name="longitude (WGS 84)")  # fmt: skip
-    _variable(file, "depth", "f8", on, _joined(voyage, "depth_m"), standard_name="depth", units="m", axis="Z",
+    _variable(file, "depth", "f8", on, joined(tracks, "depth_m"), standard_name="depth", units="m", axis="Z",
               positive="down", long_name="depth below the surface")  # fmt: skip
-    _variable(file, "x", "f8", on, _joined(voyage, "x_m"), units="m", coordinates=COORDINATES,
+    _variable(file, "x", "f8", on, joined(tracks, "x_m"), units="m", coordinates=COORDINATES,
               long_name="distance east of the datum")  # fmt: skip
-    _variable(file, "y", "f8", on, _joined(voyage, "y_m"), units="m", coordinates=COORDINATES,
+    _variable(file, "y", "f8", on, joined(tracks, "y_m"), units="m", coordinates=COORDINATES,
               long_name="distance north of the datum")  # fmt: skip
     _variable(file, "heading", "f8", on, headings_deg, standard_name="platform_orientation", units="degree",
               coordinates=COORDINATES, long_name="heading, clockwise from north")  # fmt: skip
-    _variable(file, "speed", "f8", on, _joined(voyage, "speed_mps"),
+    _variable(file, "speed", "f8", on, joined(tracks, "speed_mps"),
               standard_name="platform_speed_wrt_sea_water", units="m s-1", coordinates=COORDINATES,
               long_name="speed through the water")  # fmt: skip
-    _variable(file, "energy", "f8", on, _joined(voyage, "energy_j"), units="J", coordinates=COORDINATES,
+    _variable(file, "energy", "f8", on, joined(tracks, "energy_j"), units="J", coordinates=COORDINATES,
               long_name="energy left on board")  # fmt: skip
     _states(file, voyage)
 

@@ -12,7 +12,7 @@ from missions.files import leaves
 from missions.why import Causes
 from visualisation.replay import tables as of_run
 from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Names
-from visualisation.run_records import group_nodes
+from visualisation.run_records import group_nodes, tracks
 
 if TYPE_CHECKING:
     from remoras.work import Job
@@ -85,9 +85,9 @@ def run_data(
     depths_m = {vehicle["name"]: float(vehicle.get("depth_m", 0.0)) for vehicle in vehicles}
     contents: dict[str, Any] = {"form": FORM, "missing": missing(results)}
     if results.has("trajectories"):
-        track = results.table("trajectories")
-        contents["track_rows"] = of_run.add_tracks(columns, names, track)
-        depths_m |= zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True)  # last row wins
+        tracked = tracks(results)
+        contents["track_rows"] = of_run.add_tracks(columns, names, tracked)
+        depths_m |= {name: float(track.depth_m[-1]) for name, track in tracked.items()}
     contents["vehicles"] = [
         {
             "name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", ""),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from missions.statements import rows_by_item
 from missions.why import Line
-from visualisation.run_records import HEARD, LOST, UNREACHED, Floats, Ints, packet_outcomes
+from visualisation.run_records import HEARD, LOST, UNREACHED, Floats, Ints, Track, array, joined, packet_outcomes
 
 Numbers = NDArray[Any] | Sequence[float]
 
@@ -100,15 +100,6 @@ class Names(NamedTuple):
         return self.texts.setdefault(text, len(self.texts))
 
 
-def array(column: Any) -> NDArray[Any]:
-    """Convert an Arrow column of numbers; missing values become NaN."""
-    whole = column.combine_chunks() if hasattr(column, "combine_chunks") else column
-    # Not to_numpy: loading pandas takes longer than all work here.
-    if whole.null_count:
-        return np.array(whole.to_pylist(), dtype=float)
-    return np.from_dlpack(whole)
-
-
 def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
     """Map an Arrow column of texts to numbers, once per text; missing ones to ``NOBODY``."""
     texts = column.to_pylist()
@@ -148,26 +139,18 @@ def add_causes(columns: Columns, names: Names, moments: Iterable[tuple[str, floa
     columns.add("line.slot", [NOBODY if line.slot is None else line.slot for line in lines], 1)
 
 
-def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
-    """Add trajectories, vehicle by vehicle; return the number of rows of each."""
-    vehicle = numbered(table["vehicle"], names.vehicle)
-    # A stable sort keeps the rows of a vehicle in time order.
-    order = np.argsort(vehicle, kind="stable")
-    order = order[vehicle[order] >= 0]
-    counts = np.bincount(vehicle[order], minlength=len(names.vehicles))
-
-    def values(name: str) -> Any:
-        return array(table[name])[order]
-
+def add_tracks(columns: Columns, names: Names, tracks: Mapping[str, Track]) -> list[int]:
+    """Add tracks, vehicle by vehicle; return the number of points of each."""
+    own = [tracks[name] for name in names.vehicles if name in tracks]
     # Second differences of even ticks and of straight motion are 0.
-    columns.add("track.time", values("time_s"), 2, TIME_STEP_S)
-    columns.add("track.x", values("x_m"), 2, PLACE_STEP_M)
-    columns.add("track.y", values("y_m"), 2, PLACE_STEP_M)
-    columns.add("track.heading", values("heading_rad"), 1, TURN_STEP_RAD)
-    columns.add("track.speed", values("speed_mps"), 1, SPEED_STEP_MPS)
-    energy_j = values("energy_j")
+    columns.add("track.time", joined(own, "time_s"), 2, TIME_STEP_S)
+    columns.add("track.x", joined(own, "x_m"), 2, PLACE_STEP_M)
+    columns.add("track.y", joined(own, "y_m"), 2, PLACE_STEP_M)
+    columns.add("track.heading", joined(own, "heading_rad"), 1, TURN_STEP_RAD)
+    columns.add("track.speed", joined(own, "speed_mps"), 1, SPEED_STEP_MPS)
+    energy_j = joined(own, "energy_j")
     columns.add("track.energy", energy_j, 1, max(1.0, float(np.max(energy_j, initial=0.0)) / ENERGY_STEPS))
-    return [int(count) for count in counts]
+    return [tracks[name].time_s.size if name in tracks else 0 for name in names.vehicles]
 
 
 @dataclass

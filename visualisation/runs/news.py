@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from missions.figure import RunResults, round_up, run_end_s
 from visualisation import run_records
-from visualisation.run_records import HEARD, UNREACHED, Floats, Ints, Span, outages, packet_outcomes
+from visualisation.run_records import HEARD, UNREACHED, Floats, Ints, Span, array, outages, packet_outcomes
 
 Flags = NDArray[np.bool_]
 
@@ -108,8 +108,8 @@ def traffic(results: RunResults) -> RunPackets:
     own = numbers >= 0
     return RunPackets(
         tuple(vehicles),
-        np.array(packets["time_s"].to_pylist(), float)[own],
-        np.array(packets["slot"].to_pylist(), int)[own],
+        array(packets["time_s"])[own],
+        array(packets["slot"])[own],
         numbers[own],
         packet_outcomes(packets, results.rows("refused"), vehicles)[own],
         run_end_s(results),
