@@ -208,6 +208,6 @@ class ClassifyingCamera:
         else:
             x_m, y_m = _seen_m(thing, 0, world, (east, north), settings.sigma_m)
             seen_m = x_m + pose.error_m[0], y_m + pose.error_m[1]
-        names = [NOTHING, *(kind.name for kind in world.scenario.kinds)]
+        names = world.scenario.names
         facts = pose.located(seen_m, settings.sigma_m), (SELF, "shown", shown_code(number, self._node, shown))
         return [Observation(facts, (names[shown], names[really], *seen_m), ANOMALY, SAME_M)]

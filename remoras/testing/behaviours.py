@@ -25,39 +25,29 @@ def passed(checks: Iterable[Callable[..., None]], *plugin: Any) -> Iterator[str]
         yield check_one.__name__
 
 
-def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
-    """Convert an object, recursively, to comparable values; ``seen``: visited objects by id."""
+def parts_of(value: Any, path: str, seen: dict[int, str] | None = None) -> dict[str, str]:
+    """Return the parts of an object, recursively, as text by path; ``seen`` has paths of visited objects by id."""
     seen = {} if seen is None else seen
     if value is None or isinstance(value, str | int | float | bool | bytes | type):
-        return value
-    if isinstance(value, list | tuple):
-        return [picture_of(item, seen) for item in value]
+        return {path: repr(value)}
     if isinstance(value, set | frozenset):
-        return sorted(repr(item) for item in value)
-    is_mapping = isinstance(value, Mapping)
-    if not is_mapping and (callable(value) or not hasattr(value, "__dict__")):
-        return type(value).__name__
-    if id(value) in seen:
-        # References may be shared or cyclic.
-        return f"object {seen[id(value)]}"
-    seen[id(value)] = len(seen)
-    parts = {repr(key): entry for key, entry in value.items()} if is_mapping else vars(value)
-    return {name: picture_of(part, seen) for name, part in parts.items()}
+        return {path: repr(sorted(map(repr, value)))}
+    if isinstance(value, list | tuple):
+        parts = {f"{path}[{n}]": part for n, part in enumerate(value)}
+    elif not isinstance(value, Mapping) and (callable(value) or not hasattr(value, "__dict__")):
+        return {path: type(value).__name__}
+    elif id(value) in seen:  # references may be shared or cyclic
+        return {path: seen[id(value)]}
+    else:
+        seen[id(value)] = path
+        named = {repr(key): part for key, part in value.items()} if isinstance(value, Mapping) else vars(value)
+        parts = {f"{path}.{name}": part for name, part in named.items()}
+    return {inner: text for at, part in parts.items() for inner, text in parts_of(part, at, seen).items()}
 
 
-def difference(before: Any, after: Any, path: str) -> str:
-    """Return the path of the first difference of two pictures; empty if equal."""
-    if isinstance(before, dict) and isinstance(after, dict):
-        for name in [*before, *(name for name in after if name not in before)]:
-            inner = f"{path}.{name}"
-            if (name in before) != (name in after):
-                return inner
-            if deeper := difference(before[name], after[name], inner):
-                return deeper
-        return ""
-    if before == after:
-        return ""
-    return path
+def difference(before: Mapping[str, str], after: Mapping[str, str]) -> str:
+    """Return the path of the first part that differs; empty if none."""
+    return next((path for path in {**before, **after} if before.get(path) != after.get(path)), "")
 
 
 N_MOMENTS = 150

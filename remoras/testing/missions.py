@@ -32,7 +32,7 @@ from remoras.plugins import plugin_folders
 from remoras.recorder import TABLES, Recorder
 from remoras.social.planning import Pursuit
 from remoras.testing.behaviours import check as check_behaviour
-from remoras.testing.behaviours import difference, picture_of
+from remoras.testing.behaviours import difference, parts_of
 from remoras.testing.sensors import check_rows
 from worldmodel import UnknownNameError
 
@@ -194,9 +194,9 @@ def _behaviour(mission: Mission, activity: Activity, data: VehicleData) -> Any:
 def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
     """Check determinism of repeated runs and of a second mission object, and its immutability."""
     first = recorded_rows(finished(setup).recorder)
-    before = picture_of(setup.mission)
+    before = parts_of(setup.mission, "mission")
     again = recorded_rows(finished(setup).recorder)
-    changed = difference(before, picture_of(setup.mission), "mission")
+    changed = difference(before, parts_of(setup.mission, "mission"))
     assert not changed, f"a run changes the mission, which all vehicles and runs share: {changed}"
     _same(first, again, "two runs of one mission object differ")
     other = recorded_rows(finished(resolved(scenario)).recorder)

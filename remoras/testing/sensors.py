@@ -19,7 +19,7 @@ from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.recorder import TABLES, TIME, VEHICLE, Row, Table
 from remoras.sensor import Observation, Pose, Quiet, Sensor, SensorSettings
-from remoras.testing.behaviours import difference, picture_of
+from remoras.testing.behaviours import difference, parts_of
 from worldmodel import Instance, TBox, WorldModel, WorldModelError, core_ontology_paths, read_tbox
 
 FIELD_M = 400.0
@@ -63,7 +63,7 @@ def check(
     rows or facts, nondeterminism, a modified world, or an observation that a ``Quiet`` excludes.
     """
     ticks = way(data, places_m)
-    before = picture_of(world)
+    before = parts_of(world, "world")
     first, second = _made(settings, data), _made(settings, data)
     table = _checked_table(first)
     tbox = read_tbox(*core_ontology_paths(), *vocabulary)
@@ -91,7 +91,7 @@ def check(
         other, quiet = _sensed(second, pose, world, now_s)
         from_m = pose.x_m, pose.y_m
         assert other == answer, f"t = {now_s} s: two sensors made alike answer {answer} and {other}"
-    changed = difference(before, picture_of(world), "world")
+    changed = difference(before, parts_of(world, "world"))
     assert not changed, f"the sensor changed the world, which all vehicles and runs share: {changed}"
     return sum(map(len, answers))
 
