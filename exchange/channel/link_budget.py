@@ -135,10 +135,6 @@ class Budget:
     rate_bps: float
     margin_db: float = 0.0
 
-    def shifted(self, excess_db: float) -> Budget:
-        """Return the budget with a signal-to-noise ratio higher by ``excess_db``."""
-        return replace(self, directivity_db=self.directivity_db + excess_db)
-
     def loss_db(self, range_m: float) -> float:
         """Return the transmission loss."""
         return transmission_loss_db(range_m, self.spreading, self.absorption_db_per_km)
@@ -176,4 +172,5 @@ class BudgetLinks(Links):
 
     def shifted(self, excess_db: float) -> Self:
         """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
-        return replace(self, budget=self.budget.shifted(excess_db))
+        budget = replace(self.budget, directivity_db=self.budget.directivity_db + excess_db)
+        return replace(self, budget=budget)

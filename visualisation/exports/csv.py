@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import Any
 
 from visualisation.exports import Counts
 from visualisation.exports.voyage import Voyage
@@ -21,11 +20,7 @@ def write(voyage: Voyage, target: Path) -> Counts:
         with (target / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
             lines = csv.writer(file)
             lines.writerow(table.column_names)
-            columns = [list(map(_field, column.to_pylist())) for column in table.columns]
-            lines.writerows(zip(*columns, strict=True))
+            for row in zip(*(column.to_pylist() for column in table.columns), strict=True):
+                lines.writerow(BETWEEN.join(map(str, value)) if isinstance(value, list) else value for value in row)
         counts[name] = table.num_rows
     return counts
-
-
-def _field(value: Any) -> Any:
-    return BETWEEN.join(map(str, value)) if isinstance(value, list) else value

@@ -216,7 +216,7 @@ def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrang
     cases = _cases(rows, axis)
     follows = frozenset({axis}) if cases else _following(rows, axis)
     combinations = list(dict.fromkeys(_combination(row, follows) for row in rows))
-    places = {(_combination(row, follows), _place_of(row, axis)) for row in rows}
+    places = {(_combination(row, follows), row.per if axis == PER else _case(row, axis)) for row in rows}
     if len(combinations) > 4 and len(places) <= len(combinations):
         raise DrawingError(
             f"{len(combinations)} combinations of settings, each with a single point on the axis {axis!r}: a figure "
@@ -251,10 +251,6 @@ def _cases(rows: Sequence[Comparison], axis: str) -> tuple[str, ...]:
 
 def _case(row: Comparison | Rank, axis: str) -> str:
     return row.unforeseen if axis == UNFORESEEN else row.settings.get(axis, "")
-
-
-def _place_of(row: Comparison, axis: str) -> float | str:
-    return row.per if axis == PER else _case(row, axis)
 
 
 def _is_number(text: str) -> bool:

@@ -472,7 +472,9 @@ class _Reader:
         return Axioms(
             tuple(sorted(definitions, key=repr)),
             tuple(sorted(inverses)),
-            tuple(self._of_type(OWL.TransitiveProperty, named)),
+            tuple(
+                sorted(named[iri].uid for iri in self.graph.subjects(RDF.type, OWL.TransitiveProperty) if iri in named)
+            ),
             tuple(sorted(self._pairs(RDFS.subPropertyOf, named))),
         )
 
@@ -499,9 +501,6 @@ class _Reader:
         hint = self.hint(unknown[0], {*named, *self.class_uid}) if unknown else ""
         self.fault(iri, f"its definition says {stated}", f"{_EXPRESSIONS}{hint}")
         return None
-
-    def _of_type(self, kind: URIRef, named: dict[Node, Attribute]) -> list[int]:
-        return sorted(named[iri].uid for iri in self.graph.subjects(RDF.type, kind) if iri in named)
 
     def _pairs(self, predicate: URIRef, named: dict[Node, Attribute]) -> Iterator[tuple[int, int]]:
         links = {iri for iri, attribute in named.items() if attribute.kind is ValueKind.LINK}
