@@ -96,15 +96,12 @@ class Searching(Behaviour):
         self._track.note(at_m, now_s)
         if self._is_returning and self._hearers is not None and self._has_to_tell(self._hearers, picture, at_m, now_s):
             return ADVANCING
-        is_stale = now_s - self._chosen_s > STALE_S
-        if self._target_m is not None and not (self._is_returning or is_stale or self._is_reached(motion)):
+        is_due = self._is_returning or now_s - self._chosen_s > STALE_S
+        if self._target_m is not None and not is_due and distance_m(motion, self._target_m) > ARRIVED_M:
             return ADVANCING
         self._target_m = self._choose(picture, at_m, now_s)
         self._chosen_s = now_s
         return Perception(1.0, 1.0, concludes=(Observation(((self._data.name, TARGET, self._target_m),)),))
-
-    def _is_reached(self, motion: Motion) -> bool:
-        return self._target_m is not None and distance_m(motion, self._target_m) <= ARRIVED_M
 
     def _has_to_tell(self, hearers: Hearers, picture: Picture, at_m: Point, now_s: float) -> bool:
         if not self._reach.holds(at_m):

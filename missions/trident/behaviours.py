@@ -178,16 +178,12 @@ class Surveying(Behaviour):
                 self._lane, self._is_on_lane = None, False
         if self._lane is None:
             self._left = [lane for lane in self._left if not lane.tiles <= charted]
-            ways = self._both_ways
+            ways = [way for lane in self._left for way in (lane, Lane(lane.end_m, lane.begin_m, lane.tiles))]
             if ways:
                 self._lane = min(ways, key=lambda way: distance_m(motion, way.begin_m))
                 self._left = [lane for lane in self._left if lane.tiles != self._lane.tiles]
         if self._lane is not None and distance_m(motion, self._lane.begin_m) <= CAPTURE_M:
             self._is_on_lane = True
-
-    @property
-    def _both_ways(self) -> list[Lane]:
-        return [way for lane in self._left for way in (lane, Lane(lane.end_m, lane.begin_m, lane.tiles))]
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head for the lane in transit, then along it at survey speed."""
@@ -254,7 +250,8 @@ class Reacquiring(Behaviour):
     ) -> None:
         self._job, self._candidate, self._data = job, candidate, data
         self._search_mps = min(data.survey_speed_mps, settings.speed_limit_mps)
-        self._step_m, self._search_m, self._patience_s = 1.5 * settings.range_m, search_m, patience_s
+        self._step_m, self._patience_s = 1.5 * settings.range_m, patience_s
+        self._n_corners = 4 * math.ceil(search_m / self._step_m)
         self._approach = Approach(data.transit_speed_mps)
         self._corner = -1
         self._places: int | None = None  # number of sightings
@@ -294,10 +291,6 @@ class Reacquiring(Behaviour):
         elif now_s - self._last_s > self._patience_s:
             self._at_m = None
         self._places = places
-
-    @property
-    def _n_corners(self) -> int:
-        return 4 * math.ceil(self._search_m / self._step_m)
 
     def _next(self, place_m: Point) -> Point:
         x_m, y_m = place_m

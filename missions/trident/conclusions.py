@@ -125,7 +125,8 @@ class Concluding:
             return asked
         candidates = beliefs.instances(CANDIDATE)
         likely = [(_likeness(beliefs, name), name) for name in candidates if _is_open(beliefs, name)]
-        again = [] if likely else [name for name in candidates if self._may_look_again(beliefs, name)]
+        rejected = () if likely else candidates
+        again = [name for name in rejected if beliefs.count(("verdict", name), "open") < self.settings.looks_again]
         # Absent candidates first: they were never observed closely, whereas the others look like decoys.
         anew = [name for name in again if beliefs.get(("verdict", name)) == "absent"]
         if not (likely or anew) and n_again < self.settings.surveys_again:
@@ -176,9 +177,6 @@ class Concluding:
             if ways and beliefs.get(("requestedOf", block)) not in ways:
                 asked.append(Finding(block, "requestedOf", ways[0]))
         return asked, is_possible
-
-    def _may_look_again(self, beliefs: Beliefs, candidate: str) -> bool:
-        return beliefs.count(("verdict", candidate), "open") < self.settings.looks_again
 
     def _due_s(self, beliefs: Beliefs) -> float | None:
         """Time since which a choice is pending, by a survey, rejection or identification; else None."""

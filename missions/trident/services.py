@@ -400,16 +400,6 @@ class Service:
     settings: ModuleSettings
 
 
-def services_of(vehicles: Iterable[VehicleData]) -> dict[str, Service]:
-    """Services of all vehicles by name."""
-    return {
-        (name := f"{data.name} {sensor.name}"): Service(name, data.name, sensor)
-        for data in vehicles
-        for sensor in data.sensors
-        if isinstance(sensor, ModuleSettings)
-    }
-
-
 def parties(group: Group, facts: FactsLike) -> frozenset[str]:
     """Present vehicles of a group."""
     founding = (group.path(role.name) for role in group.roles if role.founding)
@@ -434,8 +424,11 @@ class Matching:
             block.name: ActivityTable(requires=activities[SURVEY].requires, service=block.service, spare=block.spare)
             for block in scenario.block
         }
-        settings = scenario.mission
-        return cls(services_of(vehicles), activities, blocks, settings.response, settings.inference)
+        modules = [
+            (data.name, sensor) for data in vehicles for sensor in data.sensors if isinstance(sensor, ModuleSettings)
+        ]
+        services = {(name := f"{vehicle} {module.name}"): Service(name, vehicle, module) for vehicle, module in modules}
+        return cls(services, activities, blocks, scenario.mission.response, scenario.mission.inference)
 
     def for_block(self, me: str, block: str, facts: FactsLike, there: Collection[str]) -> tuple[str, ...]:
         """Return the services by which ``me`` may have a block surveyed, best first."""
