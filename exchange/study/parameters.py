@@ -111,13 +111,11 @@ class ExchangeStudy:
     def _faults(self) -> Iterator[str]:
         if not 2 <= self.nodes <= MAX_NODES:
             yield f"nodes is {self.nodes}: allowed are 2 to {MAX_NODES}"
-        if self.trials < 1:
-            yield f"trials is {self.trials}: at least 1 is needed"
         if not 0 <= self.seed < MAX_SEED:
             yield f"seed is {self.seed}: allowed are 0 to {MAX_SEED - 1}"
-        for name, least in (("item_bits", 1), ("max_slots", 1), ("queue_items", 1), ("window_frames", 1)):
-            if getattr(self, name) < least:
-                yield f"{name} is {getattr(self, name)}: at least {least} is needed"
+        for name in ("trials", "item_bits", "max_slots", "queue_items", "window_frames"):
+            if getattr(self, name) < 1:
+                yield f"{name} is {getattr(self, name)}: at least 1 is needed"
         if self.warmup_frames < 0:
             yield f"warmup_frames is {self.warmup_frames}: it cannot be negative"
         if (
