@@ -129,9 +129,14 @@ class CommandFault(Exception):
         self.code = code
 
 
+def note(text: str) -> None:
+    """Print a note on standard error."""
+    print(f"remoras: {text}", file=sys.stderr)
+
+
 def _report_end(error: BaseException | None) -> int:
     number = signal.SIGTERM if isinstance(error, Terminated) else signal.SIGINT
-    print(f"remoras: {SAID[number]}", file=sys.stderr)
+    note(SAID[number])
     return 128 + number
 
 
@@ -151,7 +156,7 @@ def _report(error: Exception, as_json: bool) -> None:
     message = shortened(str(error))
     if isinstance(error, OSError) and error.filename is not None:
         message = shortened(f"{error.filename}: {error.strerror}")
-    print(f"remoras: {message}", file=sys.stderr)
+    note(message)
     if as_json:
         listed = [
             {
@@ -256,6 +261,11 @@ def show(value: Any, as_json: bool, lines: Iterable[str]) -> None:
         print("\n".join(lines))
 
 
+def show_files(paths: Iterable[Path], as_json: bool) -> None:
+    """Print the names of written files, on standard error beside a JSON value."""
+    print(*paths, sep="\n", file=sys.stderr if as_json else sys.stdout)
+
+
 def aligned(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> list[str]:
     """Return the lines of a text table; ``right`` holds right-aligned columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -334,7 +344,7 @@ def _report_usage(error: Any) -> int:
     else:
         mark = "" if refused.endswith("?") else ";"
         message = refused.rstrip(".") + (f"{mark} see: {context.command_path} --help" if context is not None else "")
-        print(f"remoras: {message}", file=sys.stderr)
+        note(message)
     if "--json" in sys.argv:
         show_json({"error": message, "faults": []})
     return int(error.exit_code)

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from remoras.cli import completion
 from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, check_known, command, fail, show, show_json
-from remoras.cli.sweeps import PARTLY_DONE
-from remoras.process import Progress
+from remoras.cli.runs import Strategies
+from remoras.cli.sweeps import making
 
 if TYPE_CHECKING:
     from missions.benchmark.card import ScoreTable
@@ -25,15 +24,7 @@ CARD, TABLE, LATEX, CITATION, RUNS = "card.json", "table.md", "table.tex", "cite
 @command("benchmark", "remoras benchmark fathom-2 --strategy mine.py:MINE --jobs 2 --out results/mine")
 def benchmark(
     suite: Annotated[str, typer.Argument(metavar="SUITE", help="Shipped suite (fathom-2) or TOML file.")],
-    strategies: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--strategy",
-            metavar="NAME",
-            autocompletion=completion.strategy,
-            help="Strategy to rank: a shipped name, mine.py:MINE or package.module:object.",
-        ),
-    ] = None,
+    strategies: Strategies = None,
     split: Annotated[
         Literal["dev", "test"],
         typer.Option(
@@ -80,19 +71,16 @@ def benchmark(
     from missions.benchmark.running import Contest
     from missions.disk import write_synced
     from missions.errors import StudyChangedError
-    from missions.sweeps.driver import PartlyDoneError
 
     contest = Contest.of(chosen, strategies, repeats)
     # Before the runs, which may take hours.
     _conform(contest.strategies)
-    with Progress(f"benchmark {chosen.about.name}", 1, "runs") as progress:
-        try:
-            contest.make(out / RUNS, jobs, progress.of)
-        except PartlyDoneError as error:
-            fail(f"{error}; finished runs are kept in {out}, the same command resumes", PARTLY_DONE)
-        except StudyChangedError as error:
-            changed = str(error).splitlines()[1].strip()
-            fail(f"--out {out}: holds other runs than these ({changed}); name another folder")
+    try:
+        with making(f"benchmark {chosen.about.name}", out) as progress:
+            contest.make(out / RUNS, jobs, progress)
+    except StudyChangedError as error:
+        changed = str(error).splitlines()[1].strip()
+        fail(f"--out {out}: holds other runs than these ({changed}); name another folder")
     scored = contest.scored(out / RUNS)
     card = card_of(contest, scored)
     table = ScoreTable(card, scored, _shipped_rows(chosen))

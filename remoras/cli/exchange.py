@@ -20,8 +20,10 @@ from remoras.cli.app import (
     fail,
     figure_format,
     show,
+    show_files,
     show_json,
 )
+from remoras.cli.runs import load, set_keys
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -132,7 +134,7 @@ def exchange_study(
     if out is not None:
         files = _files(study, rows, form, jobs, of_the_paper=nodes is None)
         _write(files, out)
-        print(*(out / name for name, _ in files), sep="\n", file=sys.stderr if as_json else sys.stdout)
+        show_files((out / name for name, _ in files), as_json)
     if as_json:
         show_json([row.as_json() for row in rows])
     elif out is None:
@@ -236,11 +238,9 @@ def describe(
             fail(f"{misused[0]}: applies to the modems of a scenario, and {name} is a network")
         _describe_network(name, out, form, as_json)
         return
-    from missions.scenarios import load
-
     ranges_m = ranges_of(ranges or DEFAULT_RANGES)
     # The reach needs a sea, whatever channel the scenario has.
-    overrides = [("sea", "channel.name=acoustic"), *(("--set", setting) for setting in settings or ())]
+    overrides = [("sea", "channel.name=acoustic"), *set_keys(settings)]
     chosen = (
         [[]] if modem is None else [[("--modem", f"communication.modem={part.strip()}")] for part in modem.split(",")]
     )
@@ -307,7 +307,7 @@ def _draw(scenarios: Sequence[Scenario], furthest_m: float, out: Path, file_form
     if (site := channel.site) is not None and site.is_on:
         sea += f" Mean over a site: spread {site.spread_db:g} dB, receivers {site.receiver_db:g} dB."
     drawn = reach_contents([_reach(scenario, lines_m) for scenario in scenarios], sea, file_format)
-    print(*output.write_folder(out, drawn), sep="\n", file=sys.stderr if as_json else sys.stdout)
+    show_files(output.write_folder(out, drawn), as_json)
 
 
 def _print(reaches: Sequence[ModemReach]) -> None:
@@ -331,8 +331,7 @@ def _describe_network(name: str, out: Path | None, file_format: str, as_json: bo
         from visualisation import output
         from visualisation.networks import network_contents
 
-        written = output.write_folder(out, network_contents(network, file_format))
-        print(*written, sep="\n", file=sys.stderr if as_json else sys.stdout)
+        show_files(output.write_folder(out, network_contents(network, file_format)), as_json)
     lines = [f"{network.name}: {network.title}".removesuffix(": ")]
     sources = (("source", network.citation), ("packet", network.packet), ("assumed", network.assumption))
     lines += [f"  {label}: {text}" for label, text in sources if text]

@@ -18,7 +18,7 @@ from missions.errors import LONGEST_VALUE, cut
 from missions.files import shipped_abouts, shipped_studies
 from remoras.cli import completion
 from remoras.cli.app import Json, as_typed, check_known, command, fail, show, show_json
-from remoras.cli.runs import Settings
+from remoras.cli.runs import Settings, set_keys
 from remoras.plugins import INSTALLED_KINDS, installed_plugins
 from remoras.strategies import factors_of, parameters, strategies, titles
 
@@ -96,7 +96,7 @@ def validate(
     from missions.files import check_named, is_study
 
     check_named(file)
-    overrides = [("--set", setting) for setting in settings or ()]
+    overrides = set_keys(settings)
     if is_study(file):
         if settings:
             fail(f"--set {settings[0]}: applies to a scenario, and {file} is a study; allowed: the key below its [set]")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -11,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from remoras.cli.app import FAILED, Json, aligned, check_known, command, fail, show
-from remoras.cli.runs import ScenarioName, Seed, Settings
+from remoras.cli.app import FAILED, Json, aligned, check_known, command, fail, note, show
+from remoras.cli.runs import ScenarioName, Seed, Settings, load, set_keys
 
 if TYPE_CHECKING:
     from exchange.drivers.driver import Driver, Paced
@@ -149,7 +148,7 @@ def node(
     log: NodeLog | None = None
     if resume and written is not None and written.is_file():
         own, log, pace = gone_on(written, plan)
-        print(f"remoras: {vehicle} resumes at {pace.now_s:.1f} s of the mission", file=sys.stderr)
+        note(f"{vehicle} resumes at {pace.now_s:.1f} s of the mission")
     else:
         own, pace = _begun(plan, begins_s, speed, port, others)
         if out is not None:
@@ -192,7 +191,7 @@ def _listening(bind: str, vehicle: str) -> Socket:
 
     port = Socket(address_of(bind, "--bind"))
     host, number = port.address
-    print(f"remoras: {vehicle} listens on {host}:{number}", file=sys.stderr)
+    note(f"{vehicle} listens on {host}:{number}")
     return port
 
 
@@ -210,7 +209,7 @@ def _begun(
     # Within the first slot a vehicle has missed nothing: it belongs to the start.
     if pace.now_s > own.setup.schedule.slot_s:
         own = alone(replace(plan, begins_s=pace.now_s))
-        print(f"remoras: {plan.vehicle} joins at {own.plan.begins_s:.1f} s of the mission", file=sys.stderr)
+        note(f"{plan.vehicle} joins at {own.plan.begins_s:.1f} s of the mission")
     return own, pace
 
 
@@ -278,14 +277,14 @@ def swarm(
 
     def begun(pids: dict[str, int]) -> None:
         started = ", ".join(f"{name} (process {pid})" for name, pid in pids.items())
-        print(f"remoras: {started}; {plans[0].end_s / speed:.0f} s to go", file=sys.stderr)
+        note(f"{started}; {plans[0].end_s / speed:.0f} s to go")
 
     outcome = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, begun)
     equal = "knowledge of all vehicles is equal" if outcome.equal else "their knowledge differs; give a longer --settle"
     outcomes = [NodeOutcome(**vehicle) for vehicle in outcome.vehicles]
     show(asdict(outcome), as_json, [*_outcome_lines(outcomes), equal])
     for name, why in outcome.ended.items():
-        print(f"remoras: {name}: {why}", file=sys.stderr)
+        note(f"{name}: {why}")
     if outcome.ended or not outcome.equal:
         raise typer.Exit(FAILED)
 
@@ -326,13 +325,9 @@ def _check(speed: float, settle: float, drop: float, double: float) -> None:
 def _plans(
     scenario: str, vehicles: list[str], settings: list[str] | None, seed: int, until: float | None, settle: float
 ) -> tuple[Scenario, list[NodePlan]]:
-    from missions.files import SCENARIO, file_of, shipped
-
-    file_of(SCENARIO, scenario, shipped())
+    loaded = load(scenario, set_keys(settings))
     from missions.nodes.alone import NodePlan
-    from missions.scenarios import load
 
-    loaded = load(scenario, [("--set", setting) for setting in settings or []])
     return loaded, [NodePlan.of(loaded, name, seed, until, settle) for name in vehicles or loaded.names_by_slot]
 
 

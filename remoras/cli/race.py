@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict
@@ -13,11 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from remoras.cli import completion
-from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, command, fail, show
-from remoras.cli.runs import ScenarioName, Seed
-from remoras.cli.sweeps import PARTLY_DONE
-from remoras.process import Progress
+from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, command, fail, note, show
+from remoras.cli.runs import ScenarioName, Seed, Strategies, load
+from remoras.cli.sweeps import making
 
 if TYPE_CHECKING:
     from missions.comparison.race import RaceLine
@@ -31,15 +28,7 @@ TIME = re.compile(r"(\d+(?:\.\d+)?)([smh]?)")
 @command("race", "remoras race mapping-rendezvous --strategy mine.py:MINE --per 0,0.4,0.8 --jobs 2")
 def race(
     scenario: ScenarioName,
-    strategies: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--strategy",
-            metavar="NAME",
-            autocompletion=completion.strategy,
-            help="Strategy that races against the shipped ones: mine.py:MINE or package.module:object.",
-        ),
-    ] = None,
+    strategies: Strategies = None,
     only: Annotated[bool, typer.Option("--only", help="Race only the strategies named by --strategy.")] = False,
     per: Annotated[
         str | None,
@@ -69,16 +58,12 @@ def race(
     as_json: Json = False,
 ) -> None:
     """Find the best strategy for a scenario: drop beaten ones until one is surely within 3 % of the best."""
-    from missions.files import SCENARIO, file_of, shipped
-
-    file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
+    loaded = load(scenario)
     from missions.comparison.race import race as raced
     from missions.comparison.race import race_study
     from missions.comparison.ranking import rankable
-    from missions.scenarios import load
     from missions.scenarios.parts import entrants
     from missions.statistics import FEW
-    from missions.sweeps.driver import PartlyDoneError
     from remoras.strategies import bounds
     from remoras.strategies import strategies as known
 
@@ -92,22 +77,19 @@ def race(
     limit_s = _seconds(time)
     runs = budget or (RUNS_PER_LOSS if limit_s is None else MOST_PER_LOSS) * max(1, len(rates))
     study = race_study(scenario, [*others, *own], [float(rate) for rate in rates], seed, runs)
-    for line in _not_applied(load(scenario), [part.scenario for part in study.configurations]):
-        print(f"remoras: {line}", file=sys.stderr)
+    for line in _not_applied(loaded, [part.scenario for part in study.configurations]):
+        note(line)
     ranked_by, first = rankable(metric, study.metrics), FEW * len(study.configurations)
     if runs >= first:  # the race refuses fewer
-        print(f"remoras: at most {runs} runs; beaten strategies are dropped after the first {first}", file=sys.stderr)
+        note(f"at most {runs} runs; beaten strategies are dropped after the first {first}")
     with TemporaryDirectory() if out is None else nullcontext(str(out)) as folder:
-        with Progress(f"race {scenario}", 1, "runs") as progress:
-            try:
-                lines = raced(study, Path(folder), runs, within, metric, jobs, limit_s, progress.of)
-            except PartlyDoneError as error:
-                kept = "" if out is None else f"; finished runs are kept in {out}, the same command resumes"
-                fail(f"{error}{kept}", PARTLY_DONE)
+        with making(f"race {scenario}", out) as progress:
+            lines = raced(study, Path(folder), runs, within, metric, jobs, limit_s, progress)
         failed = list(_failures(Path(folder)))
     show([asdict(line) for line in lines], as_json, _race_lines(lines, ranked_by, within))
     if failed:
-        print(*[f"remoras: {line}" for line in failed], sep="\n", file=sys.stderr)
+        for line in failed:
+            note(line)
         raise typer.Exit(FAILED)
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from remoras.cli.app import command, fail
+from remoras.cli.app import command, fail, note
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
@@ -46,12 +45,12 @@ def report(
         made, notes = _of_run(Results.read(folder)), []
     else:
         fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
-    for note in notes:
-        print(f"remoras: note: {note}", file=sys.stderr)
+    for text in notes:
+        note(f"note: {text}")
     for path in write_report(made, out):
         print(path)
     if results is not None and (why := _not_repeated(results, out)):
-        print(f"remoras: To repeat: {why}", file=sys.stderr)
+        note(f"To repeat: {why}")
 
 
 def _not_repeated(results: SweepResults, folder: Path) -> str:

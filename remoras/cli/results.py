@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, FigureFormat, Json, aligned, command, fail, figure_format, show, show_json
+from remoras.cli.app import (
+    FAILED,
+    FigureFormat,
+    Json,
+    aligned,
+    command,
+    fail,
+    figure_format,
+    note,
+    show,
+    show_files,
+    show_json,
+)
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -120,10 +132,9 @@ def draw_run(
 
 
 def _show_drawn(drawn: Drawn) -> None:
-    for note in drawn.notes:
-        print(f"remoras: note: {note}", file=sys.stderr)
-    for path in drawn.files:
-        print(path)
+    for text in drawn.notes:
+        note(f"note: {text}")
+    show_files(drawn.files, as_json=False)
 
 
 Vehicle = Annotated[
@@ -152,7 +163,7 @@ def query(
     columns, rows = results.query(text, vehicle, at, limit + 1)
     if len(rows) > limit:
         del rows[limit:]
-        print(f"remoras: only the first {limit} rows are shown; --limit N shows more", file=sys.stderr)
+        note(f"only the first {limit} rows are shown; --limit N shows more")
     if as_json:
         show_json([dict(zip(columns, row, strict=True)) for row in rows])
         return
@@ -200,7 +211,7 @@ def _places_or_none(run: Results) -> Sequence[Place]:
     try:
         return run.mission.places
     except ConfigurationError as error:
-        print(f"remoras: places are not exported: {error}", file=sys.stderr)
+        note(f"places are not exported: {error}")
         return ()
 
 
@@ -230,7 +241,7 @@ def replay(
     for run in runs:
         if lacking := missing(run):
             tables = "; ".join(lacking)
-            print(f"remoras: {run.folder}: tables are missing; not shown: {tables}", file=sys.stderr)
+            note(f"{run.folder}: tables are missing; not shown: {tables}")
     print(target)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -11,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, as_typed, command, fail, show_json
+from remoras.cli.app import FAILED, Json, as_typed, command, fail, note, show_json
 from remoras.process import Progress
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults
+    from missions.scenarios import Scenario
     from remoras.api import Run as Finished
-
 
 NUMBERS = (
     ("goal reached", "goal_fraction", 100.0, "%"),
@@ -65,6 +64,32 @@ Settings = Annotated[
         "--set", metavar="KEY=VALUE", help="Override a key; see `explain`.", autocompletion=completion.setting
     ),
 ]
+Strategies = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--strategy",
+        metavar="NAME",
+        help="Strategy to compare: a shipped name, mine.py:MINE or package.module:object.",
+        autocompletion=completion.strategy,
+    ),
+]
+Overrides = Sequence[tuple[str, str]]
+"""Option as given, and KEY=VALUE."""
+
+
+def load(scenario: str, overrides: Overrides = ()) -> Scenario:
+    """Load a scenario; report an unknown name before heavy imports."""
+    from missions.files import SCENARIO, file_of, shipped
+
+    file_of(SCENARIO, scenario, shipped())
+    from missions.scenarios import load as load_scenario
+
+    return load_scenario(scenario, overrides)
+
+
+def set_keys(settings: Sequence[str] | None) -> list[tuple[str, str]]:
+    """Return the overrides of ``--set``."""
+    return [("--set", setting) for setting in settings or ()]
 
 
 def overrides_of(
@@ -73,14 +98,13 @@ def overrides_of(
     channel: str | None,
     network: str | None,
     per: str | None,
-    settings: Sequence[str],
-) -> list[tuple[str, str]]:
-    """Return (option as given, KEY=VALUE) for the options of a run."""
+    settings: Sequence[str] | None,
+) -> Overrides:
+    """Return the overrides of the options of a run."""
     from missions.files import keys_of_options
 
     options = keys_of_options(strategy, policy, channel, network, per)
-    overrides = [(f"--{option}", f"{key}={value}") for option, key, value in options]
-    return overrides + [("--set", setting) for setting in settings]
+    return [*((f"--{option}", f"{key}={value}") for option, key, value in options), *set_keys(settings)]
 
 
 @command("run", "remoras run mapping-rendezvous --per 0.6 --seed 3 --out results/lossy")
@@ -98,16 +122,12 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run a mission scenario and print its summary; write all results with --out."""
-    from missions.files import SCENARIO, file_of, shipped
-
-    file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
+    loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings))
     from missions.disk import check_output
     from missions.figure import ended_s
     from missions.runs.results import MemoryResults, write_results
     from missions.runs.run import run as run_scenario
-    from missions.scenarios import load
 
-    loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings or []))
     # Before the run, whose result would be lost otherwise.
     if out is not None:
         check_output(out, force)
@@ -181,15 +201,12 @@ def live(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
 ) -> None:
     """Watch a running mission in a local web page, with start, pause, step and speed."""
+    loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings))
     import threading
     import webbrowser
 
-    from missions.errors import MissionsError
-    from missions.files import SCENARIO, file_of, shipped
-
-    file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
     from missions.disk import check_output
-    from missions.scenarios import load
+    from missions.errors import MissionsError
     from remoras.cli.live import LiveRun, LiveServer
     from remoras.stepped import Stepping
     from visualisation.replay import live_text
@@ -202,7 +219,6 @@ def live(
         except MissionsError as error:
             return f"the results are not kept: {error}"
 
-    loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings or []))
     if out is not None:
         check_output(out, force)
     table = loaded.scenario
@@ -214,10 +230,10 @@ def live(
             fail(f"--port {port}: cannot be listened on: {error.strerror}; name another, or 0 for any that is free")
         threading.Thread(target=server.serve_forever, daemon=True).start()
         print(server.url, flush=True)
-        print("remoras: Ctrl-C ends it", file=sys.stderr)
+        note("Ctrl-C ends it")
         if not no_browser:
             webbrowser.open(server.url)
         with suppress(KeyboardInterrupt):  # the usual end
             run.serve()
     if not run.is_over and out is not None:
-        print(f"remoras: the run has not ended; nothing is written to {out}", file=sys.stderr)
+        note(f"the run has not ended; nothing is written to {out}")

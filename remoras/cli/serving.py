@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,10 +10,10 @@ from typing import Annotated, Any, Literal
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FigureFormat, Json, aligned, command, fail, figure_format, show
+from remoras.cli.app import FigureFormat, Json, aligned, command, fail, figure_format, note, show
 from remoras.cli.exchange import DEFAULT_RANGES, describe, is_network
 from remoras.cli.nodes import Speed, addresses_in, check_speed
-from remoras.cli.runs import Seed, Settings
+from remoras.cli.runs import Seed, Settings, set_keys
 from remoras.process import instead
 
 ALWAYS = "station", "sent", "received"
@@ -103,7 +102,7 @@ def sea(
         return
     secret = _token(bind, token)
     check_speed(speed)
-    overrides = [("--set", setting) for setting in settings or ()]
+    overrides = set_keys(settings)
     if is_network(name):
         scenario = of_network(name, access, [part for part in stations.split(",") if part], overrides)
     elif stations:
@@ -117,8 +116,8 @@ def sea(
     sea = Sea(resolved(scenario), seed, {} if positions is None else traces_in(positions, scenario))
     ports = Ports(sea, Paced(time.monotonic(), speed), (bind, port), known, secret)
     for station, number in ports.numbers.items():
-        print(f"remoras: station {station} at {bind}:{number}, UDP and TCP", file=sys.stderr)
-    print("remoras: Ctrl-C ends it", file=sys.stderr)
+        note(f"station {station} at {bind}:{number}, UDP and TCP")
+    note("Ctrl-C ends it")
     logs = () if out is None else (RowLog(out, sea.setup, seed, sea.recorder).keep,)
     with instead(ports.stop):  # the usual end
         ports.run(until, *logs)

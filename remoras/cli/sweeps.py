@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, as_typed, command, fail, show
+from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, as_typed, command, fail, note, show
+from remoras.cli.runs import Strategies
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -20,11 +21,25 @@ if TYPE_CHECKING:
     from missions.comparison.crossing import Crossing
     from missions.comparison.effects import MainEffect
     from missions.runs.two_runs import RunDifference
+    from missions.sweeps.driver import ReportProgress
     from missions.sweeps.folder import SweepResults, SweepStatus
     from missions.sweeps.study import Study
 
 PARTLY_DONE = 3
 SUMMARY = "summary.json"
+
+
+@contextmanager
+def making(label: str, folder: Path | None) -> Iterator[ReportProgress]:
+    """Show the progress of runs made in the context; if they stop early, fail with the ``folder`` that keeps them."""
+    from missions.sweeps.driver import PartlyDoneError
+
+    with Progress(label, 1, "runs") as progress:
+        try:
+            yield progress.of
+        except PartlyDoneError as error:
+            kept = "" if folder is None else f"; finished runs are kept in {folder}, the same command resumes"
+            fail(f"{error}{kept}", PARTLY_DONE)
 
 
 @command("sweep", "remoras sweep strategies-quick --out results/quick --jobs 2")
@@ -45,15 +60,7 @@ def sweep(
     cluster: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to use instead of this machine.")
     ] = None,
-    strategies: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--strategy",
-            metavar="NAME",
-            autocompletion=completion.strategy,
-            help="Strategy to add to the study: a shipped name, mine.py:MINE or package.module:object.",
-        ),
-    ] = None,
+    strategies: Strategies = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Print number and duration of runs; write nothing.")
     ] = False,
@@ -95,25 +102,22 @@ def sweep(
         show(asdict(guess), as_json, lines)
         _note_on_repeats(loaded)
         return
-    with Progress(f"sweep {loaded.design.name}", 1, "runs") as progress:
-        try:
-            outcome = driver.sweep(
-                loaded,
-                out,
-                jobs,
-                cluster,
-                progress=progress.of,
-                timeout_s=timeout_s,
-                accept_code=accept_code,
-                retry_failed=retry_failed,
-            )
-        except driver.PartlyDoneError as error:
-            fail(f"{error}; finished runs are kept in {out}, the same command resumes", PARTLY_DONE)
+    with making(f"sweep {loaded.design.name}", out) as progress:
+        outcome = driver.sweep(
+            loaded,
+            out,
+            jobs,
+            cluster,
+            progress=progress,
+            timeout_s=timeout_s,
+            accept_code=accept_code,
+            retry_failed=retry_failed,
+        )
     lines = [_status_line(outcome), f"compare them with: remoras compare {as_typed(out)}"]
     show(asdict(outcome), as_json, lines)
     _note_on_repeats(loaded)
     if outcome.failed:
-        print(f"remoras: {outcome.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
+        note(f"{outcome.failed} runs failed; columns error and replay of {out}/runs.parquet")
         raise typer.Exit(FAILED)
 
 
@@ -121,7 +125,7 @@ def _note_on_repeats(study: Study) -> None:
     from missions.comparison.ranking import too_few
 
     if text := too_few(study.maximum):
-        print(f"remoras: {text}", file=sys.stderr)
+        note(text)
 
 
 def _show_status(folder: Path, as_json: bool) -> None:
@@ -225,24 +229,20 @@ def _note_on_state(results: SweepResults) -> None:
     if state.failed or state.remaining > 0:
         counted = f"{state.planned - state.remaining} of {state.planned} runs have finished, only these are compared"
         failed = f"; {state.failed} failed and count as not completed" if state.failed else ""
-        print(f"remoras: {counted}{failed}", file=sys.stderr)
+        note(f"{counted}{failed}")
 
 
 def _show_crossings(
     folder: Path, of: tuple[str, str, str, Sequence[str]], n_refined: int | None, jobs: int, as_json: bool
 ) -> None:
     from missions.comparison.crossing import crossings, refine
-    from missions.sweeps.driver import PartlyDoneError
     from missions.sweeps.folder import SweepResults
 
     results = SweepResults.read(folder)
     _note_on_state(results)
     if n_refined is not None:
-        with Progress(f"refine {folder}", 1, "runs") as progress:
-            try:
-                refine(results, n_refined, *of, jobs=jobs, progress=progress.of)
-            except PartlyDoneError as error:
-                fail(f"{error}; finished runs are kept in {folder}, the same command resumes", PARTLY_DONE)
+        with making(f"refine {folder}", folder) as progress:
+            refine(results, n_refined, *of, jobs=jobs, progress=progress)
     rows = crossings(results, *of)
     show([asdict(row) for row in rows], as_json, [] if as_json else _crossing_lines(rows))
 
