@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Self
@@ -77,6 +77,13 @@ class ConfigurationError(MissionsError):
 
 class OutputError(MissionsError):
     """Output folder not writable, or with results that would be overwritten."""
+
+
+def check_name(what: str, name: str, known: Collection[str]) -> None:
+    """Raise OutputError for an unknown name, with the nearest one; ``what`` is its kind or option."""
+    if name not in known:
+        listed = ", ".join(known) or "none"
+        raise OutputError(f"{what} {cut(name, LONGEST_VALUE)!r}: allowed are {listed}{suggestion(name, known)}")
 
 
 @contextmanager

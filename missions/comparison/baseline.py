@@ -20,11 +20,11 @@ from missions.comparison.treatments import (
     Outcomes,
     Paired,
     Treatment,
-    check_name,
     measured,
     paired_with,
     treatments_of,
 )
+from missions.errors import check_name
 from missions.metric import Metric
 from missions.statistics import (
     Estimated,

@@ -34,13 +34,12 @@ from missions.comparison.treatments import (
     Measured,
     Outcomes,
     Treatment,
-    check_name,
     measured,
     treatment_of,
     treatments_of,
 )
 from missions.document import Document
-from missions.errors import OutputError, StudyChangedError
+from missions.errors import OutputError, StudyChangedError, check_name
 from missions.files import dotted
 from missions.metric import Better, Metric
 from missions.statistics import FEW, RESAMPLES, Array, Interval, NoInterval, generator, sign_flips, step_down_p

@@ -11,8 +11,8 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from missions.comparison.treatments import Measured, Treatment, check_name, measured, treatments_of
-from missions.errors import OutputError
+from missions.comparison.treatments import Measured, Treatment, measured, treatments_of
+from missions.errors import OutputError, check_name
 from missions.metric import Metric
 from missions.statistics import NoInterval, difference_interval
 from missions.sweeps.factorial import HIGH, FactorialDesign, Term

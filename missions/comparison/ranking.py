@@ -19,12 +19,11 @@ from missions.comparison.treatments import (
     SUCCESS,
     Outcomes,
     Treatment,
-    check_name,
     measured,
     treatments_of,
     values_of,
 )
-from missions.errors import OutputError
+from missions.errors import OutputError, check_name
 from missions.metric import Better, Metric
 from missions.statistics import FEW, Array, least_p, step_down_p
 from missions.sweeps.folder import SweepResults

@@ -23,7 +23,6 @@ from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
 from missions.sweeps.study_file import FAULT, KEY_OF_PER, OWN_COLUMNS, PER, StudyFile, level_name
-from worldmodel import suggestion
 
 SIGNIFICANT = 0.05
 
@@ -261,9 +260,3 @@ def measured(runs: Outcomes, metric: Metric) -> Measured:
 
 def _has_reached(run: RunOutcome, metric: Metric) -> bool:
     return run.completed if metric.name == MISSION_TIME else run.summary.get(metric.name) is not None
-
-
-def check_name(option: str, name: str, known: Collection[str]) -> None:
-    """Raise OutputError for an unknown name, with the option and the nearest name."""
-    if name not in known:
-        raise OutputError(f"{option} {name!r}: allowed are {', '.join(known) or 'none'}{suggestion(name, known)}")

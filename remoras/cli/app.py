@@ -177,14 +177,6 @@ def shortened(message: str) -> str:
     return LONG_WORD.sub(lambda match: cut(match[0], LONGEST_WORD), message)
 
 
-def check_known(what: str, name: str, known: Sequence[str]) -> None:
-    """Fail unless ``name`` is one of ``known``."""
-    if name not in known:
-        from worldmodel import suggestion
-
-        fail(f"{what} {cut(name, LONGEST_VALUE)!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
-
-
 NoPlugins = Annotated[
     bool, typer.Option("--no-plugins", help="Load shipped code only: refuse plug-ins that files or options name.")
 ]

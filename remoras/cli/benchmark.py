@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, check_known, command, fail, show, show_json
+from missions.errors import check_name
+from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, command, fail, show, show_json
 from remoras.cli.runs import Strategies
 from remoras.cli.sweeps import making
 
@@ -191,6 +192,6 @@ def check(
     from missions.scenarios.parts import stored
     from remoras.testing import KINDS
 
-    check_known("kind", kind, KINDS)
+    check_name("kind", kind, KINDS)
     passed = _checks(kind, name if kind == "mission" else stored(kind, name))
     show({"passed": passed}, as_json, [f"ok  {text}" for text in passed])

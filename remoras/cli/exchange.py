@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from missions.errors import LONGEST_VALUE, cut
+from missions.errors import LONGEST_VALUE, check_name, cut
 from remoras.cli.app import (
     FigureFormat,
     Json,
     aligned,
-    check_known,
     command,
     fail,
     figure_format,
@@ -261,7 +260,7 @@ def is_network(name: str) -> bool:
     from missions.files import has_table, shipped
 
     if not (file := file_in(name)):
-        check_known("network or scenario", name, [*networks(), *shipped()])
+        check_name("network or scenario", name, [*networks(), *shipped()])
         return name in networks()
     return file != name or file.endswith(".csv") or has_table(name, "network")
 

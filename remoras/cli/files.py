@@ -14,10 +14,10 @@ from exchange.channel.modems import MEASURED, Modem, modems
 from exchange.channel.network import shipped as shipped_networks
 from exchange.channel.shipped import CHANNELS
 from exchange.policy.policies import POLICIES
-from missions.errors import LONGEST_VALUE, cut
+from missions.errors import LONGEST_VALUE, check_name, cut
 from missions.files import shipped_abouts, shipped_studies
 from remoras.cli import completion
-from remoras.cli.app import Json, as_typed, check_known, command, fail, show, show_json
+from remoras.cli.app import Json, as_typed, command, fail, show, show_json
 from remoras.cli.runs import Settings, set_keys
 from remoras.plugins import INSTALLED_KINDS, installed_plugins
 from remoras.strategies import factors_of, parameters, strategies, titles
@@ -42,7 +42,7 @@ def list_(
     For strategies, show source, factors, messages and parameters too.
     """
     if kind:
-        check_known("kind", kind, KINDS)
+        check_name("kind", kind, KINDS)
 
     listed = {name: LISTINGS[name]() for name in ([kind] if kind else KINDS[:-1])}
     if as_json:

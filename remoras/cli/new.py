@@ -11,9 +11,9 @@ from typing import Annotated, Any
 
 import typer
 
-from missions.errors import LONGEST_VALUE, cut
+from missions.errors import LONGEST_VALUE, check_name, cut
 from remoras.cli import completion
-from remoras.cli.app import as_typed, check_known, command, fail
+from remoras.cli.app import as_typed, command, fail
 
 AUTHORS = 'pip install "remoras-sim[authors]"'
 TEMPLATES = Path(__file__).with_name("templates")
@@ -106,7 +106,7 @@ def new(
         return
     if kind in EXAMPLES and kind not in KINDS:
         fail(f"a {kind} starts from a commented example: remoras new {kind} --example > {name or kind}.toml")
-    check_known("kind", kind, KINDS)
+    check_name("kind", kind, KINDS)
     if not name:
         fail(f"NAME is missing; allowed: new {kind} NAME; a commented file is printed by: new scenario --example")
     options = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
@@ -120,7 +120,7 @@ def new(
         _check_scenario_name(name)
         ranges_m = {profile.name: profile.range_m for profile in modems().values()}
         if modem is not None:
-            check_known("--modem", modem, list(ranges_m))
+            check_name("--modem", modem, list(ranges_m))
         files = {f"{name}.toml": scenario_text(name, ranges_m, **chosen)}
         trial = f"remoras run {as_typed(out / f'{name}.toml')} --out first"
     else:
@@ -149,7 +149,7 @@ def _print_example(kind: str, name: str) -> None:
     from missions.scenarios import shipped
     from missions.sweeps.study import example_study
 
-    check_known("example", kind, EXAMPLES)
+    check_name("example", kind, EXAMPLES)
     if name:
         fail(f"NAME {cut(name, LONGEST_VALUE)!r}: an example has no name; allowed: none")
     if kind == "study":

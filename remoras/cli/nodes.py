@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from remoras.cli.app import FAILED, Json, aligned, check_known, command, fail, note, show
+from missions.errors import check_name
+from remoras.cli.app import FAILED, Json, aligned, command, fail, note, show
 from remoras.cli.runs import ScenarioName, Seed, Settings, load, set_keys
 
 if TYPE_CHECKING:
@@ -338,7 +339,7 @@ def addresses_in(text: str, option: str, names: Sequence[str]) -> dict[str, Addr
     addresses: dict[str, Address] = {}
     for entry in filter(None, text.split(",")):
         name, _, address = entry.partition("=")
-        check_known(option, name, names)
+        check_name(option, name, names)
         if name in addresses:
             fail(f"{option} {entry}: {name} is there twice; allowed: one address each")
         addresses[name] = address_of(address, f"{option} {name}")

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from remoras.cli.app import FAILED, Json, aligned, check_known, command, show_json
+from missions.errors import check_name
+from remoras.cli.app import FAILED, Json, aligned, command, show_json
 
 if TYPE_CHECKING:
     from remoras.cli.reproduction.entries import Entry, Outcome
@@ -34,7 +35,7 @@ def reproduce(
     pages = sorted({entry.page for entry in known.values()} - {""})
     for name in dict.fromkeys(names or ()):
         if name not in pages:
-            check_known("entry", name, [*known, *pages])
+            check_name("entry", name, [*known, *pages])
         chosen += [entry for entry in known.values() if name in (entry.name, entry.page)]
     if listed:
         _list(chosen or list(known.values()), as_json)

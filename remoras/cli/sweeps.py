@@ -290,7 +290,7 @@ def _crossed(row: Crossing) -> str:
 
 
 def _show_two_runs(folder: Path, other: Path, names: Sequence[str], as_json: bool) -> None:
-    from missions.comparison.treatments import check_name
+    from missions.errors import check_name
     from missions.runs.results import Results
     from missions.runs.two_runs import difference_of
 

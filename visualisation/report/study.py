@@ -11,8 +11,7 @@ from missions.comparison.baseline import Comparison, compare
 from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.sentences import Statement, effect_statements, power, statements
 from missions.comparison.table import NUMBERS, interval, notes, table
-from missions.comparison.treatments import check_name
-from missions.errors import OutputError
+from missions.errors import OutputError, check_name
 from missions.files import dotted, shown, text_of
 from missions.metric import Metric
 from missions.runs.results import Results

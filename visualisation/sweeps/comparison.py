@@ -17,7 +17,7 @@ from missions.comparison import Comparison, Rank
 from missions.comparison.baseline import compare, csv_of
 from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.ranking import ranks as ranked_by_metric
-from missions.comparison.treatments import check_name
+from missions.errors import check_name
 from missions.files import dotted
 from missions.metric import Better, Metric
 from missions.sweeps.folder import SweepResults
