@@ -10,16 +10,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from missions.errors import OutputError
+from missions.errors import OutputError, check_name
 from missions.figure import ended_s
-from missions.files import dotted, is_named, keys_of_options, toml_value
+from missions.files import dotted, keys_of_options, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
-from remoras.plugins import installed
 from remoras.process import Progress, is_watched
 from remoras.table import Figures, Records, card, number_text
-from worldmodel import suggestion
 
 # Functions import the heavy libraries that they need themselves, so that ``import remoras`` stays fast.
 if TYPE_CHECKING:
@@ -143,7 +141,7 @@ def run(
     """
     from missions.runs.run import run as run_scenario
 
-    loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
+    loaded, own = _loaded(scenario, strategy, seed, policy=policy, channel=channel, network=network, per=per, set=set)
     table = loaded.scenario
     with Progress(f"run {table.name}", table.duration_s, "s of mission time") as shown:
         report = shown.at if is_watched() else None
@@ -171,29 +169,21 @@ def stepping(
     """
     from remoras.stepped import Stepping
 
-    loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
+    loaded, own = _loaded(scenario, strategy, seed, policy=policy, channel=channel, network=network, per=per, set=set)
     return Stepping(loaded, seed, own)
 
 
 def _loaded(
-    scenario: str | Path | Scenario,
-    strategy: str | Strategy | None,
-    policy: str | None,
-    channel: str | None,
-    network: str | None,
-    per: float | None,
-    seed: int,
-    set: Settings | None,
+    scenario: str | Path | Scenario, strategy: str | Strategy | None, seed: int, **options: Any
 ) -> tuple[Scenario, Strategy | None]:
     from remoras.strategy import faults_of_strategy
 
     if isinstance(scenario, Scenario):
-        if any(option is not None for option in (policy, channel, network, per, set)) or isinstance(strategy, str):
+        if any(option is not None for option in options.values()) or isinstance(strategy, str):
             raise TypeError("a loaded scenario takes no options beside seed: give them to load()")
         loaded = scenario
     else:
-        name = strategy if isinstance(strategy, str) else None
-        loaded = load(scenario, strategy=name, policy=policy, channel=channel, network=network, per=per, set=set)
+        loaded = load(scenario, strategy=strategy if isinstance(strategy, str) else None, **options)
     if not isinstance(seed, int) or seed < 0:
         raise TypeError(f"seed is {seed!r}; allowed: a whole number, 0 or more")
     own = None if isinstance(strategy, str) else strategy
@@ -337,6 +327,15 @@ def exchange_study(
     return table
 
 
+def replay_data(results: Results | MemoryResults) -> bytes:
+    """Return the data of a run for its replay page."""
+    from missions.scenarios.parts import strategy_of
+    from visualisation.replay import run_data
+
+    mission, strategy = results.mission, strategy_of(results.scenario)
+    return run_data(results, mission.places, mission.jobs.values(), strategy.declaration.communicates)
+
+
 class Run:
     """Finished run, in memory or in a folder.
 
@@ -457,26 +456,21 @@ class Run:
         from missions.runs.reader import value_of
         from missions.scenarios.parts import metric_given
 
-        if isinstance(metric, str) and metric not in self.summary:
-            metric = installed("metric", metric)
-        if isinstance(metric, str) and not is_named(metric):
-            known = [name for name, value in self.summary.items() if value is None or isinstance(value, float | int)]
-            if metric not in known:
-                raise OutputError(f"metric {metric!r}: allowed are {', '.join(known)}{suggestion(metric, known)}")
-            number = self.summary[metric]
-        else:
-            own = metric_given(metric, "metric")
-            number = value_of(own, self._results, metric if isinstance(metric, str) else "")
-        return None if isinstance(number, Absent) else number
+        if (own := metric_given(metric, self.summary, "metric")) is not None:
+            reference, declared = own
+            number = value_of(declared, self._results, reference)
+            return None if isinstance(number, Absent) else number
+        name = str(metric)
+        known = [name for name, value in self.summary.items() if value is None or isinstance(value, float | int)]
+        check_name("metric", name, known)
+        value: float | None = self.summary[name]
+        return value
 
     def replay(self) -> ReplayPage:
         """Return the replay page, which a notebook displays; DrawingError for a damaged manifest."""
-        from missions.scenarios.parts import strategy_of
-        from visualisation.replay import ReplayPage, page_text, run_data, title_of
+        from visualisation.replay import ReplayPage, page_text, title_of
 
-        mission, by_packets = self._results.mission, strategy_of(self.scenario).declaration.communicates
-        data = run_data(self._results, mission.places, mission.jobs.values(), by_packets)
-        return ReplayPage(page_text(title_of([self.summary]), [data]))
+        return ReplayPage(page_text(title_of([self.summary]), [replay_data(self._results)]))
 
     def known(self, vehicle: str, at_s: float) -> missions.runs.knowledge_at.KnownAt:
         """Return a vehicle's world model and organisation at ``at_s``; OutputError if unknown."""

@@ -117,8 +117,8 @@ class InTime:
     def __init__(self, strategy: Strategy, cpu_s: float = MOST_CPU_S, late: Late | None = None) -> None:
         self.strategy, self.late = strategy, late
         self._cpu_s = cpu_s
-        self.silent: set[tuple[str, str]] = set()
-        """(Method, group) pairs that are no longer called."""
+        self.silent: set[object] = set()
+        """Negotiators, and groups to adapt, that are no longer asked."""
 
     @property
     def name(self) -> str:
@@ -136,16 +136,8 @@ class InTime:
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Return the strategy's allocation; nothing for a group after a timeout."""
-        key = "adapt", work.group.name
-        if key not in self.silent:
-            try:
-                return self.decided("adapt", lambda: self.strategy.adapt(work))
-            except DecidedTooLate:
-                if self.late is None:
-                    raise
-                self.silent.add(key)
-                self.late("adapt", next(iter(work.heads), ""), work.group.name, work.now_s)
-        return ()
+        where = next(iter(work.heads), ""), work.group.name, work.now_s
+        return self.until_late(work.group.name, "adapt", where, lambda: self.strategy.adapt(work), ())
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
         """Return the strategy's negotiator with the same limit."""
@@ -153,6 +145,23 @@ class InTime:
         if made is None or not callable(getattr(made, "negotiate", None)):
             return made
         return InTimeNegotiator(made, me, group.name, self)
+
+    def until_late(
+        self, key: object, part: str, where: tuple[str, str, float], asked: Callable[[], Answer], silent: Answer
+    ) -> Answer:
+        """Return the result of ``asked``, or ``silent`` from the first late decision of ``key`` on.
+
+        ``where`` has vehicle, group and time (s).
+        """
+        if key not in self.silent:
+            try:
+                return self.decided(part, asked)
+            except DecidedTooLate:
+                if self.late is None:
+                    raise
+                self.silent.add(key)
+                self.late(part, *where)
+        return silent
 
     def decided(self, part: str, asked: Callable[[], Answer]) -> Answer:
         """Return the result of ``asked`` within the limit; ``part`` names the method in errors."""
@@ -178,7 +187,7 @@ class InTimeNegotiator:
 
     def __init__(self, negotiator: Negotiator, me: str, group: str, strategy: InTime) -> None:
         self._negotiator, self._me, self._group, self._strategy = negotiator, me, group, strategy
-        self._is_silent, self._now_s = False, 0.0
+        self._now_s = 0.0
 
     def negotiate(self, situation: Situation) -> Move:
         """Return the negotiator's move, or a silent one after a timeout."""
@@ -190,12 +199,4 @@ class InTimeNegotiator:
         return self._decided("division", lambda: division_of(self._strategy.name, self._negotiator), {})
 
     def _decided(self, part: str, asked: Callable[[], Answer], silent: Answer) -> Answer:
-        if not self._is_silent:
-            try:
-                return self._strategy.decided(part, asked)
-            except DecidedTooLate:
-                if self._strategy.late is None:
-                    raise
-                self._is_silent = True
-                self._strategy.late(part, self._me, self._group, self._now_s)
-        return silent
+        return self._strategy.until_late(self, part, (self._me, self._group, self._now_s), asked, silent)

@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType, TracebackType
+from types import FrameType
 
 SAID = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 LOADER = "<frozen importlib._bootstrap>"
@@ -109,9 +109,7 @@ class Progress:
         else:
             print(text, file=sys.stderr)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._rewritten:
             print("\r" + " " * self._rewritten + "\r", end="", file=sys.stderr, flush=True)
 

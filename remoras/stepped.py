@@ -22,8 +22,6 @@ from remoras.truth import Milestone
 from remoras.version import __version__
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     import pyarrow as pa
     from pandas import DataFrame
 
@@ -226,7 +224,5 @@ class Stepping:
     def __enter__(self) -> Stepping:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()

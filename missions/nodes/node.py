@@ -87,15 +87,10 @@ class VehicleNode:
         if log is not None and own.salt and own.lives == 1:
             log.write(LogEntry(LineKind.SALT, own.plan.begins_s, own.salt))
 
-    @property
-    def next_s(self) -> float:
-        """Time of the next event except receptions (s)."""
-        return self.solo.next_s
-
     def run(self) -> NodeOutcome:
         """Run until the end of the plan; close driver, body and log."""
         try:
-            while self.next_s < self._plan.end_s:
+            while self.solo.next_s < self._plan.end_s:
                 self.step()
             self._advance(self._plan.end_s)
             outcome = self.outcome()
@@ -111,7 +106,7 @@ class VehicleNode:
 
     def step(self) -> None:
         """Process received packets and the next due event, or wait for either."""
-        due_s = self.next_s
+        due_s = self.solo.next_s  # except receptions
         for packet in self._driver.receive(due_s):
             self._hear(packet)
         now_s = self._pace.now_s

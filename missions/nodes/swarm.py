@@ -7,11 +7,10 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from exchange.drivers import Paced, Socket, UdpDriver
@@ -19,7 +18,7 @@ from exchange.errors import ExchangeError
 from missions.errors import MissionsError
 from missions.nodes.alone import NodePlan, alone
 from missions.nodes.logs import Began, NodeLog
-from missions.nodes.node import Mishaps, VehicleNode
+from missions.nodes.node import Mishaps, NodeOutcome, VehicleNode
 from remoras.errors import RemorasError
 from remoras.plugins import SAFE_PATH, look_in, plugin_folders, switched_on
 
@@ -48,7 +47,7 @@ def work(job: NodeJob, others: Connection) -> None:
         pace = Paced(start_s, job.speed)
         driver = UdpDriver(port, [(LOOPBACK, number) for number in ports], pace, own.setup.modem.packet_s)
         log = NodeLog(job.out, job.plan, Began.of(pace)) if job.out is not None else None
-        others.send(asdict(VehicleNode(own, driver, pace, log, job.mishaps).run()))
+        others.send(VehicleNode(own, driver, pace, log, job.mishaps).run())
     except (ExchangeError, MissionsError, RemorasError) as error:
         others.send(str(error))
     except (KeyboardInterrupt, EOFError):  # the process of the swarm has ended
@@ -71,7 +70,7 @@ class Swarm:
     """
 
     scenario: str
-    vehicles: list[dict[str, Any]]
+    vehicles: list[NodeOutcome]
     ended: dict[str, str]
     equal: bool
 
@@ -87,9 +86,7 @@ class Processes:
     def __enter__(self) -> Processes:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         # All processes end at once, so that their patience passes only once.
         for process, _ in self._running.values():
             process.terminate()
@@ -128,13 +125,13 @@ class Processes:
             with suppress(OSError):  # ``_said`` reports a process that has ended
                 own.send((start_s, [port for other, port in ports.items() if other != name]))
 
-    def outcomes(self) -> list[dict[str, Any]]:
+    def outcomes(self) -> list[NodeOutcome]:
         """Wait for all processes; return the outcomes of the completed ones."""
         outcomes = []
         for name, (process, _) in self._running.items():
             report = self._said(name)
             process.join()
-            if isinstance(report, dict):
+            if isinstance(report, NodeOutcome):
                 outcomes.append(report)
             else:
                 self.ended[name] = report or f"its process ended with {process.exitcode}"
@@ -170,5 +167,5 @@ def swarm(
         processes.begin()
         begun(processes.pids)
         vehicles = processes.outcomes()
-        alive = [vehicle for vehicle in vehicles if vehicle["is_alive"]]
-        return Swarm(scenario, vehicles, processes.ended, len({node["state_hash"] for node in alive}) == 1)
+        states = {vehicle.state_hash for vehicle in vehicles if vehicle.is_alive}
+        return Swarm(scenario, vehicles, processes.ended, len(states) == 1)

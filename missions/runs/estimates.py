@@ -8,7 +8,7 @@ jobs or lose time. It therefore gives a warning, not a fault.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from exchange.arithmetic import distance
@@ -69,19 +69,21 @@ def cautions(setup: Setup) -> Iterator[Caution]:
         )
     duration_s = setup.scenario.scenario.duration_s
     jobs, _ = jobs_left(setup.mission.jobs, NOTHING_KNOWN)
-    alone = {name: soonest_s for name, job in jobs.items() if (soonest_s := _soonest(setup, job)) is not None}
-    for name, (vehicle, free_s) in alone.items():
-        if free_s > duration_s:
+    idle = _parts(setup)
+    alone = {name: soonest for name, job in jobs.items() if (soonest := _soonest(setup, job, idle)) is not None}
+    free_s = {name: after.free_s for name, (_, after) in alone.items()}
+    for name, (vehicle, _) in alone.items():
+        if free_s[name] > duration_s:
             yield Caution(
                 f"job {name}",
-                f"takes {vehicle} about {free_s:.0f} s with the way there, and no other vehicle less; "
+                f"takes {vehicle} about {free_s[name]:.0f} s with the way there, and no other vehicle less; "
                 f"scenario.duration_s is {duration_s:g}",
             )
-    parts = _divided(setup, {name: jobs[name] for name in sorted(alone, key=lambda name: (-alone[name][1], name))})
+    parts = _divided(setup, [jobs[name] for name in sorted(alone, key=lambda name: (-free_s[name], name))])
     last_s = max((part.outlook.free_s for part in parts), default=0.0)
     end_s = min(duration_s, last_s) if jobs else duration_s
     # If a single job exceeds the duration, its own warning says more.
-    if last_s > duration_s and all(free_s <= duration_s for _, free_s in alone.values()):
+    if last_s > duration_s and all(own_s <= duration_s for own_s in free_s.values()):
         late = max(parts, key=lambda part: part.outlook.free_s)
         yield Caution(
             "scenario.duration_s",
@@ -93,13 +95,14 @@ def cautions(setup: Setup) -> Iterator[Caution]:
             yield _short_of_energy(part, needed_j, end_s)
 
 
-def _soonest(setup: Setup, job: Job) -> tuple[str, float] | None:
-    times = [
-        (after.free_s, data.name)
+def _soonest(setup: Setup, job: Job, parts: Mapping[str, _Part]) -> tuple[str, Outlook] | None:
+    """Vehicle that would complete a job first after its part, of equals the lower node, with its outlook then."""
+    ends = [
+        (after.free_s, data.node, data.name, after)
         for data in _able(setup, job)
-        if (after := job.after(Outlook(0.0, data.start_m), data)) is not None
+        if (after := job.after(parts[data.name].outlook, data)) is not None
     ]
-    return (min(times)[1], min(times)[0]) if times else None
+    return min(ends)[2:] if ends else None
 
 
 def _able(setup: Setup, job: Job) -> list[VehicleData]:
@@ -113,17 +116,16 @@ def _able(setup: Setup, job: Job) -> list[VehicleData]:
     ]
 
 
-def _divided(setup: Setup, jobs: Mapping[str, Job]) -> list[_Part]:
-    parts = {name: _Part(data, Outlook(0.0, data.start_m)) for name, data in setup.database.items()}
-    for job in jobs.values():
-        # Of equal times, the lower node.
-        ends = [
-            (after.free_s, data.node, data.name, after)
-            for data in _able(setup, job)
-            if (after := job.after(parts[data.name].outlook, data)) is not None
-        ]
-        *_, name, after = min(ends)
-        parts[name].take(job, after)
+def _parts(setup: Setup) -> dict[str, _Part]:
+    return {name: _Part(data, Outlook(0.0, data.start_m)) for name, data in setup.database.items()}
+
+
+def _divided(setup: Setup, jobs: Iterable[Job]) -> list[_Part]:
+    parts = _parts(setup)
+    for job in jobs:
+        if (soonest := _soonest(setup, job, parts)) is not None:
+            name, after = soonest
+            parts[name].take(job, after)
     return list(parts.values())
 
 

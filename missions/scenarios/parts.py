@@ -110,15 +110,22 @@ def metric_named(reference: str) -> Metric:
     return metric
 
 
-def metric_given(metric: str | Metric, where: str) -> Metric:
-    """Return a metric by name or as an object; ``where`` is its origin, for messages."""
+def metric_given(metric: str | Metric, fields: Collection[str], where: str) -> tuple[str, Metric] | None:
+    """Return a user's metric with its reference, empty for an object; None for the name of a field.
+
+    ``fields`` are known names, ``where`` is the origin of the metric, for messages.
+    """
+    if isinstance(metric, str):
+        metric = metric if metric in fields else installed("metric", metric)
+        if not is_named(metric):
+            return None
     try:
         if isinstance(metric, str):
-            return metric_named(metric)
+            return metric, metric_named(metric)
         refuse("a metric", faults_of_metric(metric))
     except PluginError as error:
         raise PluginError(f"{where} {metric!r}: {error}") from None
-    return metric
+    return "", metric
 
 
 def with_figures(

@@ -22,8 +22,9 @@ from pydantic import BaseModel
 
 from missions.disk import check_folder, drafted, lock, synced, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError, writing
-from missions.files import is_named, leaves, shown, toml_value
+from missions.files import leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Metric
+from missions.scenarios.parts import metric_given
 from missions.sweeps.code import fingerprint, references, short
 from missions.sweeps.ledger import (
     DONE,
@@ -37,7 +38,6 @@ from missions.sweeps.ledger import (
 )
 from missions.sweeps.plan import ConfigurationLabel, RunSchedule
 from missions.sweeps.study_file import FAULT, StudyFile
-from remoras.plugins import installed
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
@@ -124,23 +124,18 @@ class SweepResults:
         known = {name: self.metrics[name].written() for name in self._record.own_metrics if name in self.metrics}
         names: list[str] = []
         new: dict[str, Metric] = {}
-        for metric_or_name in named:
-            if isinstance(metric_or_name, str) and metric_or_name not in self.metrics:
-                metric_or_name = installed("metric", metric_or_name)  # noqa: PLW2901
-            if isinstance(metric_or_name, str) and not is_named(metric_or_name):
-                names.append(metric_or_name)
+        for given in named:
+            if (own := metric_given(given, self.metrics, option)) is None:
+                names.append(str(given))
                 continue
-            from missions.scenarios.parts import metric_given  # rarely needed
-
-            metric = metric_given(metric_or_name, option)
-            reference = metric_or_name if isinstance(metric_or_name, str) else metric.name
+            reference, metric = own
             names.append(metric.name)
             if metric.written() == known.get(metric.name) or metric in (*self.measured.values(), *new.values()):
                 continue
             if metric.name in (*self.metrics, *TAKEN, *(own.name for own in new.values())):
                 allowed = "there is another field of that name; give the metric another one"
-                raise OutputError(f"{reference}: metric {metric.name}: {allowed}")
-            new[reference] = metric
+                raise OutputError(f"{reference or metric.name}: metric {metric.name}: {allowed}")
+            new[reference or metric.name] = metric
         if new and not any(line["tables"] for line in self.lines.values()):
             raise OutputError(
                 f"{self.folder}: kept no tables, of which {', '.join(metric.name for metric in new.values())} could be "

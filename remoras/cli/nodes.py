@@ -263,7 +263,6 @@ def swarm(
 ) -> None:
     """Run the vehicles of a scenario in separate processes; check that their knowledge agrees."""
     from missions.nodes.logs import refuse_written
-    from missions.nodes.node import NodeOutcome
     from missions.nodes.swarm import swarm as run_swarm
 
     _check(speed, settle, drop, double)
@@ -282,8 +281,7 @@ def swarm(
 
     outcome = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, begun)
     equal = "knowledge of all vehicles is equal" if outcome.equal else "their knowledge differs; give a longer --settle"
-    outcomes = [NodeOutcome(**vehicle) for vehicle in outcome.vehicles]
-    show(asdict(outcome), as_json, [*_outcome_lines(outcomes), equal])
+    show(asdict(outcome), as_json, [*_outcome_lines(outcome.vehicles), equal])
     for name, why in outcome.ended.items():
         note(f"{name}: {why}")
     if outcome.ended or not outcome.equal:

@@ -228,6 +228,7 @@ def replay(
     """Write a self-contained HTML replay of a run; it needs no network."""
     from missions.disk import REPLAY
     from missions.runs.results import Results
+    from remoras.api import replay_data
     from visualisation.replay import check_page_output, missing, page_text, title_of, write_page
 
     target = out if out is not None else folder / REPLAY
@@ -236,21 +237,12 @@ def replay(
     check_page_output(target, force)
     for second in runs[1:]:
         _check_pair(runs[0], second)
-    payloads = [_data(run) for run in runs]
-    write_page(target, page_text(title_of([run.summary for run in runs]), payloads))
+    write_page(target, page_text(title_of([run.summary for run in runs]), list(map(replay_data, runs))))
     for run in runs:
         if lacking := missing(run):
             tables = "; ".join(lacking)
             note(f"{run.folder}: tables are missing; not shown: {tables}")
     print(target)
-
-
-def _data(run: Results) -> bytes:
-    from missions.scenarios.parts import strategy_of
-    from visualisation.replay import run_data
-
-    mission, strategy = run.mission, strategy_of(run.scenario)
-    return run_data(run, mission.places, mission.jobs.values(), strategy.declaration.communicates)
 
 
 def _check_pair(first: Results, second: Results) -> None:

@@ -13,7 +13,7 @@ NONE, BEGAN = Mishaps(), Began(1_000_000.0, 1.0)
 
 
 def step_until(until_s: float, *nodes: VehicleNode) -> None:
-    while (node := min(nodes, key=lambda one: one.next_s)).next_s < until_s:
+    while (node := min(nodes, key=lambda one: one.solo.next_s)).solo.next_s < until_s:
         node.step()
 
 
