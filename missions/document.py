@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
+import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -39,7 +40,7 @@ class Document:
     def read(cls, name_or_path: str, known: Mapping[str, Path], what: str) -> Document:
         """Read a shipped file by name, or any file by path; ConfigurationError if missing or of the other kind."""
         path = file_of(what, name_or_path, known)
-        document = cls.of_text(text_of(path, LARGEST_BYTES), str(path))
+        document = cls.at(path)
         other = STUDY if what == SCENARIO else SCENARIO
         if other in document.raw and what not in document.raw:
             raise of_other_kind(name_or_path, other, document.lines.get((other,)))
@@ -49,6 +50,16 @@ class Document:
     def of_text(cls, text: str, path: str) -> Document:
         """Parse a TOML text; raise ConfigurationError, which names ``path``, as ``tables_of``."""
         return cls(path, text, tables_of(text, path))
+
+    @classmethod
+    def at(cls, path: Path) -> Document:
+        """Read a file of up to ``LARGEST_BYTES``; raise ConfigurationError as ``text_of`` and ``of_text``."""
+        return cls.of_text(text_of(path, LARGEST_BYTES), str(path))
+
+    @classmethod
+    def of_tables(cls, tables: Mapping[str, Any], path: str) -> Document:
+        """Return tables as a document, named ``path`` in messages."""
+        return cls.of_text(tomli_w.dumps(tables), path)
 
     @cached_property  # the whole text, read for each fault
     def lines(self) -> dict[Location, int]:

@@ -7,8 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import tomli_w
-
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.reader import RunReader
@@ -96,8 +94,7 @@ class RunSoFar(RunReader):
 
     @property
     def manifest(self) -> dict[str, Any]:
-        tables = self.scenario.model_dump(mode="json", exclude_none=True)
-        return {"version": __version__, "seed": self._seed, "scenario": tomli_w.dumps(tables)}
+        return {"version": __version__, "seed": self._seed, "scenario": self.scenario.text}
 
     @property
     def tables(self) -> tuple[str, ...]:

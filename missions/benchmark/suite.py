@@ -14,7 +14,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-import tomli_w
 from pydantic import Field
 
 from exchange.channel.network import shipped as shipped_networks
@@ -136,7 +135,7 @@ class Suite:
             "point": [{**ground.set, **network.set} for ground in self.file.ground for network in self.file.network],
             "unforeseen": [case.model_dump(exclude_defaults=True) for case in self.file.unforeseen],
         }
-        study = study_of(Document.of_text(tomli_w.dumps(tables), self.document.path))
+        study = study_of(Document.of_tables(tables, self.document.path))
         # The study merges equal configurations, which would shift the numbers of ``number``.
         if len(study.configurations) != len(strategies) * len(self.cells):
             fault = ConfigurationFault("network", "", "two cases of this suite run alike; leave one of them out")
@@ -164,7 +163,7 @@ def suites() -> dict[str, Path]:
 def suite_named(name_or_path: str, split: str = DEV) -> Suite:
     """Read a shipped suite or a TOML file; raises ConfigurationError with all faults."""
     path = file_of(SUITE, name_or_path, suites())
-    document = Document.of_text(text_of(path), str(path))
+    document = Document.at(path)
     file = document.values(SuiteFile)
     kinds = {"ground": file.ground, "network": file.network, "unforeseen": file.unforeseen}
     faults = [fault for kind, cases in kinds.items() for fault in repeated_names(kind, cases)]

@@ -24,7 +24,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import tomli_w
 
 from missions.comparison.baseline import Side, side_of
 from missions.comparison.ranking import differences_of, rankable
@@ -421,8 +420,8 @@ def _make(
     design |= {"repeats": repeats, "seed": seed_of(file.study.seed, SEEDS + number)}
     kept = {} if file.study.keep_tables is None else {"keep_tables": file.study.keep_tables}
     tables = {"set": file.set, "point": points, "unforeseen": [case.model_dump() for case in cases]}
-    text = tomli_w.dumps({"study": {**design, **kept}, **{name: table for name, table in tables.items() if table}})
-    study = study_of(Document.of_text(text, f"{results.folder}: refined study"))
+    raw = {"study": {**design, **kept}, **{name: table for name, table in tables.items() if table}}
+    study = study_of(Document.of_tables(raw, f"{results.folder}: refined study"))
     before = json.loads((results.folder / STUDY).read_text(encoding="utf-8"))
     now = record_of(SweepPlan(study))
     if any(before["code"].get(name, value) != value for name, value in now["code"].items()):

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tomli_w
 
 from missions.comparison.ranking import (
     Column,
@@ -85,7 +84,7 @@ def race_study(scenario: str, strategies: Sequence[str], per: Sequence[float], s
         raise OutputError(f"--strategy {', '.join(strategies)}: a race takes at least two strategies")
     design = {"name": "race", "scenario": scenario, "strategies": list(strategies), "repeats": repeats, "seed": seed}
     tables = {"study": {**design, "keep_tables": 0}, "grid": {"channel.per": list(per)} if per else {}}
-    return study_of(Document.of_text(tomli_w.dumps(tables), f"race of {scenario}"))
+    return study_of(Document.of_tables(tables, f"race of {scenario}"))
 
 
 def lead_of(column: Column, leader: str, metric: Metric, level: float) -> tuple[str, float, Interval]:

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import tomli_w
-
 from exchange.wire.codec import renewed
 from exchange.wire.sealing import fresh_salt
 from missions.document import Document
@@ -70,9 +68,8 @@ class NodePlan:
         if until_s is not None and not 0.0 < until_s <= duration_s:
             allowed = f"a time up to scenario.duration_s = {duration_s:g} s; raise that with --set"
             raise ConfigurationError.of(name, "--until", f"{until_s:g}", allowed)
-        text = tomli_w.dumps(scenario.for_seed(seed).model_dump(mode="json", exclude_none=True))
         stop_s = duration_s if until_s is None else until_s
-        return cls(text, vehicle, seed, 0, 0.0, stop_s, stop_s + settle_s)
+        return cls(scenario.for_seed(seed).text, vehicle, seed, 0, 0.0, stop_s, stop_s + settle_s)
 
     def setup(self) -> Setup:
         """Return the resolved scenario; raise ConfigurationError for an invalid ``epoch``.

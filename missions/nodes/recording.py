@@ -15,7 +15,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, Self
 
-import tomli_w
 from pydantic import Field
 
 from exchange.channel.models import number_in
@@ -154,7 +153,7 @@ def _stations(
     raw["rally_point"][0]["position_m"] = vehicles[0]["start_m"]
     raw["vehicle"] = [raw["vehicle"][0] | vehicle for vehicle in vehicles]
     raw |= tables | {"communication": raw["communication"] | tables["communication"]}
-    return scenario_from(Document.of_text(tomli_w.dumps(raw), name), overrides)
+    return scenario_from(Document.of_tables(raw, name), overrides)
 
 
 def traces_in(path: Path, scenario: Scenario) -> dict[str, Trace]:
@@ -192,8 +191,7 @@ class RowLog:
         with writing(f"--out {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
             self._file = (folder / ROWS).open("w", encoding="utf-8")
-        text = tomli_w.dumps(setup.scenario.model_dump(mode="json", exclude_none=True))
-        self._file.write(json.dumps([text, int(seed)]) + "\n")
+        self._file.write(json.dumps([setup.scenario.text, int(seed)]) + "\n")
 
     def keep(self, now_s: float) -> None:
         """Append the rows that are final by now (s)."""

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-import tomli_w
 
 from missions.disk import MANIFEST, SUMMARY, check_output, new_content
 from missions.document import Document
@@ -94,7 +93,7 @@ def manifest(run: Run) -> dict[str, Any]:
     return {
         "version": __version__,
         "seed": run.seed,
-        "scenario": tomli_w.dumps(run.scenario.model_dump(mode="json", exclude_none=True)),
+        "scenario": run.scenario.text,
         "modem": {key: getattr(run.setup.modem, key) for key in MODEM_KEYS},
         **({ASSUMED: assumed} if assumed else {}),
         "libraries": library_versions(),

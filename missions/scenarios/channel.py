@@ -30,7 +30,7 @@ from exchange.channel.shipped import CHANNELS
 from exchange.channel.trace import TraceChannel
 from missions.document import Document, fault_of
 from missions.errors import ConfigurationError, ConfigurationFault, one_of
-from missions.files import is_number, text_of
+from missions.files import is_number
 from missions.scenarios.communication import modem_in
 from missions.scenarios.features import used_in
 from remoras.errors import PluginError
@@ -284,7 +284,7 @@ def _as_configured(fault: SettingFault) -> ConfigurationFault:
     line = fault.line
     if line is None and fault.file.endswith(".toml"):
         with suppress(ConfigurationError):  # invalid TOML is reported already
-            line = Document.of_text(text_of(Path(fault.file)), fault.file).line_of(fault.key)
+            line = Document.at(Path(fault.file)).line_of(fault.key)
     return ConfigurationFault(fault.key, fault.given, allowed, line, fault.file)
 
 

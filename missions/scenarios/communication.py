@@ -17,7 +17,7 @@ from exchange.policy.policies import POLICIES, AckPolicy, checked_policy, header
 from exchange.wire.sealing import Seal, key_in
 from missions.document import Document
 from missions.errors import ConfigurationFault, one_of
-from missions.files import LARGEST_BYTES, is_file, shown, text_of
+from missions.files import is_file, shown
 from missions.scenarios.features import with_features
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, known_or_named, named_error, refuse
@@ -70,7 +70,7 @@ def with_modem_read(document: Document, folder: Path) -> tuple[Document, list[Co
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with one [modem.NAME], or {', '.join(modems())}"
         return document, [ConfigurationFault(MODEM, shown(modem), allowed)]
-    part = Document.of_text(text_of(path, LARGEST_BYTES), str(path))
+    part = Document.at(path)
     tables: Any = part.raw.get(MODEMS)
     if set(part.raw) != {MODEMS} or not isinstance(tables, dict) or len(tables) != 1 or not isinstance(own, dict):
         allowed = f"{path} must hold one table [modem.NAME] and nothing else"

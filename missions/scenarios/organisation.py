@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from missions.document import Document, validated
 from missions.errors import ConfigurationFault, one_of
-from missions.files import LARGEST_BYTES, is_file, shown, text_of
+from missions.files import is_file, shown
 from missions.scenarios.fleet import lacking
 from remoras.faults import HEAD_OF
 from remoras.mission import Mission
@@ -539,7 +539,7 @@ def with_organisation(document: Document, folder: Path) -> tuple[Document, list[
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with {', '.join(TABLES)}"
         return document, [ConfigurationFault(ORGANISATION, shown(file), allowed)]
-    part = Document.of_text(text_of(path, LARGEST_BYTES), str(path))
+    part = Document.at(path)
     faults = _unknown(part)
     for name in TABLES:
         if name in document.raw:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Final, Self
 
+import tomli_w
 from pydantic import ConfigDict, Field, SerializeAsAny
 
 from exchange.channel.models import Deployment
@@ -191,6 +192,11 @@ class Scenario(Sparse):
     def names_by_slot(self) -> list[str]:
         """Names of the vehicles in node order."""
         return [vehicle.name for vehicle in sorted(self.vehicle, key=lambda vehicle: vehicle.slot)]
+
+    @property
+    def text(self) -> str:
+        """Resolved scenario as TOML."""
+        return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
 
     def __repr__(self) -> str:
         named = f"strategy {self.strategy.name}, policy {self.communication.policy}, channel {self.channel.name}"

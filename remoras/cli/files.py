@@ -136,10 +136,9 @@ def validate(
 
 def _validate_organisation(file: str, as_json: bool) -> bool:
     from missions.document import Document
-    from missions.files import text_of
     from missions.scenarios.organisation import checked, is_organisation
 
-    document = Document.of_text(text_of(Path(file)), file)
+    document = Document.at(Path(file))
     if not is_organisation(document.raw):
         return False
     groups, n_templates = checked(document)
