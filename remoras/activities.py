@@ -106,10 +106,7 @@ class ActivitySet:
     @cached_property  # 0.4 % of a mission
     def types(self) -> int:
         """Types of the effective activities, as bits over ``ActivityType``."""
-        types = 0
-        for activity in self.effective:
-            types |= 1 << activity.type
-        return types
+        return sum({1 << activity.type for activity in self.effective})
 
     @property
     def name(self) -> str:

@@ -245,7 +245,7 @@ def sweep(
     _check_jobs(jobs)
     loaded = load_study(str(study), strategies)
     with Progress(f"sweep {loaded.design.name}", 1, "runs") as shown:
-        make(loaded, Path(out), jobs, progress=shown.of if is_watched() else None)
+        make(loaded, Path(out), jobs, progress=shown.at if is_watched() else None)
     return Sweep(SweepResults.read(Path(out)))
 
 

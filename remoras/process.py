@@ -82,14 +82,9 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
-    def of(self, done: float, total: float) -> None:
-        """Report progress with a changed total."""
-        self._total = total
-        self.at(done)
-
-    def at(self, done: float) -> None:
-        """Report progress."""
-        now = time.monotonic()
+    def at(self, done: float, total: float | None = None) -> None:
+        """Report progress, with the total if it has changed."""
+        now, self._total = time.monotonic(), self._total if total is None else total
         if self._first is None:
             # A resumed job starts above 0: the rate counts from there.
             self._first, self._began = done, now

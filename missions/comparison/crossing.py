@@ -34,6 +34,7 @@ from missions.comparison.treatments import (
     Outcomes,
     Treatment,
     measured,
+    settings_alike,
     treatment_of,
     treatments_of,
 )
@@ -396,10 +397,10 @@ def refine(
 
 
 def _labels(results: SweepResults, pair: Sequence[Treatment]) -> list[ConfigurationLabel]:
-    by_treatment = {}
+    by_treatment, left_out = {}, settings_alike(results.file)
     for number, label in enumerate(results.schedule.labels):
         if (line := results.lines.get(results.schedule.key(number, 0))) is not None:
-            by_treatment[treatment_of(line, results.file)] = label
+            by_treatment[treatment_of(line, left_out)] = label
     return [by_treatment[treatment] for treatment in pair]
 
 

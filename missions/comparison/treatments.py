@@ -145,10 +145,10 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome
     file = results.file
     place = {case.name: number for number, case in enumerate(file.unforeseen)}
     grouped: dict[Treatment, dict[int, RunOutcome]] = {}
-    left_out = _alike(file)
+    left_out = settings_alike(file)
     for line in results.lines.values():
         outcome = RunOutcome(line["summary"], line["status"] != DONE, line["duration_s"])
-        grouped.setdefault(_treatment(line, left_out), {})[line["repeat"]] = outcome
+        grouped.setdefault(treatment_of(line, left_out), {})[line["repeat"]] = outcome
     if not grouped:
         raise OutputError(f"{results.folder}: no run has finished yet, there is nothing to compare")
     in_order = sorted(
@@ -179,18 +179,14 @@ def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
     return all(other == first for other in others)
 
 
-def treatment_of(line: Line, file: StudyFile) -> Treatment:
-    """Return the treatment of a run of a study."""
-    return _treatment(line, _alike(file))
-
-
-def _alike(file: StudyFile) -> set[str]:
+def settings_alike(file: StudyFile) -> set[str]:
     """Settings that do not distinguish treatments: own columns, those common to all runs, those of a case."""
     cases = {key for case in file.unforeseen for key, _ in (*dotted(case.set), (FAULT, None))}
     return {*OWN_COLUMNS, *(key for key, _ in dotted(file.set)), *cases, UNFORESEEN}
 
 
-def _treatment(line: Line, left_out: Collection[str]) -> Treatment:
+def treatment_of(line: Line, left_out: Collection[str]) -> Treatment:
+    """Return the treatment of a run; ``left_out`` are the ``settings_alike`` of its study."""
     settings = tuple((key, str(value)) for key, value in sorted(line["settings"].items()) if key not in left_out)
     scenario, strategy, policy, channel, per = (line["summary"][key] for key in FIELDS)
     case = line["settings"].get(UNFORESEEN, "")

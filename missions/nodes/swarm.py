@@ -5,8 +5,8 @@ from __future__ import annotations
 import multiprocessing
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -75,74 +75,57 @@ class Swarm:
     equal: bool
 
 
-class Processes:
-    """Processes of a swarm, by vehicle name, each with the connection to it."""
+Running = Mapping[str, tuple[SpawnProcess, Connection]]  # processes by vehicle, each with the connection to it
 
-    def __init__(self, jobs: dict[str, NodeJob]) -> None:
-        self._jobs = jobs
-        self._running: dict[str, tuple[SpawnProcess, Connection]] = {}
-        self.ended: dict[str, str] = {}
 
-    def __enter__(self) -> Processes:
-        return self
-
-    def __exit__(self, *error: object) -> None:
+@contextmanager
+def _started(jobs: Mapping[str, NodeJob]) -> Iterator[Running]:
+    """Start a process for each job; they end with the context."""
+    running: dict[str, tuple[SpawnProcess, Connection]] = {}
+    context = multiprocessing.get_context("spawn")
+    try:
+        with switched_on(SAFE_PATH):
+            for name, job in jobs.items():
+                own, theirs = context.Pipe()
+                process = context.Process(target=work, args=(job, theirs), daemon=True)
+                process.start()
+                # While this process holds the other end, a dead vehicle would not end the connection.
+                theirs.close()
+                running[name] = process, own
+        yield running
+    finally:
         # All processes end at once, so that their patience passes only once.
-        for process, _ in self._running.values():
+        for process, _ in running.values():
             process.terminate()
-        for process, own in self._running.values():
+        for process, own in running.values():
             process.join(PATIENCE_S)
             if process.exitcode is None:
                 process.kill()
                 process.join()
             own.close()
 
-    @property
-    def pids(self) -> dict[str, int]:
-        """Process ids, by vehicle."""
-        return {name: process.pid or 0 for name, (process, _) in self._running.items()}
 
-    def begin(self) -> None:
-        """Start all processes and their mission; raises SwarmError if one could not start."""
-        context = multiprocessing.get_context("spawn")
-        with switched_on(SAFE_PATH):
-            for name, job in self._jobs.items():
-                own, theirs = context.Pipe()
-                process = context.Process(target=work, args=(job, theirs), daemon=True)
-                process.start()
-                # While this process holds the other end, a dead vehicle would not end the connection.
-                theirs.close()
-                self._running[name] = process, own
-        # Every socket is bound before any vehicle starts: packets to an unbound port would be lost.
-        ports: dict[str, int] = {}
-        for name in self._jobs:
-            port = self._said(name)
-            if not isinstance(port, int):
-                raise SwarmError(f"{name}: {port or 'its process ended before the mission started'}")
-            ports[name] = port
-        start_s = time.monotonic() + LEAD_S
-        for name, (_, own) in self._running.items():
-            with suppress(OSError):  # ``_said`` reports a process that has ended
-                own.send((start_s, [port for other, port in ports.items() if other != name]))
+def _begin(running: Running) -> None:
+    """Start the mission of all processes; raises SwarmError if one could not start."""
+    # Every socket is bound before any vehicle starts: packets to an unbound port would be lost.
+    ports: dict[str, int] = {}
+    for name, (_, own) in running.items():
+        port = _said(own)
+        if not isinstance(port, int):
+            raise SwarmError(f"{name}: {port or 'its process ended before the mission started'}")
+        ports[name] = port
+    start_s = time.monotonic() + LEAD_S
+    for name, (_, own) in running.items():
+        with suppress(OSError):  # ``_said`` reports a process that has ended
+            own.send((start_s, [port for other, port in ports.items() if other != name]))
 
-    def outcomes(self) -> list[NodeOutcome]:
-        """Wait for all processes; return the outcomes of the completed ones."""
-        outcomes = []
-        for name, (process, _) in self._running.items():
-            report = self._said(name)
-            process.join()
-            if isinstance(report, NodeOutcome):
-                outcomes.append(report)
-            else:
-                self.ended[name] = report or f"its process ended with {process.exitcode}"
-        return outcomes
 
-    def _said(self, name: str) -> Any:
-        try:
-            # An ended process gives no message, hence None.
-            return self._running[name][1].recv()
-        except (EOFError, OSError):
-            return None
+def _said(own: Connection) -> Any:
+    try:
+        # An ended process gives no message, hence None.
+        return own.recv()
+    except (EOFError, OSError):
+        return None
 
 
 def swarm(
@@ -163,9 +146,16 @@ def swarm(
     """
     mishaps, folders = Mishaps(*lost_and_doubled), plugin_folders()
     jobs = {plan.vehicle: NodeJob(plan, speed, mishaps, out, folders) for plan in plans}
-    with Processes(jobs) as processes:
-        processes.begin()
-        begun(processes.pids)
-        vehicles = processes.outcomes()
-        states = {vehicle.state_hash for vehicle in vehicles if vehicle.is_alive}
-        return Swarm(scenario, vehicles, processes.ended, len(states) == 1)
+    vehicles, ended = list[NodeOutcome](), dict[str, str]()
+    with _started(jobs) as running:
+        _begin(running)
+        begun({name: process.pid or 0 for name, (process, _) in running.items()})
+        for name, (process, own) in running.items():
+            report = _said(own)
+            process.join()
+            if isinstance(report, NodeOutcome):
+                vehicles.append(report)
+            else:
+                ended[name] = report or f"its process ended with {process.exitcode}"
+    states = {vehicle.state_hash for vehicle in vehicles if vehicle.is_alive}
+    return Swarm(scenario, vehicles, ended, len(states) == 1)

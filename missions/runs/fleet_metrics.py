@@ -19,8 +19,9 @@ def idle_s(run: MeasuredRun) -> float | None:
     A vehicle is busy while its executive decision serves a role with a job, travel included. It is idle while it waits,
     follows or heads for a rendezvous, but not before it joins or after its loss.
     """
-    work = job_roles(run.scenario)
-    joined_s, lost_s = _joined_s(run), _first_s(run, Absence.LOSS, False)
+    work, lost_s = job_roles(run.scenario), _first_s(run, Absence.LOSS, False)
+    away, back = (_first_s(run, Absence.BEFORE, is_over) for is_over in (False, True))
+    joined_s = {vehicle: back.get(vehicle, math.inf) for vehicle in away}
     idle = []
     for vehicle in vehicles_for_jobs(run.scenario):
         end_s = min(run.end_s, lost_s.get(vehicle, run.end_s))
@@ -37,11 +38,6 @@ def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
     ]
     # Reversed, so that the first time of a vehicle remains.
     return dict(reversed(reached))
-
-
-def _joined_s(run: MeasuredRun) -> dict[str, float]:
-    away, back = (_first_s(run, Absence.BEFORE, is_over) for is_over in (False, True))
-    return {vehicle: back.get(vehicle, math.inf) for vehicle in away}
 
 
 def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
@@ -106,18 +102,14 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
     return least_m
 
 
-def _disables(kind: str) -> bool:
-    kind_of_fault = kind_of_row(kind)
-    return kind_of_fault is not None and kind_of_fault.DISABLES
-
-
 def recovery_time_s(run: MeasuredRun) -> float | Absent | None:
     """Time (s) from the first disabling fault until peers hold its vehicle's roles with jobs.
 
     Roles not taken over before completion had no work left and are ignored. None if the mission did not complete and
     such a role was never taken over. Not applicable without such a fault or if the vehicle held no work.
     """
-    first = next((row for row in run.recorder.rows("faults") if row[3] != OVER and _disables(row[2])), None)
+    faults = (row for row in run.recorder.rows("faults") if row[3] != OVER)
+    first = next((row for row in faults if (kind := kind_of_row(row[2])) is not None and kind.DISABLES), None)
     if first is None:
         return NOT_APPLICABLE
     at_s, vehicle = first[0], first[1]

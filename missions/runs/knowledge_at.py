@@ -75,11 +75,6 @@ def lives_of(faults: Iterable[Row], vehicle: str) -> list[RebuiltLife]:
     return lives
 
 
-def gave_up_s(faults: Iterable[Row], vehicle: str) -> list[float]:
-    """Return the times (s) at which a vehicle discarded pending blocks, in order."""
-    return sorted({row["time_s"] for row in faults if row["vehicle"] == vehicle and row["kind"] in GAVE_UP})
-
-
 def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s: float) -> list[float]:
     """Return the times (s) of pruning: the vehicle's frame ends, up to the mission's end."""
     rows = map(itemgetter("time_s", "vehicle", "kind", "detail"), faults)
@@ -306,7 +301,8 @@ class Memory:
         held = [holding for holding in self._known_s[vehicle] if holding.until_s > at_s]
         known = ((holding.since_s, holding.block) for holding in held)
         frame_ends_s = tidied_s(self._faults, vehicle, setup.schedule, self._mission_s) if model.pruning else []
-        fill(model, known, at_s, gave_up_s(self._faults, vehicle), frame_ends_s)
+        given_up_s = {row["time_s"] for row in self._faults if row["vehicle"] == vehicle and row["kind"] in GAVE_UP}
+        fill(model, known, at_s, given_up_s, frame_ends_s)
         past = {
             table: [row for row in rows if row["vehicle"] == vehicle and life.from_s <= row["time_s"] <= at_s]
             for table, rows in self._views.items()

@@ -429,20 +429,6 @@ class ModemEnergy(NamedTuple):
     listening_w: float = 0.0
 
 
-def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], modem: ModemEnergy) -> VehicleData:
-    """Return the static data of a vehicle; ``hotel_w`` includes the listening modem."""
-    own = {key: getattr(table, key) for key in VehicleData.__dataclass_fields__ if key in type(table).model_fields}
-    changed = {
-        "playable_roles": table.playable_roles or (),
-        "hotel_w": table.hotel_w + modem.listening_w,
-        "node": table.slot,
-        "transmit_j_per_bit": modem.transmit_j_per_bit,
-        "transmit_j_per_packet": modem.transmit_j_per_packet,
-        "sensors": sensors_of(table, kinds),
-    }
-    return VehicleData(**{**own, **changed})
-
-
 def modem_energy(scenario: Scenario) -> ModemEnergy:
     """Return the energy of a scenario's modem, by its keys or its profile."""
     communication = scenario.communication
@@ -451,6 +437,17 @@ def modem_energy(scenario: Scenario) -> ModemEnergy:
 
 
 def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
-    """Return the static data of all vehicles, in node order."""
-    modem = modem_energy(scenario)
-    return AUVDatabase(tuple(vehicle_data(table, mission.sensors, modem) for table in scenario.vehicle))
+    """Return the static data of all vehicles, in node order; ``hotel_w`` includes the listening modem."""
+    modem, known = modem_energy(scenario), VehicleData.__dataclass_fields__.keys() & VehicleTable.model_fields.keys()
+    vehicles = []
+    for table in scenario.vehicle:
+        own = {key: getattr(table, key) for key in known} | {
+            "playable_roles": table.playable_roles or (),
+            "hotel_w": table.hotel_w + modem.listening_w,
+            "node": table.slot,
+            "transmit_j_per_bit": modem.transmit_j_per_bit,
+            "transmit_j_per_packet": modem.transmit_j_per_packet,
+            "sensors": sensors_of(table, mission.sensors),
+        }
+        vehicles.append(VehicleData(**own))
+    return AUVDatabase(vehicles)

@@ -96,7 +96,7 @@ def plot(
         swept, (ranked,) = SweepResults.read(folder).naming([metric or RANKED])
         swept, named = swept.naming(kinds or (), "KIND")
         with Progress(f"plot {folder}", 1, "steps") as progress:
-            drawn = draw_sweep_figures(swept, named, out or folder, form, ranked, progress.of, width, draw_all)
+            drawn = draw_sweep_figures(swept, named, out or folder, form, ranked, progress.at, width, draw_all)
         _show_drawn(drawn)
         return
     if draw_all:

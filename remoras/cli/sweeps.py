@@ -36,7 +36,7 @@ def making(label: str, folder: Path | None) -> Iterator[ReportProgress]:
 
     with Progress(label, 1, "runs") as progress:
         try:
-            yield progress.of
+            yield progress.at
         except PartlyDoneError as error:
             kept = "" if folder is None else f"; finished runs are kept in {folder}, the same command resumes"
             fail(f"{error}{kept}", PARTLY_DONE)
