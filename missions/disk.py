@@ -20,7 +20,7 @@ from missions.errors import OutputError, writing
 if sys.platform != "win32":
     import fcntl
 
-SUMMARY, MANIFEST, REPLAY = "summary.json", "manifest.json", "replay.html"
+SUMMARY, MANIFEST, REPLAY, STUDY = "summary.json", "manifest.json", "replay.html", "study.json"
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """Suffixes of figures and their data; a text file of the same name marks a run's figure."""
 OF_FILES = (*FIGURES, ".html", ".json", ".parquet", ".tex", ".toml", ".txt")
@@ -116,6 +116,15 @@ def check_output(folder: Path, force: bool) -> None:
         # A trial file shows before the run, not after it, that the place cannot be written.
         with tempfile.TemporaryFile(dir=parent):
             pass
+
+
+def holds_sweep(folder: Path) -> bool:
+    """Return whether a folder holds a sweep, not a single run; OutputError if neither."""
+    if (folder / STUDY).is_file():
+        return True
+    if (folder / SUMMARY).is_file():
+        return False
+    raise OutputError(f"{folder}: no results of a run ({SUMMARY} is missing), nor of a sweep ({STUDY} is missing)")
 
 
 def files_of_run(names: Set[str]) -> set[str]:

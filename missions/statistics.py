@@ -111,10 +111,13 @@ def least_p(n: int) -> float:
     return 2.0 / 2**n if 1 <= n <= 12 else 0.5 / RESAMPLES if n else 1.0
 
 
-def detectable(spread: float, n: int, power: float = 0.8) -> float:
+POWER = 0.8  # probability of detection
+
+
+def detectable(spread: float, n: int) -> float:
     """Smallest mean of ``n`` paired differences of standard deviation ``spread`` that Student's test at 5 % detects.
 
-    ``power`` is the probability of detection, of a single two-sided comparison.
+    The test is of a single two-sided comparison, with ``POWER``.
 
     >>> round(detectable(1.0, 10), 2), round(detectable(2.0, 34), 2)  # Cohen 1988, as computed by G*Power: 1.00, 0.50
     (1.0, 0.99)
@@ -122,7 +125,7 @@ def detectable(spread: float, n: int, power: float = 0.8) -> float:
     bound = float(stats.t.ppf((1.0 + CONFIDENCE) / 2.0, n - 1))
 
     def missing(shift: float) -> float:
-        return power - float(stats.nct.sf(bound, n - 1, shift))  # the other tail is negligible at this power
+        return POWER - float(stats.nct.sf(bound, n - 1, shift))  # the other tail is negligible at this power
 
     return spread / math.sqrt(n) * float(optimize.brentq(missing, 0.0, 2.0 * bound + 4.0))
 

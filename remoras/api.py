@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from missions.disk import holds_sweep
 from missions.errors import OutputError, check_name
 from missions.figure import ended_s
 from missions.files import dotted, keys_of_options, toml_value
@@ -202,7 +203,7 @@ def open(folder: str | Path) -> Run | Sweep:
     5.0
     """
     path = Path(folder)
-    if (path / "study.json").is_file():
+    if holds_sweep(path):
         from missions.sweeps.folder import SweepResults
 
         return Sweep(SweepResults.read(path))
@@ -523,7 +524,7 @@ class Run:
             raise OutputError(f"the run is in {self._results.folder} already; copy that folder")
         from missions.runs.results import write_results
 
-        write_results(self._results.run, Path(folder), force)
+        write_results(self._results, Path(folder), force)
         return Path(folder)
 
 

@@ -114,9 +114,9 @@ class InTime:
     ``form`` and ``negotiator``, DecidedTooLate is raised.
     """
 
-    def __init__(self, strategy: Strategy, cpu_s: float = MOST_CPU_S, late: Late | None = None) -> None:
-        self.strategy, self.late = strategy, late
-        self._cpu_s = cpu_s
+    def __init__(self, strategy: Strategy, cpu_s: float = MOST_CPU_S) -> None:
+        self.strategy, self._cpu_s = strategy, cpu_s
+        self.late: Late | None = None
         self.silent: set[object] = set()
         """Negotiators, and groups to adapt, that are no longer asked."""
 

@@ -31,15 +31,13 @@ def supervisors_of(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
 def supervised_by(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
     """Return for each group the groups it may give a mission: subgroups, or all without one."""
     listed = tuple(groups)
-    supervised: dict[str, tuple[str, ...]] = {}
-    for group in listed:
-        supervised[group.name] = tuple(
-            sub.name
-            for sub in listed
-            if sub is not group
-            and (sub.within == group.name or (group.mission is not None and sub.within is None and sub.mission is None))
-        )
-    return supervised
+
+    def is_above(group: Group, sub: Group) -> bool:
+        return sub.within == group.name or (group.mission is not None and sub.within is None and sub.mission is None)
+
+    return {
+        group.name: tuple(sub.name for sub in listed if sub is not group and is_above(group, sub)) for group in listed
+    }
 
 
 def meets_after(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:

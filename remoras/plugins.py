@@ -111,6 +111,17 @@ def named_object(reference: str) -> Any:
     return named
 
 
+def instance_of(loaded: Any, name: str) -> Any:
+    """Return an object, made without arguments if a class is named; PluginError if the class raises."""
+    if not isinstance(loaded, type):
+        return loaded
+    try:
+        return loaded()
+    except Exception as error:  # plug-in code may raise anything
+        why = f"{name} raised {named_error(error)}"
+        raise PluginError(f"a class that needs no arguments, or an object; {why}") from error
+
+
 def known_or_named(kind: str, name: str, known: Mapping[str, Any], *more: str) -> Any:
     """Return the object ``known`` by a name, or named by its module; else raise PluginError."""
     if ":" in name:
@@ -214,12 +225,12 @@ def broken_promise(who: str, part: str, expected: str, result: object) -> Plugin
 
 
 def answer(
-    who: str, part: str, expected: str, is_expected: Callable[[Any], bool], asked: Callable[[], Answer]
+    who: str, part: str, expected: str, is_expected: type | Callable[[Any], bool], asked: Callable[[], Answer]
 ) -> Answer:
-    """Return the result of a plug-in call; raise PluginError if it raises or is not as expected."""
+    """Return the result of a plug-in call; PluginError if it raises, is of another type or else not as expected."""
     try:
         value = asked()
-        sound = is_expected(value)
+        sound = isinstance(value, is_expected) if isinstance(is_expected, type) else is_expected(value)
     except PluginError:
         raise
     except Exception as error:  # plug-in code may raise anything

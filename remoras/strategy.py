@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Protocol
@@ -264,24 +265,14 @@ def faults_of_strategy(candidate: Any) -> Iterator[str]:
 
 def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
     """Call ``strategy.form``; raise PluginError if it raises or returns another type."""
-    return answer(
-        f"strategy {strategy.name}",
-        "form",
-        "an Organisation",
-        lambda formed: isinstance(formed, Organisation),
-        lambda: strategy.form(database, groups),
-    )
+    asked = partial(strategy.form, database, groups)
+    return answer(f"strategy {strategy.name}", "form", "an Organisation", Organisation, asked)
 
 
 def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
     """Call ``strategy.adapt`` and drop incompatible assignments; errors as ``form_groups``."""
-    assignments: tuple[RoleAssignment, ...] = answer(
-        f"strategy {strategy.name}",
-        "adapt",
-        "a tuple of RoleAssignment",
-        _are_assignments,
-        lambda: strategy.adapt(work),
-    )
+    expected, asked = "a tuple of RoleAssignment", partial(strategy.adapt, work)
+    assignments = answer(f"strategy {strategy.name}", "adapt", expected, _are_assignments, asked)
     if not any(role.incompatible for role in work.group.roles):
         return assignments
     # Strategies need not know of incompatible roles. One after the other, since two new roles may exclude each other.
@@ -296,13 +287,12 @@ def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
 
 def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | None:
     """Call ``strategy.negotiator``; raise PluginError if it raises or returns another type."""
-    return answer(
-        f"strategy {strategy.name}",
-        "negotiator",
-        "an object with negotiate(situation), or None",
-        lambda negotiator: negotiator is None or callable(getattr(negotiator, "negotiate", None)),
-        lambda: strategy.negotiator(me, group),
-    )
+    expected, asked = "an object with negotiate(situation), or None", partial(strategy.negotiator, me, group)
+
+    def is_expected(made: object) -> bool:
+        return made is None or callable(getattr(made, "negotiate", None))
+
+    return answer(f"strategy {strategy.name}", "negotiator", expected, is_expected, asked)
 
 
 def ask(strategy: str, negotiator: Negotiator, situation: Situation) -> Move:
@@ -316,9 +306,8 @@ def division_of(strategy: str, negotiator: Negotiator) -> Mapping[str, str]:
     division = getattr(negotiator, "division", None)
     if division is None:
         return {}
-    checked: Mapping[str, str] = answer(
-        f"strategy {strategy}", "division", "a mapping of names of roles to names of vehicles", _is_division, division
-    )
+    expected = "a mapping of names of roles to names of vehicles"
+    checked: Mapping[str, str] = answer(f"strategy {strategy}", "division", expected, _is_division, division)
     return checked
 
 

@@ -38,13 +38,14 @@ from missions.comparison.treatments import (
     treatment_of,
     treatments_of,
 )
+from missions.disk import STUDY
 from missions.document import Document
 from missions.errors import OutputError, StudyChangedError, check_name
 from missions.files import dotted
 from missions.metric import Better, Metric
 from missions.statistics import FEW, RESAMPLES, Array, Interval, NoInterval, generator, sign_flips, step_down_p
 from missions.sweeps.driver import ReportProgress, sweep
-from missions.sweeps.folder import CODE_CHANGED, STUDY, STUDY_TEXT, SweepResults, record_of
+from missions.sweeps.folder import CODE_CHANGED, STUDY_TEXT, SweepResults, record_of
 from missions.sweeps.plan import ConfigurationLabel, SweepPlan, seed_of
 from missions.sweeps.study import load_study, study_of
 from missions.sweeps.study_file import FAULT, KEY_OF_PER, PER

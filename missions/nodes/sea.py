@@ -139,8 +139,7 @@ class Sea:
 
     def place(self, station: Station, x_m: float, y_m: float) -> None:
         """Send a station to a position at its transit speed; count one outside the world as refused."""
-        x_min, y_min, x_max, y_max = self.setup.scenario.world.box_m
-        if x_min <= x_m <= x_max and y_min <= y_m <= y_max:
+        if self.setup.scenario.world.holds((x_m, y_m)):
             station.target_m = x_m, y_m
         else:
             station.counts["refused"] += 1

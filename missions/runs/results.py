@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from missions.disk import MANIFEST, SUMMARY, check_output, new_content
+from missions.disk import MANIFEST, STUDY, SUMMARY, check_output, new_content
 from missions.document import Document
 from missions.errors import OutputError, writing
 from missions.metric import NOT_APPLICABLE
@@ -197,7 +197,7 @@ class Results(RunReader):
     def read(cls, folder: Path) -> Results:
         """Open a folder; raise OutputError if it holds no results."""
         missing = [name for name in NEEDED if not (folder / name).is_file()]
-        if missing and (folder / "study.json").is_file():
+        if missing and (folder / STUDY).is_file():
             raise OutputError(
                 f"{folder}: holds a sweep; allowed: the results of one run, made with: remoras run --out DIR"
             )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from exchange.channel.modems import Modem
@@ -118,28 +118,22 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
     return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}
 
 
-def subjects_of(
-    scenario: Scenario,
-    mission: Mission,
-    tbox: TBox,
-    instances: Sequence[Instance],
-    database: AUVDatabase,
-    agreement: Agreement,
-) -> Subjects | None:
+def subjects_of(setup: Setup) -> Subjects | None:
     """Return the groups, roles and jobs that each instance concerns; None if every vehicle needs all attributes.
 
     They determine needs, see ``communication.needs_follow``. Raises PluginError for an invalid ``groups_of`` of the
     mission.
     """
+    scenario, mission, tbox, agreement = setup.scenario, setup.mission, setup.tbox, setup.agreement
     if scenario.communication.needs_follow != BY_GROUPS:
         return None
     groups = agreement.groups
-    uid = {instance.name: instance.uid for instance in instances}
+    uid = {instance.name: instance.uid for instance in setup.instances}
     paths = {group.path(role.name): (group.name, role.name) for group in groups for role in group.roles}
     own = {name: _of_job(name, mission, groups) for _, name in mission.instances}
     for_all = {name for feature in features().values() for name in feature.for_all}
     return Subjects(
-        database.names,
+        setup.database.names,
         {uid[group.name]: group.name for group in groups},
         {uid[path]: role for path, role in paths.items()},
         {uid[name]: concerned for name, concerned in own.items() if concerned},
@@ -196,10 +190,10 @@ class Setup:
     schedule: TdmaSchedule
     codec: Codec
     urgency: Mapping[int, int]
-    subjects: Subjects | None
     metrics: Mapping[str, Metric]
     own_metrics: Mapping[str, Metric]
     features: tuple[Feature, ...]
+    subjects: Subjects | None = None
 
     @cached_property  # 0.4 to 1 ms, asked for each vehicle
     def common_needs(self) -> NeedsIndex:
@@ -260,7 +254,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     ahead_s = max([feature.ahead_s(scenario) for feature in used], default=0.0)
     needed = [name for feature in used for name in feature.needed(scenario)]
     exchanged = {*urgency, *(tbox.attribute_named(name).uid for name in needed)}
-    return Setup(
+    setup = Setup(
         scenario=scenario,
         mission=mission,
         strategy=strategy,
@@ -273,11 +267,11 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         schedule=schedule,
         codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s),
         urgency=urgency,
-        subjects=subjects_of(scenario, mission, tbox, instances, database, agreement),
         metrics=metrics_of(scenario, mission_type, own),
         own_metrics=own,
         features=used,
     )
+    return replace(setup, subjects=subjects_of(setup))
 
 
 def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[Feature]) -> tuple[Instance, ...]:

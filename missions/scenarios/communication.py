@@ -20,7 +20,7 @@ from missions.errors import ConfigurationFault, one_of
 from missions.files import is_file, shown
 from missions.scenarios.features import with_features
 from remoras.errors import PluginError
-from remoras.plugins import faults_of, known_or_named, named_error, refuse
+from remoras.plugins import faults_of, instance_of, known_or_named, named_error, refuse
 from remoras.table import NotNegative, Section, Sparse
 
 if TYPE_CHECKING:
@@ -169,8 +169,7 @@ VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby
 
 def value_rule_of(name: str) -> ValueRule:
     """Return a value rule by name, or an instance of package.module:object; raise PluginError if invalid."""
-    loaded = known_or_named("", name, VALUE_RULES)
-    rule: ValueRule = loaded() if isinstance(loaded, type) else loaded
+    rule: ValueRule = instance_of(known_or_named("", name, VALUE_RULES), name)
     refuse("a value rule", faults_of(rule, ValueRule, ("name", "place", "value")))
     return rule
 
@@ -202,9 +201,6 @@ def communication_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
         value_rule_of(communication.value)
     except PluginError as error:
         yield ConfigurationFault("communication.value", "", str(error))
-    except Exception as error:  # user code may raise anything
-        allowed = f"it cannot be made without arguments: {named_error(error)}"
-        yield ConfigurationFault("communication.value", "", allowed)
     try:
         key_of(communication.key_file)
     except ExchangeError as error:

@@ -224,17 +224,9 @@ class DeclaredFault(Section):
         """Return the fault as it occurs to a vehicle at a time (s)."""
         from_s, until_s = self.holds_s(at_s)
         how_long = "for good" if math.isinf(until_s) else f"until {until_s:g} s"
-        subject = f"fault kind {self.kind}"
-        leaves = answer(
-            subject, "leaves", "a Condition", lambda value: isinstance(value, Condition), lambda: self.leaves(data)
-        )
-        detail = answer(
-            subject,
-            "detail",
-            "a text that has how_long",
-            lambda value: how_long in value,
-            lambda: self.detail(data, how_long),
-        )
+        subject, told = f"fault kind {self.kind}", "a text that has how_long"
+        leaves = answer(subject, "leaves", "a Condition", Condition, partial(self.leaves, data))
+        detail = answer(subject, "detail", told, lambda text: how_long in text, partial(self.detail, data, how_long))
         return Fault(self.kind, data.name, from_s, until_s, leaves, detail, self.remembers)
 
     @model_validator(mode="wrap")

@@ -35,7 +35,7 @@ from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel
 
 if TYPE_CHECKING:
     from missions.scenarios.organisation import Role
-    from missions.scenarios.scenario import Scenario
+    from missions.scenarios.scenario import Scenario, World
 
 MAX_VEHICLES: Final = 256  # most vehicles of one fleet, by the number of TDMA slots
 SPACING_M: Final = 10.0  # distance between copies in one layer: twice the separation of passing vehicles
@@ -137,13 +137,13 @@ def with_copies(scenario: Scenario) -> tuple[Scenario, list[str], list[Configura
     if fleet.copies_of is None:
         allowed = f"missing: which vehicle the {n_copies} to add are copies of; allowed: {', '.join(names)}"
         return scenario, [], [ConfigurationFault("fleet.copies_of", "", allowed)]
-    source, box = next(vehicle for vehicle in vehicles if vehicle.name == fleet.copies_of), scenario.world.box_m
-    if not _in(box, source.start_m):
+    source, world = next(vehicle for vehicle in vehicles if vehicle.name == fleet.copies_of), scenario.world
+    if not world.holds(source.start_m):
         return scenario, [], []  # reported for the original
     layers_m = _layers_m(source, vehicles) if fleet.layers else [source.depth_m]
     # Copies of all layers share the same starts, so each must be free in every layer.
     taken_m = [v.start_m for v in vehicles if any(_shares(v, layer_m) for layer_m in layers_m)]
-    starts_m = free_places(source.start_m, fleet.spacing_m, box, taken_m, math.ceil(n_copies / len(layers_m)))
+    starts_m = free_places(source.start_m, fleet.spacing_m, world, taken_m, math.ceil(n_copies / len(layers_m)))
     places = [(start_m, layer_m) for start_m in starts_m for layer_m in layers_m]
     if len(places) < n_copies:
         allowed = f"the world has room for {len(places)} of {n_copies} copies that start this far apart"
@@ -185,44 +185,31 @@ def _layers_m(original: VehicleTable, vehicles: Sequence[VehicleTable]) -> list[
 
 
 def free_places(
-    around_m: PointM, spacing_m: float, box: tuple[float, float, float, float], taken_m: Sequence[PointM], n_places: int
+    around_m: PointM, spacing_m: float, world: World, taken_m: Sequence[PointM], n_places: int
 ) -> list[PointM]:
-    """Return the first lattice points in the world that are ``spacing_m`` from all taken ones."""
+    """Return the first lattice points in the world, nearest rings first, ``spacing_m`` from all taken ones."""
+    (x_m, y_m), (x_min, y_min, x_max, y_max) = around_m, world.box_m
+    reach_m = max(x_m - x_min, x_max - x_m, y_m - y_min, y_max - y_m)
     places: list[PointM] = []
-    for ring in _rings(around_m, spacing_m, box):
-        for place in ring:
-            # Rounded coordinates of neighbouring points may be slightly less than the spacing apart.
-            if _in(box, place) and all(distance(place, other) > 0.999 * spacing_m for other in taken_m):
-                places.append(place)
+    for ring in range(int(reach_m / spacing_m) + 1):
+        for row, column in itertools.product(range(-ring, ring + 1), repeat=2):
+            if max(abs(row), abs(column)) == ring:
+                place = round(x_m + column * spacing_m, 3), round(y_m + row * spacing_m, 3)
+                # Rounded coordinates of neighbouring points may be slightly less than the spacing apart.
+                if world.holds(place) and all(distance(place, other) > 0.999 * spacing_m for other in taken_m):
+                    places.append(place)
         if len(places) >= n_places:
             break
     return places[:n_places]
 
 
-def _rings(around_m: PointM, spacing_m: float, box: tuple[float, float, float, float]) -> Iterator[list[PointM]]:
-    (x_m, y_m), (x_min, y_min, x_max, y_max) = around_m, box
-    reach_m = max(x_m - x_min, x_max - x_m, y_m - y_min, y_max - y_m)
-    for ring in range(int(reach_m / spacing_m) + 1):
-        steps = range(-ring, ring + 1)
-        yield [
-            (round(x_m + column * spacing_m, 3), round(y_m + row * spacing_m, 3))
-            for row in steps
-            for column in steps
-            if max(abs(row), abs(column)) == ring
-        ]
-
-
-def _in(box: tuple[float, float, float, float], place: PointM) -> bool:
-    return box[0] <= place[0] <= box[2] and box[1] <= place[1] <= box[3]
-
-
 def with_starts_apart(scenario: Scenario) -> Scenario:
     """Return a scenario with separated starts, where free places exist."""
-    separation_m, box, placed = scenario.guidance.separation_m, scenario.world.box_m, list[VehicleTable]()
+    separation_m, world, placed = scenario.guidance.separation_m, scenario.world, list[VehicleTable]()
     for vehicle in scenario.vehicle:
         near = [other.start_m for other in placed if _meet(vehicle, other)]
         if any(distance(vehicle.start_m, at_m) < separation_m - TOLERANCE_M for at_m in near):
-            free_m = free_places(vehicle.start_m, max(SPACING_M, separation_m), box, near, 1) or [vehicle.start_m]
+            free_m = free_places(vehicle.start_m, max(SPACING_M, separation_m), world, near, 1) or [vehicle.start_m]
             placed.append(vehicle.model_copy(update={"start_m": free_m[0]}))
         else:
             placed.append(vehicle)

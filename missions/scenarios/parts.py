@@ -28,8 +28,8 @@ from remoras.plugins import (
     asked_for,
     faults_of,
     installed,
+    instance_of,
     look_in,
-    named_error,
     named_object,
     refuse,
     refuse_unshipped,
@@ -256,15 +256,8 @@ def strategy_named(name: str) -> Strategy:
         if (of_name := shipped(name)) is None:
             raise PluginError(allowed_names("strategy", name, strategies()))
         return of_name
-    loaded: Any = named_object(importable(name))
-    if isinstance(loaded, type):
-        try:
-            loaded = loaded()
-        except Exception as error:  # user code may raise anything
-            why = f"{name} raised {named_error(error)}"
-            raise PluginError(f"a class that needs no arguments, or an object; {why}") from error
-    refuse("a strategy", faults_of_strategy(loaded))
-    strategy: Strategy = loaded
+    strategy: Strategy = instance_of(named_object(importable(name)), name)
+    refuse("a strategy", faults_of_strategy(strategy))
     return strategy
 
 

@@ -75,11 +75,16 @@ class World(Section):
         """Borders of the operations (x_min, y_min, x_max, y_max)."""
         return self.x_m[0], self.y_m[0], self.x_m[1], self.y_m[1]
 
+    def holds(self, place_m: PointM) -> bool:
+        """Return whether a place is within the borders."""
+        (x_m, y_m), (x_min, y_min, x_max, y_max) = place_m, self.box_m
+        return x_min <= x_m <= x_max and y_min <= y_m <= y_max
+
     def outside(self, places_m: Iterable[tuple[str, PointM]]) -> Iterator[ConfigurationFault]:
         """Yield faults of positions, by key, outside the world."""
         x_min, y_min, x_max, y_max = self.box_m
         for key, (x, y) in places_m:
-            if not (x_min <= x <= x_max and y_min <= y <= y_max):
+            if not self.holds((x, y)):
                 allowed = f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
                 yield ConfigurationFault(key, f"[{x}, {y}]", allowed)
 

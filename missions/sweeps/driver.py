@@ -14,9 +14,10 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from missions.disk import STUDY
 from missions.errors import DiskFullError, MissionsError, OutputError
 from missions.sweeps.code import fingerprint, short
-from missions.sweeps.folder import STUDY, SweepFolder, SweepResults, SweepStatus
+from missions.sweeps.folder import SweepFolder, SweepResults, SweepStatus
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import DRAWN, RunTask, SweepPlan
 from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart, cluster_executor

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from missions.disk import check_folder, drafted, lock, synced, write_synced
+from missions.disk import STUDY, SUMMARY, check_folder, drafted, lock, synced, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError, writing
 from missions.files import leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Metric
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
 
 MOST_TABLE_BYTES = 500_000_000  # limit (bytes) on a study's tables, unless it sets the repeats to keep
-STUDY, STUDY_TEXT, RUNS, KEPT, LOCK = "study.json", "study.toml", "runs.parquet", "runs", "lock"
+STUDY_TEXT, RUNS, KEPT, LOCK = "study.toml", "runs.parquet", "runs", "lock"
 DAMAGED = "lost or changed since it was written; repeat the sweep with the same --out to restore it"
 MOST_DIFFERENCES = 20
 CODE_CHANGED = "the code that makes the runs has changed: continue with --accept-code, which marks its runs; or "
@@ -308,7 +308,7 @@ class SweepFolder:
         self._plan = plan
         record = record_of(plan)
         check_folder(folder)
-        if (folder / "summary.json").exists():
+        if (folder / SUMMARY).exists():
             raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
         try:
             folder.mkdir(parents=True, exist_ok=True)

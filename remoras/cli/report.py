@@ -27,24 +27,22 @@ def report(
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier report.")] = False,
 ) -> None:
     """Write a report of a study or run: figure, table, statements and methods as HTML and LaTeX."""
-    from missions.disk import check_output
+    from missions.disk import check_output, holds_sweep
     from visualisation.report import study_report, write_report
 
     check_output(out, force)
     results: SweepResults | None = None
-    if (folder / "study.json").is_file():
+    if holds_sweep(folder):
         from missions.sweeps.folder import SweepResults
 
         results = SweepResults.read(folder)
         made, notes = study_report(results, metric, lambda run: _drawn(run, "trajectories", "a"))
-    elif (folder / "summary.json").is_file():
+    else:
         from missions.runs.results import Results
 
         if metric is not None:
             fail(f"--metric {metric}: applies to the report of a sweep, and {folder} holds a single run")
         made, notes = _of_run(Results.read(folder)), []
-    else:
-        fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
     for text in notes:
         note(f"note: {text}")
     for path in write_report(made, out):

@@ -78,13 +78,13 @@ def plot(
     ] = False,
 ) -> None:
     """Draw figures of a run (trajectories, roles and more) or of a sweep (ranking and more)."""
-    from missions.disk import check_folder
+    from missions.disk import check_folder, holds_sweep
 
     form = figure_format(file_format, out or folder)
     # Before the figures are drawn.
     if out is not None:
         check_folder(out)
-    if (folder / "study.json").is_file():
+    if holds_sweep(folder):
         if at is not None or viewer or panel:
             fail(f"--at, --viewer and --panel: apply to figures of a single run, and {folder} holds a sweep")
         from missions.sweeps.folder import SweepResults
@@ -101,8 +101,6 @@ def plot(
         return
     if draw_all:
         fail(f"--all: applies to the figures of a sweep, and {folder} holds a single run, of which all are drawn")
-    if not (folder / "summary.json").is_file():
-        fail(f"{folder}: no results of a run (summary.json is missing), nor of a sweep (study.json is missing)")
     if metric is not None:
         fail(f"--metric {metric}: applies to the ranking of a sweep, and {folder} holds a single run")
     from missions.runs.results import Results

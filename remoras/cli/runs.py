@@ -73,6 +73,8 @@ Strategies = Annotated[
         autocompletion=completion.strategy,
     ),
 ]
+Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for all results; default: none.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")]
 Overrides = Sequence[tuple[str, str]]
 """Option as given, and KEY=VALUE."""
 
@@ -117,8 +119,8 @@ def run(
     per: ErrorRate = None,
     seed: Seed = 1,
     settings: Settings = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for all results; default: none.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
+    out: Out = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Run a mission scenario and print its summary; write all results with --out."""
@@ -191,10 +193,8 @@ def live(
     per: ErrorRate = None,
     seed: Seed = 1,
     settings: Settings = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for all results, written at the end; default: none.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
+    out: Out = None,
+    force: Force = False,
     port: Annotated[
         int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 takes a free one.")
     ] = 0,

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from missions.sweeps.study import Study
 
 PARTLY_DONE = 3
-SUMMARY = "summary.json"
 
 
 @contextmanager
@@ -189,6 +188,8 @@ def compare(
 
     For a single run, print the named metrics.
     """
+    from missions.disk import SUMMARY
+
     names = tuple(dict.fromkeys(metrics or ()))
     if crossing is None and (axis != "per" or where or refine is not None):
         fail("--axis, --where and --refine: apply to --crossing A,B, which is missing")

@@ -12,11 +12,12 @@ import pytest
 from sweeping import HERE, Serial, environment, finished, outcome, study_text, swept, written
 from typer.testing import CliRunner
 
+from missions.disk import STUDY
 from missions.errors import OutputError, StudyChangedError
 from missions.scenarios import load
 from missions.sweeps import code
 from missions.sweeps.driver import sweep
-from missions.sweeps.folder import KEPT, STUDY, SweepResults
+from missions.sweeps.folder import KEPT, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study, load_study

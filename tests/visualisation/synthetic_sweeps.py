@@ -14,11 +14,12 @@ import numpy as np
 from missions.comparison import Comparison
 from missions.comparison.baseline import compare
 from missions.comparison.treatments import FIELDS
+from missions.disk import STUDY
 from missions.mapping.metrics import METRICS as MAPPING_METRICS
 from missions.metric import Metric
 from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.factorial import HIGH, designed
-from missions.sweeps.folder import STUDY, SweepResults
+from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
 from missions.sweeps.plan import ConfigurationLabel, RunSchedule, seed_of
 from missions.sweeps.study_file import StudyFile
