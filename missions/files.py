@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFault, cut
-from remoras.plugins import SHIPPED
 
 LARGEST_BYTES = 1_000_000  # greatest size of a TOML file; shipped ones have up to 20 kB
 MOST_LEVELS = 40
@@ -142,6 +141,7 @@ def is_named(text: str) -> bool:
     return ":" in text or text.endswith(".py")
 
 
+OURS = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
 REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")  # ``package.module:object``
 
 
@@ -157,7 +157,7 @@ def texts(value: Any) -> Iterator[str]:
 def is_reference(text: str) -> bool:
     """Return True for a possible reference to an object of an external module."""
     match = REFERENCE.fullmatch(text)
-    return match is not None and match[1].partition(".")[0] not in SHIPPED
+    return match is not None and match[1].partition(".")[0] not in OURS
 
 
 def text_of(path: Path, most_bytes: int | None = None) -> str:

@@ -10,7 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -23,9 +23,8 @@ from missions.files import tables_of
 from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun, Metric
 from missions.scenarios.parts import mission_of
 from missions.scenarios.scenario import Scenario
-from remoras.errors import PluginError
 from remoras.mission import Milestone, Mission
-from remoras.plugins import named_error
+from remoras.plugins import answer
 from remoras.recorder import TIME, Content
 from worldmodel import Knowledge, suggestion
 
@@ -230,12 +229,9 @@ def _in_time_order(table: pa.Table) -> list[tuple[Any, ...]]:
 def value_of(metric: Metric, run: MeasuredRun, of: str) -> float | int | bool | Absent | None:
     """Return the value of a metric declared by ``of``; PluginError if it raises or gives no finite value or None."""
     where = f"metric {metric.name} of {of}" if of else f"metric {metric.name}"
-    try:
-        value = metric.of(run)
-    except Exception as error:  # may be user code
-        raise PluginError(f"{where}: raised {named_error(error)}") from error
-    if value is not None and value is not NOT_APPLICABLE and not isinstance(value, float | int):
-        raise PluginError(f"{where}: expected a number, a truth value or None; it gave {type(value).__name__}")
-    if isinstance(value, float) and not math.isfinite(value):
-        raise PluginError(f"{where}: expected a finite number, or None where a run has none; it gave {value}")
-    return value
+    expected = "a finite number, a truth value, or None where a run has none"
+    return answer(where, "its function", expected, _is_value, partial(metric.of, run))
+
+
+def _is_value(value: Any) -> bool:
+    return value in (None, NOT_APPLICABLE) or (isinstance(value, float | int) and math.isfinite(value))

@@ -8,14 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from exchange.channel.channel import Channel
-from missions.files import is_reference, texts
+from missions.files import OURS, is_reference, texts
 from missions.runs.assembly import assemble
 from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet.final_exchange import Settled, settle
 from remoras.fleet.fleet import Fleet
 from remoras.mission import Milestone, Mission
-from remoras.plugins import SHIPPED
 from remoras.recorder import Recorder
 from remoras.strategy import Strategy
 from remoras.truth import reachable_fraction
@@ -40,7 +39,7 @@ def is_drawn(root: int, scenario: Scenario, strategy: object) -> bool | None:
     """True if the run drew random numbers; None if unknown, as user code may draw unseen."""
     if not isinstance(root, Root) or root.is_drawn_from:
         return True
-    is_ours = type(strategy).__module__.partition(".")[0] in SHIPPED
+    is_ours = type(strategy).__module__.partition(".")[0] in OURS
     parts = scenario.model_dump(mode="json", exclude={"scenario": {"metrics"}})  # metrics are computed after the run
     return False if is_ours and not any(map(is_reference, texts(parts))) else None
 

@@ -168,18 +168,15 @@ def _frontseat(reference: str, start_utc: str, has_modem: bool) -> Frontseat:
     from missions.nodes.frontseat import Frontseat
     from missions.scenarios.parts import importable
     from remoras.errors import PluginError
-    from remoras.plugins import named_object
+    from remoras.plugins import answer, named_object
 
     if not reference:
         return Frontseat()
     try:
-        seat = named_object(importable(reference))()
+        made = named_object(importable(reference))
     except PluginError as error:
         fail(f"--frontseat {reference}: {error}")
-    except Exception as error:  # user code may raise anything
-        fail(f"--frontseat {reference}: {type(error).__name__}: {error}")
-    if not isinstance(seat, Frontseat):
-        fail(f"--frontseat {reference}: returns {type(seat).__name__}; allowed is a missions.nodes.Frontseat")
+    seat: Frontseat = answer(f"--frontseat {reference}", "it", "a missions.nodes.Frontseat", Frontseat, made)
     if seat.modem is not None and has_modem:
         fail("--frontseat: its modem replaces other links; leave out --serial, --unet, --bind and --peers")
     if (seat.clock is not None or seat.modem is not None) and not start_utc:

@@ -45,8 +45,8 @@ def test_metrics_of_the_mapping_mission_conform(one: Metric) -> None:
         (metric(name="completed"), "metric completed: declared twice"),
         (metric(label="Energy"), "is also the label of energy_j"),
         (metric(of=lambda run: 1 / 0), "raised ZeroDivisionError"),
-        (metric(of=lambda run: "much"), "it gave str"),
-        (metric(of=lambda run: float("nan")), "it gave nan"),
+        (metric(of=lambda run: "much"), "its function returned 'much'"),
+        (metric(of=lambda run: float("nan")), "its function returned nan"),
         (metric(of=lambda run: next(COUNTER)), "asked of the same run again"),
     ],
 )

@@ -224,7 +224,7 @@ SEAT = "from missions.nodes import Frontseat\ndef seat(): return Frontseat"
 
 @pytest.mark.parametrize(("text", "options", "expected"), [
     ("", (), "has no seat"),
-    ("def seat(): return 3", (), "returns int; allowed is a missions.nodes.Frontseat"),
+    ("def seat(): return 3", (), "it returned 3; expected: a missions.nodes.Frontseat"),
     ("def seat(): raise OSError('no port')", (), "OSError: no port"),
     (f"{SEAT}(modem=print)", (), "--start-utc is missing"),
     (f"{SEAT}(modem=print)", ("--start-utc", "2026-05-01T09:00:00", "--peers", "ASV00=127.0.0.1:1"),

@@ -93,7 +93,7 @@ AT_SEA = [
     ("BrokenSettings", r"other.*sense.*ZeroDivisionError: no echo"), ("NumbersSettings", r"other.*sense.*Observation"),
     ("TablelessSettings", r"other of Diver: its observation has the row .*, but its table is None"),
     ("ShortRowSettings", r"soundings: a row does not fit its columns .*depth_m \(float\)"),
-    ("MetricRaises", f"metric wear of {HERE}:MetricRaises: raised ZeroDivisionError: no echo"),
+    ("MetricRaises", f"metric wear of {HERE}:MetricRaises: its function raised ZeroDivisionError: no echo"),
     ("TruthRaises", r"the mission's truth: observe raised KeyError: 'buoys', in .*, line \d+; expected: True or False"),
     ("Undecided", "mission Undecided: is_enough returned 'perhaps'; expected: true or false"),
 ]  # fmt: skip
