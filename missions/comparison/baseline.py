@@ -20,6 +20,7 @@ from missions.comparison.treatments import (
     Outcomes,
     Paired,
     Treatment,
+    TreatmentColumns,
     measured,
     paired_with,
     treatments_of,
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class Comparison(TreatmentColumns):
     """A row of ``compare``; None for too few runs.
 
     Args:
@@ -60,13 +61,6 @@ class Comparison:
         unequal_success: significantly below the highest success rate, see ``Rank``.
     """
 
-    scenario: str
-    strategy: str
-    policy: str
-    channel: str
-    per: float
-    settings: dict[str, str]
-    unforeseen: str
     metric: str
     baseline: str
     n: int

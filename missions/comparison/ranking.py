@@ -19,6 +19,7 @@ from missions.comparison.treatments import (
     SUCCESS,
     Outcomes,
     Treatment,
+    TreatmentColumns,
     measured,
     treatments_of,
     values_of,
@@ -31,8 +32,8 @@ from missions.sweeps.folder import SweepResults
 ROUNDING = 1e-9  # relative size up to which a difference is rounding
 
 
-@dataclass(frozen=True)
-class Rank:
+@dataclass(frozen=True, kw_only=True)
+class Rank(TreatmentColumns):
     """Rank of a strategy with its policy among those with equal conditions.
 
     Args:
@@ -44,13 +45,6 @@ class Rank:
         deterministic: a single run, not tested.
     """
 
-    scenario: str
-    strategy: str
-    policy: str
-    channel: str
-    per: float
-    settings: dict[str, str]
-    unforeseen: str
     metric: str
     n: int
     success_rate: float

@@ -122,6 +122,19 @@ class Treatment:
         return replace(self, settings=settings)
 
 
+@dataclass(frozen=True, kw_only=True)
+class TreatmentColumns:
+    """Columns of a row that identify its treatment."""
+
+    scenario: str
+    strategy: str
+    policy: str
+    channel: str
+    per: float
+    settings: dict[str, str]
+    unforeseen: str
+
+
 @dataclass(frozen=True)
 class RunOutcome:
     """Outcome of a run; ``summary`` lacks metrics after a failure, a ``constant`` run stands for all repeats."""

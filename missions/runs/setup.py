@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from exchange.channel.modems import Modem
 from exchange.policy.policies import AckPolicy
@@ -31,7 +31,7 @@ from remoras.mission import Mission
 from remoras.organisation import Group, Organisation
 from remoras.organisation.leadership import ROLE_ATTRIBUTES
 from remoras.organisation.needs import Path, Subjects
-from remoras.plugins import answer, faults_of, named_error
+from remoras.plugins import answer, faults_of, refuse
 from remoras.recorder import Recorder, Table
 from remoras.sensor import Sensor
 from remoras.social.agreement import Agreement, agree
@@ -59,15 +59,11 @@ def sensors_of(data: VehicleData) -> dict[str, Sensor]:
     made: dict[str, Sensor] = {}
     for settings in data.sensors:
         where = f"sensor {settings.name} of {data.name}"
-        try:
-            sensor = settings.make(data)
-        except Exception as error:  # may be user code
-            raise PluginError(f"{where}: make(data) raised {named_error(error)}") from error
+        sensor: Sensor = answer(where, "make(data)", "a remoras.Sensor", object, partial(settings.make, data))
         faults = list(faults_of(sensor, Sensor, ("table", "sense")))
         if not faults and not isinstance(sensor.table, Table | None):
             faults = [f"table is {type(sensor.table).__name__}; expected a remoras.Table, or None if it writes none"]
-        if faults:
-            raise PluginError(f"{where}: {'; '.join(faults)}")
+        refuse(where, faults)
         made[settings.name] = sensor
     return made
 

@@ -167,32 +167,22 @@ class Specification:
         return key, ""
 
 
-class _Named(BaseModel):
+class _Shape(BaseModel):
+    """Keys by which groups, templates and roles refer to each other."""
+
     model_config = ConfigDict(extra="allow")
 
-    name: str
-    extends: tuple[str, ...] = ()
-    abstract: bool = False
-
-
-class _Roles(BaseModel):
-    model_config = ConfigDict(extra="allow")
-
-    role: tuple[_Named, ...] = ()
-
-
-class _Template(_Roles, _Named):
-    pass
-
-
-class _Group(_Roles):
     name: str
     template: str | None = None
+    extends: tuple[str, ...] = ()
+    abstract: bool = False
+    role: tuple[_Shape, ...] = ()
 
 
-class _Organisation(_Roles):
-    group_template: tuple[_Template, ...] = ()
-    group: tuple[_Group, ...] = ()
+class _Organisation(BaseModel):
+    role: tuple[_Shape, ...] = ()
+    group_template: tuple[_Shape, ...] = ()
+    group: tuple[_Shape, ...] = ()
 
 
 def specified(raw: Raw) -> Specification:

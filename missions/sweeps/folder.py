@@ -322,8 +322,12 @@ class SweepFolder:
                 write_synced(folder / STUDY_TEXT, plan.study.text)
                 write_synced(folder / STUDY, json.dumps(record, indent=1))
                 self._ledger = RunLedger(folder / LEDGER, record[IDENTITY])
-                self._again = self._to_make_again(retry_failed)
                 lines = self._ledger.lines.items()
+                self._again = {
+                    key
+                    for key, line in lines
+                    if (retry_failed and line["status"] == FAILED) or is_damaged(folder, line)
+                }
                 self.summaries = {key: line["summary"] for key, line in lines if key not in self._again}
                 self._table_bytes = sum(path.stat().st_size for path in (folder / KEPT).glob("[!.]*/*"))
             # An interruption releases the lock too.
@@ -352,14 +356,6 @@ class SweepFolder:
         kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else record
         identity: str = kept[IDENTITY]
         return identity
-
-    def _to_make_again(self, retry_failed: bool) -> frozenset[str]:
-        lines = self._ledger.lines
-        return frozenset(
-            key
-            for key, line in lines.items()
-            if (retry_failed and line["status"] == FAILED) or is_damaged(self.folder, line)
-        )
 
     def append(self, finished: Sequence[FinishedRun]) -> None:
         """Record finished runs on disk, known ones skipped; OutputError if the disk or a changed repeat forbids it."""
