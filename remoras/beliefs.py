@@ -322,28 +322,15 @@ class Beliefs(Known):
 
     # To the world model --------------------------------------------------------------------------
 
-    def fact(self, subject: str, attribute: str, value: Any, uncertainty: float | None = None) -> Fact:
+    def fact(
+        self, subject: str, attribute: str, value: Any, uncertainty: float | None = None, new_uid: int | None = None
+    ) -> Fact:
         """Return a fact ready to be recorded; UnknownNameError, or FactError for an unknown symbol.
 
         ``value`` is a name (link), symbol, number, point (x, y) or truth value. ``uncertainty`` is the standard
-        deviation of numbers and points, else a probability; None if unknown.
+        deviation of numbers and points, else a probability; None if unknown. ``new_uid``: of a new instance, ``SELF``.
         """
-        return self._fact(None, subject, attribute, value, uncertainty)
 
-    def facts_of(self, observation: Observation) -> list[Fact]:
-        """Return the facts of an observation, recorded together; a detection is a new instance."""
-        if not observation.found:
-            return [self._fact(None, *fact) for fact in observation.facts]
-        class_uid = self._tbox.class_named(observation.found).uid
-        known = _nearest(self.model, observation, class_uid) if observation.within_m > 0.0 else None
-        if known is not None:
-            return [self._fact(known, *fact) for fact in observation.facts]
-        uid = self.model.new_instance_uid()
-        return [(uid, TYPE_UID, class_uid), *(self._fact(uid, *fact) for fact in observation.facts)]
-
-    def _fact(
-        self, new_uid: int | None, subject: str, attribute: str, value: Any, uncertainty: float | None = None
-    ) -> Fact:
         def uid(name: str) -> int:
             return new_uid if new_uid is not None and name == SELF else self.uid(name)
 
@@ -352,6 +339,17 @@ class Beliefs(Known):
         if uncertainty is None:
             return uid(subject), kind.uid, value
         return uid(subject), kind.uid, value, uncertainty
+
+    def facts_of(self, observation: Observation) -> list[Fact]:
+        """Return the facts of an observation, recorded together; a detection is a new instance."""
+        if not observation.found:
+            return [self.fact(*fact) for fact in observation.facts]
+        class_uid = self._tbox.class_named(observation.found).uid
+        known = _nearest(self.model, observation, class_uid) if observation.within_m > 0.0 else None
+        if known is not None:
+            return [self.fact(*fact, new_uid=known) for fact in observation.facts]
+        uid = self.model.new_instance_uid()
+        return [(uid, TYPE_UID, class_uid), *(self.fact(*fact, new_uid=uid) for fact in observation.facts)]
 
     def _value(self, attribute: Attribute, value: Any) -> Any:
         if attribute.kind is not ValueKind.SYMBOL or not isinstance(value, str):

@@ -422,7 +422,7 @@ def _make(
     design |= {"repeats": repeats, "seed": seed_of(file.study.seed, SEEDS + number)}
     kept = {} if file.study.keep_tables is None else {"keep_tables": file.study.keep_tables}
     tables = {"set": file.set, "point": points, "unforeseen": [case.model_dump() for case in cases]}
-    raw = {"study": {**design, **kept}, **{name: table for name, table in tables.items() if table}}
+    raw: dict[str, Any] = {"study": {**design, **kept}, **{name: table for name, table in tables.items() if table}}
     study = study_of(Document.of_tables(raw, f"{results.folder}: refined study"))
     before = json.loads((results.folder / STUDY).read_text(encoding="utf-8"))
     now = record_of(SweepPlan(study))

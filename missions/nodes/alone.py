@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from exchange.wire.codec import renewed
@@ -146,7 +147,7 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
     )
     if introductions is not None:
         for (_, until_s), salt in zip(pauses, by_life[1:], strict=True):
-            solo.note(lambda host, salt=salt: introductions.begin(salt), until_s)
+            solo.note(partial(_begin_again, introductions, salt), until_s)
     return LoneVehicle(plan, setup, solo, by_life[-1], 1 + len(pauses), steered)
 
 
@@ -157,6 +158,10 @@ def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys
         raise ConfigurationError.of(setup.scenario.scenario.name, "begins", f"{at_s:g}", allowed)
     declared = kind_named(away)(kind=away, vehicle=plan.vehicle, at_s=at_s, **keys)
     return declared.befalling(setup.database[plan.vehicle], at_s)
+
+
+def _begin_again(introductions: Introductions, salt: bytes, solo: Solo) -> None:
+    introductions.begin(salt)
 
 
 def _introductions(setup: Setup, vehicle: str, key: bytes, salt: bytes) -> Introductions:
