@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.reader import RunReader
-from missions.runs.results import MemoryResults, identity
+from missions.runs.results import MemoryResults, identity, milestone_rows
 from missions.runs.run import Root, result_of, settled_of
 from missions.runs.setup import resolved
 from missions.runs.tables import arrow_table
@@ -87,9 +87,7 @@ class RunSoFar(RunReader):
             "is_underway": not self._failure,
             "goal_fraction": truth.goal_fraction,
             "mission_time_s": self.fleet.now_s,
-            "milestones": [
-                {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": m.time_s} for m in truth.milestones
-            ],
+            "milestones": milestone_rows(truth.milestones),
         }
 
     @property

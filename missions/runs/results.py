@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import metadata
@@ -33,6 +33,7 @@ from remoras.version import __version__
 if TYPE_CHECKING:
     from missions.runs.run import Run
     from missions.runs.setup import Setup
+    from remoras.truth import Milestone
 
 LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
 MODEM_KEYS = ("name", "payload_bytes", "rate_bps", "head_s", "receive_w")
@@ -74,13 +75,16 @@ def summary(run: Run) -> dict[str, Any]:
         "reason": run.reason,
         **_applicable(values),
     }
-    milestones = [
-        {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
-    ]
+    milestones = milestone_rows(run.milestones)
     # Own metrics read the quantised tables, so that a sweep's folder gives the same values later.
     stored = MemoryResults(run, {**fields, "milestones": milestones})
     measured = {metric.name: value_of(metric, stored, reference) for reference, metric in own.items()}
     return {**fields, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
+
+
+def milestone_rows(milestones: Iterable[Milestone]) -> list[dict[str, Any]]:
+    """Return milestones as they are written."""
+    return [{"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in milestones]
 
 
 def _applicable(values: Mapping[str, Any]) -> dict[str, Any]:

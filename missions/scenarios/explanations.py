@@ -18,16 +18,12 @@ from missions.scenarios.scenario import Scenario
 
 
 def _limit(constraint: Any) -> str:
-    words = {
-        "gt": "above",
-        "ge": "at least",
-        "lt": "below",
-        "le": "at most",
-        "min_length": "at least",
-        "max_length": "at most",
-    }
+    words = {"above": ["gt"], "below": ["lt"], "at least": ["ge", "min_length"], "at most": ["le", "max_length"]}
     return ", ".join(
-        f"{text} {getattr(constraint, name):g}" for name, text in words.items() if hasattr(constraint, name)
+        f"{text} {getattr(constraint, name):g}"
+        for text, names in words.items()
+        for name in names
+        if hasattr(constraint, name)
     )
 
 
