@@ -58,14 +58,9 @@ LINE_EVERY_S = 10.0
 REWRITTEN_EVERY_S = 0.5
 
 
-def is_notebook() -> bool:
-    """Return whether this is the kernel of a notebook."""
-    return "ipykernel" in sys.modules
-
-
 def is_watched() -> bool:
     """Return whether standard error is a terminal or a notebook."""
-    return is_notebook() or sys.stderr.isatty()
+    return "ipykernel" in sys.modules or sys.stderr.isatty()
 
 
 class Progress:

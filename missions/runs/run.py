@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from exchange.channel.channel import Channel
 from missions.files import OURS, is_reference, texts
 from missions.runs.assembly import assemble
 from missions.runs.setup import Setup, resolved
@@ -91,24 +90,20 @@ class Run:
 
 
 def run(
-    scenario: Scenario,
-    seed: int = 1,
-    channel: Channel | None = None,
-    progress: Callable[[float], None] | None = None,
-    strategy: Strategy | None = None,
+    scenario: Scenario, seed: int = 1, progress: Callable[[float], None] | None = None, strategy: Strategy | None = None
 ) -> Run:
     """Run a scenario to its end; ``seed`` is the root of all draws, ``progress`` receives the mission time (s).
 
-    ``channel`` and ``strategy`` replace those of the scenario; draws of such a channel are not recorded.
+    ``strategy`` replaces that of the scenario.
     """
     began, seed = time.perf_counter(), Root(seed)
     setup = resolved(scenario.for_seed(seed), strategy)
-    fleet = assemble(setup, seed, channel)
+    fleet = assemble(setup, seed)
     fleet.run(progress)
     settled = settled_of(setup, fleet)
     result = result_of(setup, seed, fleet, time.perf_counter() - began, settled)
     fleet.close()
-    return result if channel is None else replace(result, drawn=result.drawn or None)
+    return result
 
 
 def settled_of(setup: Setup, fleet: Fleet) -> Settled | None:

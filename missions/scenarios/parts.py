@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import importlib.util
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from exchange.channel.shipped import CHANNELS
 from exchange.policy.policies import POLICIES
-from missions import fault
 from missions.errors import ConfigurationFault
+from missions.fault import kinds
 from missions.figure import Declared, Figure, faults_of_figure
 from missions.files import is_file, is_named, shown
 from missions.metric import Metric, faults_of_metric
@@ -49,20 +49,17 @@ KIND_OF_KEY = {
 """Kind of the plug-in that a key names, by the last two parts of the key."""
 
 
+NAMES: dict[str, Callable[[], Collection[str]]] = {
+    "strategy": names_of_strategies, "policy": lambda: POLICIES, "channel": lambda: CHANNELS, "fault": kinds,
+}  # fmt: skip
+"""Shipped plug-ins by kind."""
+
+
 def shipped_names(kind: str, tables: Mapping[str, Any]) -> Collection[str]:
     """Return the shipped names of a kind of plug-in; those of sensors depend on the mission in ``tables``."""
-    match kind:
-        case "strategy":
-            return names_of_strategies()
-        case "policy":
-            return POLICIES
-        case "channel":
-            return CHANNELS
-        case "fault":
-            return fault.kinds()
-        case "sensor" if tables:
-            return mission_class(installed("mission", str(tables["scenario"].get("mission")))).sensors
-    return ()
+    if kind == "sensor" and tables:
+        return mission_class(installed("mission", str(tables["scenario"].get("mission")))).sensors
+    return NAMES[kind]() if kind in NAMES else ()
 
 
 def stored(kind: str, name: str) -> str:
@@ -222,12 +219,12 @@ def mission_class(reference: str) -> type[Mission]:
 
 
 def _wrongly_held(mission: type[Mission]) -> Iterator[str]:
-    for name, kinds in HELD.items():
-        held, wanted = getattr(mission, name), f"expected a tuple of {kinds[0].__name__}"
+    for name, types in HELD.items():
+        held, wanted = getattr(mission, name), f"expected a tuple of {types[0].__name__}"
         if isinstance(held, str) or not isinstance(held, Sequence):
             yield f"{name} is {type(held).__name__}; {wanted}"
         else:
-            yield from (f"{name} holds {part!r}; {wanted}" for part in held if not isinstance(part, kinds))
+            yield from (f"{name} holds {part!r}; {wanted}" for part in held if not isinstance(part, types))
 
 
 def _wrong_sensors(sensors: Any) -> Iterator[str]:

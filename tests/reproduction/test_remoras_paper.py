@@ -9,8 +9,8 @@ from exchange.channel.channel import Arrival, Channel
 from exchange.packets import Packet
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec
-from missions.runs.assembly import channel_of
-from missions.runs.run import Run, run
+from missions.runs.assembly import assemble, channel_of
+from missions.runs.run import Run, result_of, run
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 
@@ -87,7 +87,10 @@ def scripted(loaded: Scenario, alter: Callable[[Packet], Packet]) -> Scripted:
 def test_without_influence_signals_auv00_finishes_its_area(paper_run: Run) -> None:
     """Nothing but the signals is cut: assignments, observations and acknowledgements still flow."""
     loaded = scenario()
-    finished = run(loaded, channel=scripted(loaded, lambda packet: packet._replace(signals=())))
+    setup = resolved(loaded)
+    fleet = assemble(setup, 1, scripted(loaded, lambda packet: packet._replace(signals=())))
+    fleet.run()
+    finished = result_of(setup, 1, fleet, 0.0)
     measured = times_s(finished)
     assert ("mapping_stopped", "AUV00") not in measured
     assert PAPER_S["mapping_stopped", "AUV00"] < measured["mapping_done", "AUV00"] < measured["gathered", "Operational"]
