@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFault, cut
+from worldmodel import suggestion
 
 LARGEST_BYTES = 1_000_000  # greatest size of a TOML file; shipped ones have up to 20 kB
 MOST_LEVELS = 40
@@ -115,8 +116,6 @@ def of_other_kind(file: str, kind: str, line: int | None = None) -> Configuratio
 
 def file_or_name(name: str, known: Iterable[str]) -> str:
     """Describe the allowed input: a file or a shipped name, with the name nearest to ``name``."""
-    from worldmodel import suggestion  # loaded for mistyped names only
-
     names = list(known)
     if name.endswith(".toml"):
         try:

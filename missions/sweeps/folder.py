@@ -24,6 +24,7 @@ from missions.disk import STUDY, SUMMARY, check_folder, drafted, lock, synced, w
 from missions.errors import DiskFullError, OutputError, StudyChangedError, writing
 from missions.files import leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Metric
+from missions.scenarios.faults import fault_text
 from missions.scenarios.parts import metric_given
 from missions.sweeps.code import fingerprint, references, short
 from missions.sweeps.ledger import (
@@ -36,12 +37,12 @@ from missions.sweeps.ledger import (
     RunLedger,
     read_ledger,
 )
-from missions.sweeps.plan import ConfigurationLabel, RunSchedule
+from missions.sweeps.plan import ConfigurationLabel, RunSchedule, SweepPlan
 from missions.sweeps.study_file import FAULT, StudyFile
+from remoras.strategies import bounds
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
-    from missions.sweeps.plan import SweepPlan
 
 MOST_TABLE_BYTES = 500_000_000  # limit (bytes) on a study's tables, unless it sets the repeats to keep
 STUDY_TEXT, RUNS, KEPT, LOCK = "study.toml", "runs.parquet", "runs", "lock"
@@ -184,8 +185,6 @@ class SweepResults:
     @property
     def bounds(self) -> frozenset[str]:
         """Upper-bound strategies: shown beside the others, never ranked."""
-        from remoras.strategies import bounds
-
         return bounds()
 
     def assumed(self, settings: Mapping[str, str]) -> list[str]:
@@ -240,8 +239,6 @@ class SweepResults:
     @property
     def shared_faults(self) -> list[str]:
         """Faults of the scenario as texts, if all runs share them."""
-        from missions.scenarios.faults import fault_text  # slow to load
-
         labels = self.schedule.labels
         varies = len({(label.source, label.unforeseen) for label in labels}) > 1
         varies |= any(key.partition(".")[0] == FAULT for label in labels for key, _ in label.settings)

@@ -15,12 +15,13 @@ from exchange.channel.network import shipped as shipped_networks
 from exchange.channel.shipped import CHANNELS
 from exchange.policy.policies import POLICIES
 from missions.errors import LONGEST_VALUE, check_name, cut
-from missions.files import shipped_abouts, shipped_studies
+from missions.files import check_named, is_study, shipped_abouts, shipped_studies
 from remoras.cli import completion
 from remoras.cli.app import Json, as_typed, command, fail, show, show_json
 from remoras.cli.runs import Settings, set_keys
 from remoras.plugins import INSTALLED_KINDS, installed_plugins
 from remoras.strategies import factors_of, parameters, strategies, titles
+from worldmodel import suggestion
 
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "plugins", "studies")
 
@@ -93,8 +94,6 @@ def validate(
 
     For a scenario, also warn if energy or time is hardly sufficient for the work.
     """
-    from missions.files import check_named, is_study
-
     check_named(file)
     overrides = set_keys(settings)
     if is_study(file):
@@ -225,8 +224,6 @@ def explain(
     if not entries:  # a word of the last part
         entries = {name: entry for name, entry in known.items() if key in name.rpartition(".")[2].split("_")}
     if not entries:
-        from worldmodel import suggestion
-
         shown = cut(key, LONGEST_VALUE)
         fail(f"key {shown!r} is in no scenario and no study; `remoras explain` lists all keys{suggestion(key, known)}")
     show(

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from missions.errors import LONGEST_VALUE, check_name, cut
+from missions.files import shipped
 from remoras.cli import completion
 from remoras.cli.app import as_typed, command, fail
 
@@ -146,7 +147,6 @@ def new(
 
 
 def _print_example(kind: str, name: str) -> None:
-    from missions.scenarios import shipped
     from missions.sweeps.study import example_study
 
     check_name("example", kind, EXAMPLES)
@@ -195,8 +195,6 @@ def _capitals(name: str) -> str:
 
 
 def _check_scenario_name(name: str) -> None:
-    from missions.files import shipped
-
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}", name):
         fail(f"NAME {cut(name, LONGEST_VALUE)!r}: allowed: up to 40 letters, digits, - and _, a letter or digit first")
     if name in shipped():
