@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import inspect
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
@@ -92,7 +93,8 @@ def writing(where: object) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise OutputError(f"{where}: cannot be written: {error.strerror}") from None
+        kind = DiskFullError if error.errno in (errno.ENOSPC, errno.EDQUOT) else OutputError
+        raise kind(f"{where}: cannot be written: {error.strerror}") from None
 
 
 class DiskFullError(OutputError):

@@ -323,7 +323,7 @@ class Beliefs(Known):
     # To the world model --------------------------------------------------------------------------
 
     def fact(
-        self, subject: str, attribute: str, value: Any, uncertainty: float | None = None, new_uid: int | None = None
+        self, subject: str, attribute: str, value: Any, uncertainty: float | None = None, *, new_uid: int | None = None
     ) -> Fact:
         """Return a fact ready to be recorded; UnknownNameError, or FactError for an unknown symbol.
 

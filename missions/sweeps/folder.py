@@ -8,7 +8,6 @@ Parquet add the column). ``runs.parquet`` is derived: a row per run, by key.
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import json
 import os
@@ -21,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from missions.disk import STUDY, SUMMARY, check_folder, drafted, lock, synced, write_synced
-from missions.errors import DiskFullError, OutputError, StudyChangedError, writing
+from missions.errors import OutputError, StudyChangedError, writing
 from missions.files import leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Metric
 from missions.scenarios.faults import fault_text
@@ -307,7 +306,7 @@ class SweepFolder:
         check_folder(folder)
         if (folder / SUMMARY).exists():
             raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
-        try:
+        with writing(f"--out {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
             # Before anything is read, since another sweep may be writing it.
             held = lock(folder / LOCK, os.O_RDWR | os.O_CREAT, is_required=True)
@@ -331,10 +330,6 @@ class SweepFolder:
             except BaseException:
                 os.close(held)
                 raise
-        except OSError as error:
-            full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-            kind = DiskFullError if full else OutputError
-            raise kind(f"--out {folder}: cannot be written: {error.strerror}") from None
 
     def _make_sure_of_study(self, record: Mapping[str, Any], accept_code: bool) -> str:
         path = self.folder / STUDY
