@@ -43,18 +43,18 @@ def test_nodes_agree_after_one_is_killed_and_their_logs_replay(tmp_path: Path) -
     found = run([*PAIR, "AUV02"], tmp_path, begun=kill)
     assert list(found.ended) == ["AUV02"]
     one, other = found.vehicles
-    assert [one["vehicle"], other["vehicle"]] == PAIR
-    assert one["time_s"] == UNTIL_S + SETTLE_S
-    assert one["items"] > 0
-    assert one["state_hash"] == other["state_hash"]
+    assert [one.vehicle, other.vehicle] == PAIR
+    assert one.time_s == UNTIL_S + SETTLE_S
+    assert one.items > 0
+    assert one.state_hash == other.state_hash
     assert found.equal
     for vehicle in found.vehicles:
-        assert vehicle["packets_lost"] > 0
-        assert vehicle["packets_heard"] > 0
-        played = json.loads(remoras("node", "--replay", tmp_path / f"{vehicle['vehicle']}.jsonl", "--json").stdout)
+        assert vehicle.packets_lost > 0
+        assert vehicle.packets_heard > 0
+        played = json.loads(remoras("node", "--replay", tmp_path / f"{vehicle.vehicle}.jsonl", "--json").stdout)
         assert played["difference"] == ""
-        assert played["state_hash"] == vehicle["state_hash"]
-        assert played["packets_sent"] == vehicle["packets_sent"]
+        assert played["state_hash"] == vehicle.state_hash
+        assert played["packets_sent"] == vehicle.packets_sent
 
 
 @pytest.mark.slow
