@@ -292,7 +292,7 @@ class MappingMission(JobMission):
 
     @property
     def social_domain(self) -> Domain:
-        return social_domain(self.groups, self.meeting, self.jobs, self._inspections)
+        return social_domain(self.meeting, self._inspections)
 
     def jobs_of(self, scenario: MappingScenario) -> Iterable[Job]:
         return [*self._surveys.values(), *self._inspections.values()]

@@ -132,13 +132,9 @@ EXPLORE = "Explore"  # task of a group, one of its roles and the role's area
 HAVE_INSPECTED = "HaveInspected"  # task of a group formed at run time: exist while finds need inspection
 
 
-def social_domain(
-    groups: Mapping[str, Group],
-    meeting: Meeting,
-    jobs: Mapping[str, Job],
-    finds: Collection[str],
-) -> Domain:
+def social_domain(meeting: Meeting, finds: Collection[str]) -> Domain:
     """Return the HTN domain from missions of groups to orders; ``finds`` names the find jobs."""
+    groups = meeting.groups
 
     def orders(group: str, role: str) -> list[Task]:
         declared = groups[group].role(role)
@@ -149,10 +145,7 @@ def social_domain(
     methods = {SUPERVISION: supervision_methods(groups), AREA_MAPPING: mapping_methods(groups, finds)}
     if any(group.formed_by is not None for group in groups.values()):
         methods |= {INSPECTION: inspection_methods(groups, finds), HAVE_INSPECTED: forming_methods(groups, finds)}
-    return Domain.of(
-        meeting.operators(jobs, "Exploring"),
-        {**methods, EXPLORE: entrusted(orders), **meeting.methods()},
-    )
+    return Domain.of(meeting.operators("Exploring"), {**methods, EXPLORE: entrusted(orders), **meeting.methods()})
 
 
 def supervision_methods(groups: Mapping[str, Group]) -> list[Method]:

@@ -378,7 +378,7 @@ class JobMission(Mission):
     @property
     def social_domain(self) -> Domain:
         return Domain.of(
-            self.meeting.operators(self._jobs, self.objective),
+            self.meeting.operators(self.objective),
             {**dict.fromkeys(self.group_missions, self._methods()), WORK: entrusted(self._orders)}
             | self.meeting.methods(),
         )

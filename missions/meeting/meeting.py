@@ -149,8 +149,8 @@ class Meeting:
         point = self.groups[group].rally_point
         return follow if point is None else [*follow, Task(ASSIGN_OBJECTIVE, (group, role, RENDEZ_VOUS, point))]
 
-    def operators(self, jobs: Mapping[str, Job], *working: str) -> list[Operator]:
-        """Operators of the groups' missions, see the module; ``working`` are the objectives that do a job."""
+    def operators(self, working: str) -> list[Operator]:
+        """Operators of the groups' missions, see the module; ``working`` is the objective that does a job."""
         founding = {(group.name, role.name) for group in self.groups.values() for role in group.roles if role.founding}
 
         def exists(facts: FactsLike, group: str, *args: str) -> bool:
@@ -164,12 +164,12 @@ class Meeting:
 
         def assigned(facts: FactsLike, group: str, role: str, objective: str, argument: str) -> Mapping[Hashable, Any]:
             counts: dict[Hashable, Any] = {("objective", f"{group}.{role}.{objective}"): argument}
-            if objective in working:
-                return {**counts, jobs[argument].done: ANY}
+            if objective == working:
+                return {**counts, self.jobs[argument].done: ANY}
             return {**counts, ("gatheredAt", group): argument} if objective == RENDEZ_VOUS else counts
 
         def expected(facts: FactsLike, group: str, role: str, objective: str, argument: str) -> Expected | None:
-            if objective not in working and objective != RENDEZ_VOUS:
+            if objective not in (working, RENDEZ_VOUS):
                 return Expected()
             holders = facts.get(("members", f"{group}.{role}"))
             if not holders:
@@ -179,7 +179,7 @@ class Meeting:
             if objective == RENDEZ_VOUS:
                 time_s = distance(at_m, self.rally_points_m[argument]) / data.transit_speed_mps
                 return Expected(time_s, time_s * data.power_w(data.transit_speed_mps))
-            return expected_of(jobs[argument], data, at_m)
+            return expected_of(self.jobs[argument], data, at_m)
 
         forming = (
             Operator(FORM_GROUP, is_to_come, lambda facts, group: {("formed", group): True}),
