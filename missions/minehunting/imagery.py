@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 from pydantic import Field
 
@@ -73,10 +73,10 @@ class ImageryTable(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class ContactView(ReportedJob):
-    """View ``number`` (from 0) of a contact; a revisit has an empty ``contact`` before its request."""
+    """View ``number`` (from 0) of a contact; ``contact`` is empty before the request of a revisit."""
 
     number: int
-    contact: str
+    contact: str = ""
     contacts_m: Mapping[str, Point] = field(hash=False)
     beside_m: Point
 
@@ -86,11 +86,12 @@ class ContactView(ReportedJob):
     def left(self, facts: Known) -> Self | None:
         """Return the job at its place; None for a revisit before its request."""
         contact = self.contact if self.number == 0 else facts.get((REVISITS, self.name))
-        if contact is None:
-            return None
+        return None if contact is None else replace(self.of(contact), share_left=self.share_by(facts))
+
+    def of(self, contact: str) -> Self:
+        """Return the view of a contact, at its place."""
         x_m, y_m = self.contacts_m[contact]
-        place_m = x_m + self.beside_m[0], y_m + self.beside_m[1]
-        return replace(self, contact=contact, place_m=place_m, share_left=self.share_by(facts))
+        return replace(self, contact=contact, place_m=(x_m + self.beside_m[0], y_m + self.beside_m[1]))
 
 
 def beside_contact(number: int, n_views: int, view_m: float) -> Point:
@@ -194,22 +195,7 @@ CLASSIFIED = "classifiedAs"
 MINE, ROCK = "mine", "rock"
 
 
-@dataclass(frozen=True)
-class Analysis:
-    """Decision rule of an analyst; ``patience_s`` is its wait for missing strips after the last view and update."""
-
-    imagery: ImageryTable
-    confidence: float
-    patience_s: float
-
-    @property
-    def decisive(self) -> float:
-        """Log likelihood ratio for a decision, with equal priors; 4.6 for a confidence of 99 %."""
-        return log(self.confidence / (1.0 - self.confidence))
-
-
-@dataclass(frozen=True)
-class Evidence:
+class Evidence(NamedTuple):
     """Evidence about a contact: log likelihood ratio mine/rock, strips across and beside it."""
 
     log_ratio: float
@@ -237,8 +223,11 @@ def evidence_of(contact: str, facts: Known, imagery: ImageryTable) -> Evidence:
 class Analysing(Standing):
     """Background classification; requests another view once all strips across a contact leave it undecided."""
 
-    def __init__(self, analysis: Analysis, firsts: Sequence[ContactView], revisits: Sequence[ContactView]) -> None:
-        self._analysis = analysis
+    def __init__(self, scenario: Any, firsts: Sequence[ContactView], revisits: Sequence[ContactView]) -> None:
+        confidence, self._waits_s = scenario.mission.confidence, scenario.mission.waits_s
+        self._imagery: ImageryTable = scenario.imagery
+        # Log likelihood ratio for a decision, with equal priors; 4.6 for a confidence of 99 %.
+        self._decisive = log(confidence / (1.0 - confidence))
         self._firsts, self._revisits = firsts, revisits
         self._news_s: dict[str, tuple[tuple[int, ...], float]] = {}
 
@@ -258,10 +247,10 @@ class Analysing(Standing):
         return Perception(0.0, concludes=tuple(observations))
 
     def _verdict(self, first: ContactView, facts: Known, now_s: float, may_ask: bool) -> str:
-        imagery = self._analysis.imagery
+        imagery = self._imagery
         known = evidence_of(first.contact, facts, imagery)
         likely = MINE if known.log_ratio > 0.0 else ROCK
-        if abs(known.log_ratio) >= self._analysis.decisive:
+        if abs(known.log_ratio) >= self._decisive:
             return likely
         views = [first, *(view for view in self._revisits if facts.get((REVISITS, view.name)) == first.contact)]
         n_done = sum(facts.get(view.done) is not None for view in views)
@@ -270,7 +259,7 @@ class Analysing(Standing):
         if news != before:
             self._news_s[first.contact] = news, now_s
             since_s = now_s
-        is_over = n_done == len(views) and now_s - since_s >= self._analysis.patience_s
+        is_over = n_done == len(views) and now_s - since_s >= self._waits_s
         n_target = len(views) * imagery.target_strips
         # Strips beside the contact say little, so another view is requested without waiting for them.
         if may_ask and (known.n_target >= n_target or is_over):

@@ -31,7 +31,6 @@ from missions.minehunting.imagery import (
     SHOWN,
     STRIPS,
     Analysing,
-    Analysis,
     ContactView,
     ImageryTable,
     Minefield,
@@ -126,22 +125,16 @@ class MinehuntingMission(JobMission):
             yield ConfigurationFault("contact", str(len(contacts)), allowed)
 
     def jobs_of(self, scenario: MinehuntingScenario) -> Iterable[Job]:
-        settings, self._imagery = scenario.mission, scenario.imagery
-        self._analysis = Analysis(self._imagery, settings.confidence, settings.waits_s)
+        settings, imagery = scenario.mission, scenario.imagery
         contacts_m = {contact.name: contact.position_m for contact in scenario.contact}
-        view_s, n_views = (self._imagery.strips + 1) * self._imagery.strip_s, settings.revisits + 1
+        view_s, n_views = (imagery.strips + 1) * imagery.strip_s, settings.revisits + 1
 
-        def view(name: str, number: int, contact: str) -> ContactView:
+        def view(name: str, number: int) -> ContactView:
             beside_m = beside_contact(number, n_views, settings.view_m)
-            x_m, y_m = contacts_m.get(contact, (0.0, 0.0))
-            place_m = x_m + beside_m[0], y_m + beside_m[1]
-            return ContactView(
-                name, view_s, place_m, number=number, contact=contact, contacts_m=contacts_m, beside_m=beside_m
-            )
+            return ContactView(name, view_s, beside_m, number=number, contacts_m=contacts_m, beside_m=beside_m)
 
-        self._firsts = tuple(view(name, 0, name) for name in contacts_m)
-        self._revisits = tuple(view(name, n, "") for n, name in enumerate(numbered("revisit", settings.revisits), 1))
-        # A revisit has no contact before its request, hence the empty name.
+        self._firsts = tuple(view(name, 0).of(name) for name in contacts_m)
+        self._revisits = tuple(view(name, n) for n, name in enumerate(numbered("revisit", settings.revisits), 1))
         self._views = {each.name: each for each in (*self._firsts, *self._revisits)}
         return self._views.values()
 
@@ -161,15 +154,12 @@ class MinehuntingMission(JobMission):
         return [*self.rally_places, *(Place(c.name, "contact", (c.position_m,)) for c in self.scenario.contact)]
 
     def world(self, seed: int) -> Minefield:
-        contacts, views = self.scenario.contact, (self._firsts[0], *self._revisits)
-        places = tuple(
-            ((c.position_m[0] + view.beside_m[0], c.position_m[1] + view.beside_m[1]), c.name, n, view.number)
-            for n, c in enumerate(contacts)
-            for view in views
-        )
+        contacts = [contact.name for contact in self.scenario.contact]
+        views = self._firsts[0], *self._revisits
+        places = [(v.of(name).place_m, name, n, v.number) for n, name in enumerate(contacts) for v in views]
         share = self.scenario.imagery.mine_share
-        mines = [c.name for n, c in enumerate(contacts) if loss.uniform(seed, loss.FINDS, n, 0, 0) < share]
-        return Minefield(seed, places, frozenset(mines), self._imagery)
+        mines = [name for n, name in enumerate(contacts) if loss.uniform(seed, loss.FINDS, n, 0, 0) < share]
+        return Minefield(seed, tuple(places), frozenset(mines), self.scenario.imagery)
 
     def truth(self, recorder: Recorder, world: Minefield) -> MinehuntingTruth:
         contacts = [view.name for view in self._firsts]
@@ -195,7 +185,7 @@ class MinehuntingMission(JobMission):
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         if activity.name == ANALYSING:
-            return Analysing(self._analysis, self._firsts, self._revisits)
+            return Analysing(self.scenario, self._firsts, self._revisits)
         return super().behaviour_for(activity, data)
 
     def findings(

@@ -56,8 +56,7 @@ class MinehuntingTruth(JobTruth):
         return self._done | self._classified
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        workers = left(fleet)
-        if not workers:
+        if not left(fleet):
             return self.goal_fraction
         return (len(self._contacts) - len(self.out_of_reach(fleet))) / len(self._contacts)
 
