@@ -41,6 +41,22 @@ SOUND_SHARE, SOUND_FLOW_MPS, SOUND_W, SOUND_M = 0.05, 0.05, 5.0, 0.2
 NOWHERE: Point = (0.0, 0.0)
 
 
+class VectorTest:
+    """Sequential test of readings of a vector, per axis, with standard deviation ``sigma``."""
+
+    def __init__(self, alarm_at: float, sigma: float) -> None:
+        self._axes, self._sigma = (Cusum(alarm_at), Cusum(alarm_at)), sigma
+
+    def add(self, read: Point, planned: Point, known: Point) -> Point | None:
+        """Add a reading with its plan and the known deviation; return the new deviation at an alarm, else None."""
+        parts = zip(self._axes, read, planned, known, strict=True)
+        offs = [axis.add((reads - plans - off) / self._sigma) for axis, reads, plans, off in parts]
+        if offs == [None, None]:
+            return None
+        east, north = (was + (off or 0.0) * self._sigma for was, off in zip(known, offs, strict=True))
+        return east, north
+
+
 class ActionMonitor:
     """Assessment of one action of one vehicle; ``foretold`` None means still water."""
 
@@ -56,9 +72,9 @@ class ActionMonitor:
         self._seen_s: float | None = None
         if self._log is not None:
             alarm = settings.alarm_at(self._log.every_s)
-            self._speed, self._power, self._flow = Cusum(alarm), Cusum(alarm), (Cusum(alarm), Cusum(alarm))
+            self._speed, self._power, self._flow = Cusum(alarm), Cusum(alarm), VectorTest(alarm, self._log.sigma_mps)
         if self._camera is not None:
-            self._off = Cusum(settings.alarm_at(self._camera.every_s)), Cusum(settings.alarm_at(self._camera.every_s))
+            self._off = VectorTest(settings.alarm_at(self._camera.every_s), self._camera.sigma_m)
             per_image = settings.false_alarms_per_h * self._camera.every_s / 3600.0
             blank = max(self._camera.p_blank, 1e-9)
             # n images in succession are blank with probability p_blank^n; the allowed rate of false alarms gives n.
@@ -136,14 +152,9 @@ class ActionMonitor:
             if off is not None:
                 share = min(2.0, max(0.0, share + off * sigma_mps / self._asked_mps))
                 news += _told(me, "thrustShare", share, "thruster", abs(share - 1.0) > SOUND_SHARE)
-        estimate, planned = facts.get(("flow", me), NOWHERE), self._planned_flow(now_s)
-        measured = facts.get(("flowMeasured", me))
-        offs = [
-            test.add((is_mps - was_mps - off_mps) / sigma_mps)
-            for test, is_mps, was_mps, off_mps in zip(self._flow, measured, planned, estimate, strict=True)
-        ]
-        if any(off is not None for off in offs):
-            flow = tuple(was + (off or 0.0) * sigma_mps for was, off in zip(estimate, offs, strict=True))
+        estimate, measured = facts.get(("flow", me), NOWHERE), facts.get(("flowMeasured", me))
+        flow = self._flow.add(measured, self._planned_flow(now_s), estimate)
+        if flow is not None:
             news += _told(me, "flow", flow, "current", length(*flow) > SOUND_FLOW_MPS)
         return news + self._assess_power(motion, facts, now_s)
 
@@ -183,13 +194,9 @@ class ActionMonitor:
         if seen_m is None:
             return []
         known = facts.get(("cameraOffset", self._me), NOWHERE)
-        offs = [
-            test.add((is_m - at_m - off_m) / camera.sigma_m)
-            for test, is_m, at_m, off_m in zip(self._off, seen_m, part.panel_m, known, strict=True)
-        ]
-        if all(off is None for off in offs):
+        offset = self._off.add(seen_m, part.panel_m, known)
+        if offset is None:
             return []
-        offset = tuple(was + (off or 0.0) * camera.sigma_m for was, off in zip(known, offs, strict=True))
         return _told(self._me, "cameraOffset", offset, "camera drifts", length(*offset) > SOUND_M)
 
     # Energy --------------------------------------------------------------------------------------
@@ -207,6 +214,5 @@ class ActionMonitor:
         return bool(battery <= SPARE_BATTERY + need_j / data.energy_j)
 
 
-def _told(me: str, attribute: str, value: float | tuple[float, ...], diagnosis: str, is_wrong: bool) -> list[Fact]:
-    estimate: Fact = (me, attribute, value if isinstance(value, float | int) else (value[0], value[1]))
-    return [estimate, (me, "diagnosis", diagnosis if is_wrong else "sound")]
+def _told(me: str, attribute: str, value: float | Point, diagnosis: str, is_wrong: bool) -> list[Fact]:
+    return [(me, attribute, value), (me, "diagnosis", diagnosis if is_wrong else "sound")]

@@ -62,10 +62,8 @@ class Acting(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending until done or failed; concludes the findings of the assessment."""
-        if self._is_done:
-            return Perception(0.0, done=True)
-        if self._has_failed:
-            return Perception(0.0, failed=True, is_beyond_it=self._is_beyond_it)
+        if self._is_over:
+            return self._ended(Perception(0.0))
         facts, now_s = picture.facts, picture.body.now_s
         to_go_m = distance_m(motion, self.place_m(facts))
         advance = self._approach.advance(to_go_m, now_s, performed)
@@ -86,9 +84,14 @@ class Acting(Behaviour):
         observations = (Observation(tuple(news)),) if news else ()
         perceived = Perception(1.0, 1.0 if is_there else advance, concludes=observations + self._found)
         self._found = ()
-        if not (self._is_done or self._has_failed):
-            return perceived
-        failed = self._has_failed and not self._is_done
+        return self._ended(perceived) if self._is_over else perceived
+
+    @property
+    def _is_over(self) -> bool:
+        return self._is_done or self._has_failed
+
+    def _ended(self, perceived: Perception) -> Perception:
+        failed = not self._is_done
         is_beyond_it = failed and self._is_beyond_it
         return perceived._replace(stimulus=0.0, done=self._is_done, failed=failed, is_beyond_it=is_beyond_it)
 
@@ -125,7 +128,7 @@ class Acting(Behaviour):
             return [*news, (self._data.name, "returns", True)]
         news += self._wait(facts, now_s)
         news += self.work(facts)
-        if not (self._is_done or self._has_failed):
+        if not self._is_over:
             news += self._time()
         return news
 
@@ -146,13 +149,16 @@ class Acting(Behaviour):
         self._status = status
         return [(self._data.name, "actionStatus", status)]
 
-    def _failed(self) -> list[Fact]:
-        """Fail: the plan takes another alternative, or ends if plans are not repaired."""
+    def _failed(self, is_final: bool = True) -> list[Fact]:
+        """Fail: the plan takes another alternative, or ends if plans are not repaired.
+
+        A failure that is not final leaves the outcome to the alternative.
+        """
+        repairs, self._status = self._settings.repairs, "failed"
         # Without plan repair no alternative exists, so the action ends as if done.
-        self._has_failed = self._is_beyond_it = self._settings.repairs
-        self._is_done = not self._settings.repairs
-        self._status = "failed"
-        return [(self._part.of, "outcome", "failed"), (self._data.name, "actionStatus", "failed")]
+        self._has_failed, self._is_beyond_it, self._is_done = repairs, repairs, not repairs
+        outcome: list[Fact] = [(self._part.of, "outcome", "failed")] if is_final or not repairs else []
+        return [*outcome, (self._data.name, "actionStatus", "failed")]
 
 
 LOOK_S = 120.0
@@ -184,16 +190,13 @@ class Looking(Acting):
             return self._placed(facts, seen_m) if self._there_s >= SETTLED_S else []
         if self._there_s < LOOK_S:
             return []
-        missing: Fact = part.of, "anomaly", "missing"
-        if not self._settings.repairs:
-            return [missing, *self._failed()]
-        self._has_failed = self._is_beyond_it = True
-        focus: tuple[Fact, ...] = (
-            (SELF, "centre", part.place_m), (SELF, "radius", self._settings.focus_radius_m),
-            (part.of, "focusArea", SELF),
-        )  # fmt: skip
-        self._found = (Observation(focus, found="FocusArea"),)
-        return [missing, (self._data.name, "actionStatus", "failed")]
+        if self._settings.repairs:
+            focus: tuple[Fact, ...] = (
+                (SELF, "centre", part.place_m), (SELF, "radius", self._settings.focus_radius_m),
+                (part.of, "focusArea", SELF),
+            )  # fmt: skip
+            self._found = (Observation(focus, found="FocusArea"),)
+        return [(part.of, "anomaly", "missing"), *self._failed(is_final=False)]
 
     def _placed(self, facts: Known, seen_m: Point) -> list[Fact]:
         if self._has_said:
@@ -296,18 +299,14 @@ class WorkingOnPart(Acting):
         # is held, hence the factor.
         if self.tool == "wrench" or share != 0.0 or self._there_s * self._monitor.quality < least_s:
             return self._placed_anew(facts)
-        resists: Fact = part.of, "anomaly", "resists"
-        if not self._settings.repairs:
-            return [resists, *self._failed()]
-        self._has_failed = self._is_beyond_it = True
-        return [resists, (self._data.name, "actionStatus", "failed")]
+        return [(part.of, "anomaly", "resists"), *self._failed(is_final=False)]
 
-    def _failed(self) -> list[Fact]:
-        """Fail by timeout; a tool without progress for the planned duration is dead."""
+    def _failed(self, is_final: bool = True) -> list[Fact]:
+        """Fail; a tool without progress for the planned duration is dead at a final failure."""
         dead: Fact = self._data.name, "toolDead", self._dead
         felt_nothing_s = self._there_s - (self._felt_there_s or 0.0)
-        is_dead = self._settings.repairs and felt_nothing_s > self.work_s()
-        return [*super()._failed(), *([dead] if is_dead else [])]
+        is_dead = is_final and self._settings.repairs and felt_nothing_s > self.work_s()
+        return [*super()._failed(is_final), *([dead] if is_dead else [])]
 
     def _placed_anew(self, facts: Known) -> list[Fact]:
         was_m, seen_m = (facts.get((attribute, self._part.of)) for attribute in ("placedAt", "seenAt"))

@@ -230,11 +230,10 @@ class Tool:
         return [Observation(((thing.name, "workedShare", share),))]
 
     def _ended(self, thing: TruePart) -> list[Observation]:
-        self._is_over = True
-        if thing.kind != "Valve":
-            return [Observation(((thing.name, "workedShare", 1.0),), (thing.name, "clean"))]
-        state = "open" if self._states.get(thing.name, thing.state) == "closed" else "closed"
-        self._states[thing.name] = state
+        self._is_over, state = True, "clean"
+        if thing.kind == "Valve":
+            state = "open" if self._states.get(thing.name, thing.state) == "closed" else "closed"
+            self._states[thing.name] = state
         return [Observation(((thing.name, "workedShare", 1.0),), (thing.name, state))]
 
 
