@@ -266,7 +266,6 @@ class Passing:
         energies, whole_j = self._energies, power_w * hole.stay_s
         left = 1.0 - energies.bored[hole.name]
         if left <= 0.0:
-            drill.state = AT_REST
             return
         used_j = min(power_w * dt_s, drill.left_j, whole_j * left)
         drill.left_j -= used_j

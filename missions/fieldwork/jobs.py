@@ -209,9 +209,6 @@ class SurveyingLine(Behaviour):
         self._approach = Approach(data.transit_speed_mps)
         self._surveyed_m = 0.0
 
-    def _goes_on(self, motion: Motion, picture: Picture) -> bool:
-        return not self._line.escorted or is_seen(motion.position_m, self._within_m, picture)
-
     def _is_on_line(self, motion: Motion) -> bool:
         line, along_m = self._line, self._line.along_m(motion.position_m)
         # Within one second of the surveyed end, so that no stretch is skipped.
@@ -219,10 +216,10 @@ class SurveyingLine(Behaviour):
         return is_next and distance_m(motion, line.at(along_m)) <= ON_LINE_M
 
     def _survey(self, motion: Motion, picture: Picture) -> bool:
-        if self._goes_on(motion, picture):
+        goes_on = not self._line.escorted or is_seen(motion.position_m, self._within_m, picture)
+        if goes_on:
             self._surveyed_m = max(self._surveyed_m, self._line.along_m(motion.position_m))
-            return True
-        return False
+        return goes_on
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending until the line is surveyed, nearest first; progresses under way and on the line."""

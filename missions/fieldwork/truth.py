@@ -198,12 +198,12 @@ class EnergyTruth(FieldTruth):
 # Results ----------------------------------------------------------------------------------------
 
 
-def mean_with_sites_s(run: MeasuredRun, others_s: Collection[float], n_others: int) -> float:
-    """Mean as of ``mean_of_all_s`` over all sites and ``n_others`` items done at ``others_s``."""
+def mean_with_sites_s(run: MeasuredRun, table: Table, event: str) -> float:
+    """Mean time of site surveys and truly done other jobs; undone ones count with the mission's duration."""
     scenario: Any = run.scenario
-    surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
-    times_s = [surveyed_s[name] for name in sites if name in surveyed_s]
-    return mean_of_all_s([*times_s, *others_s], len(sites) + n_others, run)
+    sites = {site.name for site in scenario.site}
+    surveyed_s = [time_s for name, time_s in done_s(run).items() if name in sites]
+    return mean_of_all_s([*surveyed_s, *event_s(run, table.name, event).values()], len(scenario.jobs), run)
 
 
 def event_s(run: MeasuredRun, table: str, event: str) -> dict[str, float]:
@@ -211,22 +211,20 @@ def event_s(run: MeasuredRun, table: str, event: str) -> dict[str, float]:
     return {row[2]: row[0] for row in run.recorder.rows(table) if row[3] == event}
 
 
-def mean_wait_s(run: MeasuredRun, table: str, event: str) -> float | None:
-    """Mean time (s) from ``waits`` to an event, or the end of the run; None without waits."""
-    ended_s = event_s(run, table, event)
-    spans_s = [ended_s.get(name, run.end_s) - from_s for name, from_s in event_s(run, table, WAITS).items()]
-    return math.fsum(spans_s) / len(spans_s) if spans_s else None
+def mean_wait_s(run: MeasuredRun, table: Table, begin: str, end: str) -> float | None:
+    """Mean time (s) from an event to the next ``end`` for the same subject, or of the run; None without any."""
+    rows = run.recorder.rows(table.name)
+    waits_s = []
+    for begin_s, _, subject, event, *_ in rows:
+        if event == begin:
+            ends_s = (row[0] for row in rows if row[2:4] == (subject, end) and row[0] > begin_s)
+            waits_s.append(min(ends_s, default=run.end_s) - begin_s)
+    return math.fsum(waits_s) / len(waits_s) if waits_s else None
 
 
 def marks_m(length_m: float) -> list[float]:
     """Return the positions of marks along a line, every ``MARK_M`` from its start."""
     return [MARK_M * number for number in range(int(length_m / MARK_M) + 1)]
-
-
-def mean_lifted_s(run: MeasuredRun) -> float:
-    """Mean time of site surveys and lifts; undone ones count with the mission's duration."""
-    scenario: Any = run.scenario
-    return mean_with_sites_s(run, event_s(run, LIFTS.name, LIFTED).values(), int(scenario.lifts.number))
 
 
 def mean_surveyed_s(run: MeasuredRun) -> float:
@@ -258,36 +256,19 @@ def blocked_s(run: MeasuredRun) -> float | Absent:
     return n_ticks * tick_s
 
 
-def _rows(run: MeasuredRun, event: str) -> list[tuple[Any, ...]]:
-    return [row for row in run.recorder.rows(ENERGY.name) if row[3] == event]
-
-
-def mean_energy_wait_s(run: MeasuredRun) -> float | None:
-    """Mean time (s) from an empty drill to the next giver, or the end of the run; None without."""
-    came = _rows(run, CAME)
-    waits_s = []
-    for at_s, _, boring, *_ in _rows(run, HALTED):
-        after_s = [row[0] for row in came if row[2] == boring and row[0] > at_s]
-        waits_s.append(min(after_s, default=run.end_s) - at_s)
-    return math.fsum(waits_s) / len(waits_s) if waits_s else None
-
-
 def brought_j(run: MeasuredRun) -> float:
     """Energy transferred into batteries of drills."""
-    return math.fsum(row[4] for row in _rows(run, BROUGHT))
-
-
-def mean_bored_s(run: MeasuredRun) -> float:
-    """Mean time of site surveys and drillings; undone ones count with the mission's duration."""
-    scenario: Any = run.scenario
-    return mean_with_sites_s(run, [row[0] for row in _rows(run, BORED)], len(scenario.boring))
+    return math.fsum(row[4] for row in run.recorder.rows(ENERGY.name) if row[3] == BROUGHT)
 
 
 lower = partial(Metric, better=Better.LOWER, headline=True)
-DONE = lower("mean_done_s", "s", label="mean time until a job is done", of=mean_lifted_s)
-WAIT = lower(
-    "mean_wait_s", "s", label="mean wait at an object", of=partial(mean_wait_s, table=LIFTS.name, event=LIFTED)
+DONE = lower(
+    "mean_done_s", "s", label="mean time until a job is done", of=partial(mean_with_sites_s, table=LIFTS, event=LIFTED)
 )
+WAIT = lower(
+    "mean_wait_s", "s", label="mean wait at an object",
+    of=partial(mean_wait_s, table=LIFTS, begin=WAITS, end=LIFTED),
+)  # fmt: skip
 RECOVERY_METRICS = (DONE, WAIT)
 FERRY_METRICS = (
     lower("mean_delivered_s", "s", label="mean time until delivery", of=mean_delivered_s),
@@ -296,11 +277,11 @@ FERRY_METRICS = (
 ESCORT_METRICS = (
     lower("mean_surveyed_s", "s", label="mean time until a line is surveyed", of=mean_surveyed_s),
     lower("mean_escort_s", "s", label="mean time of a vehicle at an escorted line",
-          of=partial(mean_wait_s, table=ESCORTING.name, event=SURVEYED)),
+          of=partial(mean_wait_s, table=ESCORTING, begin=WAITS, end=SURVEYED)),
 )  # fmt: skip
 RESUPPLY_METRICS = (
-    replace(DONE, of=mean_bored_s),
-    replace(WAIT, label="mean wait for energy", of=mean_energy_wait_s),
+    replace(DONE, of=partial(mean_with_sites_s, table=ENERGY, event=BORED)),
+    replace(WAIT, label="mean wait for energy", of=partial(mean_wait_s, table=ENERGY, begin=HALTED, end=CAME)),
     lower("brought_j", "J", label="energy brought", of=brought_j, headline=False),
 )
 

@@ -144,7 +144,7 @@ def social_domain(meeting: Meeting, finds: Collection[str]) -> Domain:
 
     methods = {SUPERVISION: supervision_methods(groups), AREA_MAPPING: mapping_methods(groups, finds)}
     if any(group.formed_by is not None for group in groups.values()):
-        methods |= {INSPECTION: inspection_methods(groups, finds), HAVE_INSPECTED: forming_methods(groups, finds)}
+        methods |= inspection_methods(groups, finds)
     return Domain.of(meeting.operators("Exploring"), {**methods, EXPLORE: entrusted(orders), **meeting.methods()})
 
 
@@ -206,20 +206,12 @@ def waiting(facts: FactsLike, group: Group, finds: Collection[str]) -> list[str]
     return [role.job for role in group.roles if role.job and role.job in finds and is_to_be_inspected(facts, role.job)]
 
 
-def inspection_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
-    """Inspection: recruit members and allocate roles after each detection or inspection."""
+def inspection_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> dict[str, list[Method]]:
+    """Inspections by groups formed at run time.
 
-    def has_work(facts: FactsLike, group: str) -> bool:
-        return bool(waiting(facts, by_name[group], finds))
-
-    return [
-        Method("inspect", lambda facts, group: [Task(ALLOCATE_ROLES, (group,))], has_work, (ALLOCATE_ROLES,)),
-        Method("all is inspected", lambda facts, group: [], uses=()),
-    ]
-
-
-def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
-    """HaveInspected: form a group after a find; dissolve it without finds or present members."""
+    HaveInspected: form a group after a find; dissolve it without finds or present members. Inspection: recruit members
+    and allocate roles after each detection or inspection.
+    """
 
     def is_there(facts: FactsLike, group: str) -> bool:
         return bool(facts.get(("formed", group)))
@@ -238,15 +230,20 @@ def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
         holders = [facts.get(("members", path)) for path in paths]
         return not has_work(facts, group) or not any(holders)
 
-    def mission(facts: FactsLike, group: str) -> list[Task]:
-        return [Task(GIVE_MISSION, (group, INSPECTION))]
+    def task(name: str, *args: str) -> Callable[..., list[Task]]:
+        return lambda facts, group: [Task(name, (group, *args))]
 
-    return [
-        Method("form a group", lambda facts, group: [Task(FORM_GROUP, (group,))], is_needed, (FORM_GROUP,)),
-        Method("dissolve it", lambda facts, group: [Task(DISSOLVE_GROUP, (group,))], is_over, (DISSOLVE_GROUP,)),
-        Method("let it inspect", mission, is_there, (GIVE_MISSION,)),
-        Method("nothing to inspect", lambda facts, group: [], uses=()),
+    forming = [
+        Method("form a group", task(FORM_GROUP), is_needed, (FORM_GROUP,)),
+        Method("dissolve it", task(DISSOLVE_GROUP), is_over, (DISSOLVE_GROUP,)),
+        Method("let it inspect", task(GIVE_MISSION, INSPECTION), is_there, (GIVE_MISSION,)),
+        Method.fixed("nothing to inspect"),
     ]
+    inspecting = [
+        Method("inspect", task(ALLOCATE_ROLES), has_work, (ALLOCATE_ROLES,)),
+        Method.fixed("all is inspected"),
+    ]
+    return {INSPECTION: inspecting, HAVE_INSPECTED: forming}
 
 
 def activity_domain(jobs: Mapping[str, Job]) -> Domain:

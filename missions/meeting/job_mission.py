@@ -384,19 +384,16 @@ class JobMission(Mission):
         )
 
     def _methods(self) -> list[Method]:
-        def unfinished(facts: FactsLike, group: str) -> list[tuple[str, str]]:
-            return self._unfinished(facts, self.groups[group])
-
         def together(facts: FactsLike, group: str) -> bool:
             return facts.get(("gatheredAt", group)) is not None
 
         def work(facts: FactsLike, group: str) -> list[Task]:
-            tasks = [Task(WORK, (group, role, job)) for role, job in unfinished(facts, group)]
+            tasks = [Task(WORK, (group, role, job)) for role, job in self._unfinished(facts, group)]
             return [Task(ALLOCATE_ROLES, (group,)), *tasks, Task(MEET, (group,))]
 
         return [
             Method("stay together", lambda facts, group: [], together, ()),
-            Method("work, then meet", work, lambda facts, group: bool(unfinished(facts, group)), WORKING),
+            Method("work, then meet", work, lambda facts, group: bool(self._unfinished(facts, group)), WORKING),
             Method("meet", lambda facts, group: [Task(MEET, (group,))], uses=(MEET,)),
         ]
 
@@ -405,15 +402,15 @@ class JobMission(Mission):
         job = None if declared is None else declared.job
         return [] if job is None else [Task(ASSIGN_OBJECTIVE, (group, role, self.objective, job))]
 
-    def _unfinished(self, facts: FactsLike, group: Group) -> list[tuple[str, str]]:
-        roles = [(role.name, role.job) for role in group.roles if role.job is not None]
+    def _unfinished(self, facts: FactsLike, group: str) -> list[tuple[str, str]]:
+        roles = [(role.name, role.job) for role in self.groups[group].roles if role.job is not None]
         return [(role, job) for role, job in roles if facts.get(self._jobs[job].done) is None]
 
-    def _open(self, facts: FactsLike, group: Group) -> bool:
-        unfinished = self._unfinished(facts, group)
-        if not self.meeting.says_impossible:
-            return bool(unfinished)
-        return any(not facts.get((IS_IMPOSSIBLE, job)) for _, job in unfinished)
+    def _open(self, facts: FactsLike, group: str) -> bool:
+        says_impossible = self.meeting.says_impossible
+        return any(
+            not (says_impossible and facts.get((IS_IMPOSSIBLE, job))) for _, job in self._unfinished(facts, group)
+        )
 
     def ends_of(self, job: str) -> frozenset[Key]:
         """Facts that end a job: done or, for jobs of several vehicles, impossible."""
@@ -457,7 +454,7 @@ class JobMission(Mission):
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
         """Return the leader's finding that its group has gathered: its jobs are over, or the deadline is."""
-        if self._open(beliefs, group) and not self.meeting.is_overdue(group, beliefs, picture):
+        if self._open(beliefs, group.name) and not self.meeting.is_overdue(group, beliefs, picture):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
