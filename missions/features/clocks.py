@@ -214,8 +214,8 @@ def _own(scenario: Scenario) -> dict[int, VehicleClockTable]:
 def most_ahead_s(scenario: Scenario) -> float:
     """Upper bound (s) on the lead of any clock in a run, corrections included."""
     spread, duration_s = _spread(scenario), scenario.scenario.duration_s
-    ahead_s = [spread.offset_s + PPM * spread.drift_ppm * duration_s]
-    for clock in _own(scenario).values():
+    ahead_s = []
+    for clock in (VehicleClockTable(), *_own(scenario).values()):
         offset_s = spread.offset_s if clock.offset_s is None else clock.offset_s
         drift_ppm = spread.drift_ppm if clock.drift_ppm is None else clock.drift_ppm
         ahead_s.append(offset_s + PPM * drift_ppm * duration_s)

@@ -150,13 +150,9 @@ class CurrentTable(Sparse):
         """Return the surges of the run with this seed."""
         return tuple(surge.drawn(seed, number) for number, surge in enumerate(self.surge))
 
-    def water(self, seed: int) -> Current | None:
-        """Return the current of the run with this seed; None for still water."""
-        return self._with(self.surges(seed))
-
     def foretold(self) -> Current | None:
         """Return the current without surges, which are drawn; None for still water."""
-        return self._with(())
+        return self.with_surges(())
 
     def greatest(self) -> Current:
         """Return an upper bound on the current: each surge from earliest start to latest end."""
@@ -164,7 +160,8 @@ class CurrentTable(Sparse):
         surges = (Surge(s.between_s[0], s.between_s[1] + s.lasts_s, s.east_mps, s.north_mps) for s in self.surge)
         return Current(self.east_mps, self.north_mps, depth_m, surges=tuple(surges))
 
-    def _with(self, surges: tuple[Surge, ...]) -> Current | None:
+    def with_surges(self, surges: tuple[Surge, ...]) -> Current | None:
+        """Return the current with these surges; None for still water."""
         if self.east_mps == self.north_mps == 0.0 and not surges:
             return None
         depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
@@ -283,7 +280,7 @@ class MovingWater(Observer):
 def observer_of(joining: Joining) -> MovingWater | None:
     """Return the run hooks; None for still water."""
     table: CurrentTable = joining.scenario.of_feature(KEY)
-    current = table.water(joining.seed)
+    current = table.with_surges(table.surges(joining.seed))
     return None if current is None else MovingWater(current, joining.scenario.scenario.tick_s)
 
 

@@ -13,11 +13,10 @@ from pydantic import Field
 from exchange.arithmetic import distance
 from missions.fieldwork.assistance import MUCH_NEARER_M, Help, HelpAwaited
 from missions.fieldwork.jobs import SiteSurvey
-from missions.meeting.job_mission import DONE_BY, THERE_M
+from missions.meeting.job_mission import DONE_BY, THERE_M, to_stay
 from missions.meeting.meeting import NEWS_FRAMES
 from remoras.behaviours import (
     ADVANCING,
-    CAPTURE_M,
     DONE,
     FAILED,
     IDLE,
@@ -361,8 +360,7 @@ class Drilling(Behaviour):
         return Observation(((self._boring.name, IS_HALTED, is_halted),))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        place_m = self._boring.place_m
-        return Reference(place_m, 0.0 if distance_m(motion, place_m) <= CAPTURE_M else self._speed_mps)
+        return to_stay(self._boring.place_m, self._speed_mps, motion)
 
 
 class HelpAtBerth(Help):
@@ -441,4 +439,4 @@ class Bringing(Behaviour):
         return ADVANCING if state == GIVING else STANDING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        return Reference(self._berth_m, 0.0 if distance_m(motion, self._berth_m) <= CAPTURE_M else self._speed_mps)
+        return to_stay(self._berth_m, self._speed_mps, motion)

@@ -101,6 +101,12 @@ class ReportedJob(AnyonesJob):
         return outlook if self.share_left == 0.0 else outlook.stayed(self.place_m, self.stay_s, data)
 
 
+def to_stay(place_m: Point, speed_mps: float, motion: Motion) -> Reference:
+    """Head for a place; hold there."""
+    is_there = distance_m(motion, place_m) <= CAPTURE_M
+    return Reference(place_m, 0.0) if is_there else Reference(place_m, speed_mps, CAPTURE_M)
+
+
 class Stay:
     """Travel to a place and dwell there; an interrupted dwell restarts."""
 
@@ -123,8 +129,7 @@ class Stay:
 
     def reference(self, place_m: Point, motion: Motion) -> Reference:
         """Head for the place in transit; hold there."""
-        is_there = distance_m(motion, place_m) <= CAPTURE_M
-        return Reference(place_m, 0.0) if is_there else Reference(place_m, self._speed_mps, CAPTURE_M)
+        return to_stay(place_m, self._speed_mps, motion)
 
 
 class Staying(Behaviour):

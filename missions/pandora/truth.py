@@ -26,6 +26,7 @@ FAULTS = {"slow": "thruster", "sensor": "camera dead", "biased": "camera drifts"
 """Correct diagnosis by kind of vehicle fault."""
 UPSETS = {"moved": ("missing", "displaced"), "turned": ("turned",), "stuck": ("resists",)}
 """Correct anomalies by kind of upset."""
+FOUND_BY = ("diagnosis", "anomaly")  # attributes of findings
 CURRENT = "current"
 OF_CAMERAS = "camera"  # faults of other sensors are not assessed
 AFTER_S = 1200.0  # time after the end of a cause in which findings still count: estimates decay stepwise
@@ -68,21 +69,17 @@ def events_of(run: MeasuredRun) -> list[SiteEvent]:
             events.append(SiteEvent(kind, vehicle, (FAULTS[kind],), begun.pop((vehicle, kind)), time_s))
     events += [SiteEvent(kind, vehicle, (FAULTS[kind],), from_s) for (vehicle, kind), from_s in begun.items()]
     scenario = cast(PandoraScenario, run.scenario)
+    rows = run.recorder.rows("trajectories")
     for surge in scenario.surges(run.seed):
-        if surge.from_s < _last_s(run):
+        if rows and surge.from_s < rows[-1][0]:
             events.append(SiteEvent(CURRENT, "", (CURRENT,), surge.from_s, surge.until_s))
     return sorted(events, key=lambda event: (event.from_s, event.kind, event.subject))
-
-
-def _last_s(run: MeasuredRun) -> float:
-    rows = run.recorder.rows("trajectories")
-    return float(rows[-1][0]) if rows else 0.0
 
 
 def findings_of(run: MeasuredRun) -> Iterator[Found]:
     """Yield findings of vehicles in order, except that all is sound."""
     for _, origin, _, recorded_s, subject, attribute, value, *_ in run.recorder.rows("items"):
-        if attribute in ("diagnosis", "anomaly") and value != "sound":
+        if attribute in FOUND_BY and value != "sound":
             yield Found(recorded_s, origin, subject, value)
 
 
@@ -91,12 +88,6 @@ def is_of(finding: Found, event: SiteEvent) -> bool:
     if finding.finding not in event.findings or (event.subject and finding.subject != event.subject):
         return False
     return event.from_s <= finding.time_s <= event.until_s + AFTER_S
-
-
-def detected_s(event: SiteEvent, findings: list[Found]) -> float | None:
-    """Time (s) from the start of an event to its first finding; None if undetected."""
-    first = next((row for row in findings if is_of(row, event)), None)
-    return None if first is None else first.time_s - event.from_s
 
 
 SERVICED = Table("serviced", (TIME, VEHICLE, Column("part", "str")))
@@ -231,7 +222,10 @@ def last_serviced_s(run: MeasuredRun) -> float | None:
 def delays_s(run: MeasuredRun) -> list[float | None]:
     """Time (s) from the begin of each event to its first finding; None if undetected."""
     findings = list(findings_of(run))
-    return [detected_s(event, findings) for event in events_of(run)]
+    return [
+        next((found.time_s - event.from_s for found in findings if is_of(found, event)), None)
+        for event in events_of(run)
+    ]
 
 
 def detected_fraction(run: MeasuredRun) -> float | Absent:
@@ -299,9 +293,6 @@ METRICS = (
     Metric("n_repairs", "", Better.NEITHER, "plan repairs", n_repairs, headline=True),
     Metric("n_lost", "", Better.LOWER, "vehicles lost without energy", n_lost),
 )  # fmt: skip
-
-
-FOUND_BY = ("diagnosis", "anomaly")
 
 
 def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:

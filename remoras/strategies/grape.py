@@ -91,9 +91,6 @@ class Player(Member["Grape"]):
         if known != self._known:
             self._known, self._is_satisfied = known, False
 
-    def _n_others(self, role: str) -> int:
-        return sum(place == role for vehicle, place in self._partition.items() if vehicle != self._me)
-
     def _join(self, role: str | None, situation: Situation) -> None:
         if role == self._partition.get(self._me):
             return
@@ -119,7 +116,7 @@ class Player(Member["Grape"]):
         return best
 
     def _gain_s(self, role: RoleSpecification, situation: Situation) -> float:
-        work, n = situation.work, self._n_others(role.name) + 1
+        work, n = situation.work, sum(p == role.name for v, p in self._partition.items() if v != self._me) + 1
         data, here = work.database[self._me], Outlook(situation.now_s, work.position_m(self._me))
         after = work.after(here, data, role)
         if after is None or (role.maximum is not None and n > role.maximum) or not work.affords(here, data, role):

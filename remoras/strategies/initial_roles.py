@@ -134,7 +134,6 @@ class _Founders:
         self._founding = list(_in_order([(group, role) for group in groups for role in group.roles if role.founding]))
         names = {name for group, role in self._founding for name in (role.name, group.path(role.name))}
         self._ranks = {data.name: _ranks(data, names) for data in database.values()}
-        self._keys = [(group.name, role.name) for group, role in self._founding]
         self._eligible = {(group.name, role.name): self._suited(group, role) for group, role in self._founding}
 
     def needed(self) -> Organisation:
@@ -143,15 +142,15 @@ class _Founders:
         for group, role in self._founding:
             for data in self._able(greedy, group, role)[: _n_needed(role)]:
                 greedy, _ = greedy.assign(data.name, group.name, role.name)
-        if all(self._is_filled(greedy, *place) for place in self._founding) and not self._n_doubled(greedy):
+        is_filled = all(self._is_filled(greedy, *place) for place in self._founding)
+        if is_filled and not self._n_doubled(greedy):
             return greedy
-        able = [[data.name for data in self._eligible[role]] for role in self._keys]
+        able = [[data.name for data in suited] for suited in self._eligible.values()]
         best = Seats(self._founding, [_n_needed(role) for _, role in self._founding], able, self._apart).filled()
         if best is None:
             return greedy
         exact = Organisation.of(self._groups, best)
-        is_as_good = all(self._is_filled(greedy, *place) for place in self._founding)
-        return greedy if is_as_good and self._n_doubled(greedy) <= self._n_doubled(exact) else exact
+        return greedy if is_filled and self._n_doubled(greedy) <= self._n_doubled(exact) else exact
 
     def all_others(self, organisation: Organisation) -> Organisation:
         while True:
