@@ -42,15 +42,10 @@ class SiteEvent:
     from_s: float
     until_s: float = math.inf
 
-
-@dataclass(frozen=True, slots=True)
-class Found:
-    """Finding of a vehicle about a subject."""
-
-    time_s: float
-    vehicle: str
-    subject: str
-    finding: str
+    def explains(self, time_s: float, subject: str, finding: str) -> bool:
+        """Return True if a finding matches the event in kind, subject and time."""
+        is_of_kind = finding in self.findings and self.subject in ("", subject)
+        return is_of_kind and self.from_s <= time_s <= self.until_s + AFTER_S
 
 
 def events_of(run: MeasuredRun) -> list[SiteEvent]:
@@ -76,18 +71,13 @@ def events_of(run: MeasuredRun) -> list[SiteEvent]:
     return sorted(events, key=lambda event: (event.from_s, event.kind, event.subject))
 
 
-def findings_of(run: MeasuredRun) -> Iterator[Found]:
-    """Yield findings of vehicles in order, except that all is sound."""
-    for _, origin, _, recorded_s, subject, attribute, value, *_ in run.recorder.rows("items"):
-        if attribute in FOUND_BY and value != "sound":
-            yield Found(recorded_s, origin, subject, value)
-
-
-def is_of(finding: Found, event: SiteEvent) -> bool:
-    """Return True if a finding matches an event in kind, subject and time."""
-    if finding.finding not in event.findings or (event.subject and finding.subject != event.subject):
-        return False
-    return event.from_s <= finding.time_s <= event.until_s + AFTER_S
+def findings_of(run: MeasuredRun) -> list[tuple[float, str, str]]:
+    """Return time (s), subject and kind of the findings of vehicles in order, except that all is sound."""
+    return [
+        (recorded_s, subject, value)
+        for _, _, _, recorded_s, subject, attribute, value, *_ in run.recorder.rows("items")
+        if attribute in FOUND_BY and value != "sound"
+    ]
 
 
 SERVICED = Table("serviced", (TIME, VEHICLE, Column("part", "str")))
@@ -221,9 +211,9 @@ def last_serviced_s(run: MeasuredRun) -> float | None:
 
 def delays_s(run: MeasuredRun) -> list[float | None]:
     """Time (s) from the begin of each event to its first finding; None if undetected."""
-    findings = list(findings_of(run))
+    findings = findings_of(run)
     return [
-        next((found.time_s - event.from_s for found in findings if is_of(found, event)), None)
+        next((found[0] - event.from_s for found in findings if event.explains(*found)), None)
         for event in events_of(run)
     ]
 
@@ -251,7 +241,7 @@ def time_to_detect_s(run: MeasuredRun) -> float | Absent | None:
 def n_false_alarms(run: MeasuredRun) -> int:
     """Findings without a cause."""
     events = events_of(run)
-    return sum(not any(is_of(finding, event) for event in events) for finding in findings_of(run))
+    return sum(not any(event.explains(*found) for event in events) for found in findings_of(run))
 
 
 def n_repairs(run: MeasuredRun) -> int:

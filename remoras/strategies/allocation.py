@@ -398,7 +398,6 @@ class Search:
         free: Sequence[VehicleData],
         outlooks: Mapping[str, Outlook],
     ) -> None:
-        self._work = work
         self._roles = sorted(roles, key=lambda role: role.job or "")
         self._free = sorted(free, key=lambda data: data.node)
         self._outlooks = [outlooks[data.name] for data in self._free]

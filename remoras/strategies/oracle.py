@@ -9,11 +9,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from remoras.fleet.instant_sharing import InstantSharing
-from remoras.organisation import Group, RoleAssignment
-from remoras.strategies.initial_roles import founded
 from remoras.strategies.plan_and_dispatch import PlanAndDispatch
-from remoras.strategy import Declaration, Negotiator
-from remoras.work import Work
+from remoras.strategy import Declaration
 
 LEADER = PlanAndDispatch(margin=0.0, join_s=10.0, acknowledge_rounds=1_000_000)
 
@@ -26,15 +23,9 @@ class Oracle:
     declaration: ClassVar[Declaration] = Declaration(
         "a bound: no vehicle can know more, or know it earlier", {}, communicates=False, sharing=InstantSharing
     )
-    form = staticmethod(founded)
-
-    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Assign common roles to all members and every open job to one of them."""
-        return LEADER.adapt(work)
-
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        """Return the dispatcher of one member."""
-        return LEADER.negotiator(me, group)
+    form = staticmethod(LEADER.form)
+    adapt = staticmethod(LEADER.adapt)
+    negotiator = staticmethod(LEADER.negotiator)
 
 
 STRATEGY = Oracle()

@@ -21,7 +21,7 @@ from remoras.organisation import Group
 from remoras.strategies.allocation import AllocationPlan, expected_end, joining, planned
 from remoras.strategies.negotiator import JOIN, KnownFromStart, Member, frames, in_blocks, taking
 from remoras.strategy import Heard, Move, Situation, Statable, Statement
-from remoras.work import Outlook, Point, Work
+from remoras.work import Outlook, Work
 
 JOBS_PER_BLOCK = 8
 RECENT_ROUNDS = 3
@@ -30,11 +30,10 @@ RECENT_ROUNDS = 3
 
 @dataclass(frozen=True, slots=True)
 class JobWatch:
-    """Job of a vehicle: start (s), start position (m) and expected end (s)."""
+    """Job of a vehicle: start (s) and expected end (s)."""
 
     role: str
     since_s: float
-    from_m: Point
     due_s: float
 
 
@@ -92,11 +91,10 @@ class Broadcaster(Member["StatusBroadcast"]):
         self._reported.update(subject for subject, attribute, _ in message.facts if attribute == "knownDone")
 
     def _station(self, role: str, vehicle: str, since_s: float, work: Work) -> JobWatch:
-        from_m, specification = work.position_m(vehicle), work.group.role(role)
-        end = None
+        specification, end = work.group.role(role), None
         if specification in work.roles:
-            end = work.after(Outlook(since_s, from_m), work.database[vehicle], specification)
-        return JobWatch(role, since_s, from_m, since_s if end is None else end.free_s)
+            end = work.after(Outlook(since_s, work.position_m(vehicle)), work.database[vehicle], specification)
+        return JobWatch(role, since_s, since_s if end is None else end.free_s)
 
     def _is_later(self, role: str, doubted: Collection[str], work: Work) -> bool:
         mine, database = self._at.get(self._me), work.database
