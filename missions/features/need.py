@@ -174,11 +174,6 @@ class NeedsInForce:
         self._stated = NeedsIndex(self._tbox, by_peer)
         return True
 
-    @property
-    def stated(self) -> Sequence[tuple[int, InformationNeed]]:
-        """Node and need of each valid stated need."""
-        return tuple(self._in_force.values())
-
     def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
         """Return the merged need for a fact; of no node, with priority 1, if on demand."""
         needed = self._common.wanted(fact, class_uid).merged(self._stated.wanted(fact, class_uid))

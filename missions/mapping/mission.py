@@ -268,7 +268,6 @@ class MappingMission(JobMission):
         }
         self.finds = finds = scenario.finds or NO_FINDS
         self._find_weight = weight_in_cells(finds, scenario.world.cell_m, mappers)
-        self._objects = scenario.object
         self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in numbered("find", finds.number)}
         self._forms_groups = any(group.formed_by is not None for group in groups)
         self._goal_known = partial(Unfinished, goal=scenario.mission.goal, finds=self._inspections)
@@ -310,14 +309,14 @@ class MappingMission(JobMission):
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        return FOUND_PER_OBJECT * len(self._objects)
+        return FOUND_PER_OBJECT * len(self.scenario.object)
 
     @property
     def most_observations(self) -> int:
-        return len(self._seabed.cells) + 2 * len(self._inspections) + MOST_LOOKS * len(self._objects)
+        return len(self._seabed.cells) + 2 * len(self._inspections) + MOST_LOOKS * len(self.scenario.object)
 
     def world(self, seed: int) -> Seabed:
-        return seabed_with_finds(self._seabed, self.finds, seed, self._objects)
+        return seabed_with_finds(self._seabed, self.finds, seed, self.scenario.object)
 
     @property
     def _seabed(self) -> Seabed:

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from missions.mapping.sensors import ObjectTable
-from missions.meeting.job_mission import MeetingSettings
+from missions.meeting.meeting import MeetingSettings
 from missions.scenarios.organisation import GroupTable, Role
 from missions.scenarios.scenario import Scenario, World
 from remoras.table import Name, PointM, Positive, Section, Sparse

@@ -44,7 +44,7 @@ def given_anew(
     """Return orders for areas assigned or reported done, but not known to be mapped some time after the rendezvous."""
     # A vehicle that finishes an area reports all its cells at the rendezvous, which takes a while.
     met_s = meeting.met_s(group, beliefs, picture)
-    if met_s is None or picture.body.now_s - met_s < meeting.patience_s / 2.0:
+    if met_s is None or picture.body.now_s - met_s < meeting.settings.patience_s / 2.0:
         return []
     orders = []
     for role in group.roles:

@@ -48,7 +48,7 @@ class MappingTruth(MeetingTruth):
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
             self._n_uncovered[area] += 1
-        self._patience_s = meeting.patience_s
+        self._patience_s = meeting.settings.patience_s
         names = [group.name for group in self._apart]
         self._meeting = {group: [other for other in names if group in self._meets_after[other]] for group in names}
         self._met_s: float | None = None

@@ -20,6 +20,7 @@ from missions.meeting.meeting import (
     RENDEZ_VOUS,
     SUPERVISION,
     Meeting,
+    MeetingSettings,
     Pursuit,
     entrusted,
     importance_of,
@@ -39,7 +40,6 @@ from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
-from remoras.table import Section
 from remoras.work import IS_IMPOSSIBLE, Job, Outlook, Point, vehicles_taken
 
 DONE_BY = "jobDone"  # attribute of a job: vehicle that has done it
@@ -247,21 +247,6 @@ WORKING = (ALLOCATE_ROLES, WORK, MEET)
 IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 
 
-class MeetingSettings(Section):
-    """Keys of the table ``[mission]`` on meetings."""
-
-    arrival_radius_m: float = Field(20.0, gt=0.0, description="distance within which a vehicle has arrived")
-    follow_distance_m: float = Field(
-        40.0, gt=0.0, description="distance to its leader at which a follower catches up, by half"
-    )
-    patience_s: float = Field(
-        60.0, gt=0.0, description="a leader is satisfied by an update in this time, a mapping worker by progress"
-    )
-    meeting_deadline_s: float = Field(
-        900.0, gt=0.0, description="time after which a leader at the rally point meets with the vehicles present"
-    )
-
-
 class JobSettings(MeetingSettings):
     """Table ``[mission]``; missions with additional settings subclass it.
 
@@ -316,15 +301,11 @@ class JobMission(Mission):
         self.scenario = scenario
         self._jobs = {job.name: job for job in self.jobs_of(scenario)}
         self.groups = {group.name: group for group in groups_of(scenario)}
-        settings = scenario.mission
         self.meeting = Meeting(
             self.groups,
             {point.name: point.position_m for point in scenario.rally_point},
-            settings.arrival_radius_m,
-            settings.follow_distance_m,
-            settings.patience_s,
-            settings.meeting_deadline_s,
-            settings.importance,
+            scenario.mission,
+            scenario.mission.importance,
             self.meets_from_s(scenario),
             self._jobs,
             ABILITIES in self.vocabulary_used,

@@ -36,6 +36,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from pydantic import Field
+
 from exchange.arithmetic import distance, length
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour, FollowingLeader, Homing, LeadingFollowers, Planning, Supervision
@@ -47,6 +49,7 @@ from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FO
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
+from remoras.table import Section
 from remoras.work import Job, Outlook, Point
 
 ASSIGNED = (ASSIGN_OBJECTIVE,)  # tasks that assign objectives to a role
@@ -97,12 +100,24 @@ def importance_of(table: Mapping[str, float], objective: Objective) -> float:
     return table.get(f"{objective.group}.{of_role}", of_any)
 
 
+class MeetingSettings(Section):
+    """Keys of the table ``[mission]`` on meetings."""
+
+    arrival_radius_m: float = Field(20.0, gt=0.0, description="distance within which a vehicle has arrived")
+    follow_distance_m: float = Field(
+        40.0, gt=0.0, description="distance to its leader at which a follower catches up, by half"
+    )
+    patience_s: float = Field(
+        60.0, gt=0.0, description="a leader is satisfied by an update in this time, a mapping worker by progress"
+    )
+    meeting_deadline_s: float = Field(
+        900.0, gt=0.0, description="time after which a leader at the rally point meets with the vehicles present"
+    )
+
+
 @dataclass(frozen=True)
 class Meeting:
     """Rendezvous component of a mission.
-
-    ``patience_s`` is the longest age of updates for a satisfied leader, ``deadline_s`` the wait after which it meets
-    with the members present.
 
     >>> from missions.runs.setup import resolved
     >>> from missions.scenarios import load
@@ -113,10 +128,7 @@ class Meeting:
 
     groups: Mapping[str, Group]
     rally_points_m: Mapping[str, Point]
-    arrival_radius_m: float
-    follow_distance_m: float
-    patience_s: float
-    deadline_s: float
+    settings: MeetingSettings
     importance: Mapping[str, float]
     opens_s: float = 0.0
     jobs: Mapping[str, Job] = field(default_factory=dict)
@@ -235,16 +247,16 @@ class Meeting:
             case "MissionPlanner":
                 return Planning()
             case "LeaderInformationGathering":
-                return Supervision(self.patience_s)
+                return Supervision(self.settings.patience_s)
             case "Homing":
                 point_m, group, first = activity.parameters
-                return Homing(point_m, self.arrival_radius_m, group, data, after=first)
+                return Homing(point_m, self.settings.arrival_radius_m, group, data, after=first)
             case "Following" if activity.parameters[0] == "follower":
                 _, leaders, group, first = activity.parameters
-                return FollowingLeader(leaders, group, self.follow_distance_m, data, first)
+                return FollowingLeader(leaders, group, self.settings.follow_distance_m, data, first)
             case "Following":
                 _, followers, group = activity.parameters
-                return LeadingFollowers(followers, group, 2.0 * self.follow_distance_m, data)
+                return LeadingFollowers(followers, group, 2.0 * self.settings.follow_distance_m, data)
         return None
 
     def findings(
@@ -286,7 +298,7 @@ class Meeting:
         for other in self._before(group):
             met_s = beliefs.observed_s(("gatheredAt", other))
             since_s = max(since_s, math.inf if met_s is None else met_s)
-        return picture.body.now_s - since_s >= self.deadline_s
+        return picture.body.now_s - since_s >= self.settings.meeting_deadline_s
 
     def _before(self, group: Group) -> tuple[str, ...]:
         return self.meets_after.get(group.name, ())
@@ -320,4 +332,4 @@ class Meeting:
 
     def _is_there(self, group: Group, position_m: Point, tolerance_m: float) -> bool:
         x_m, y_m = self.rally_points_m[group.rally_point or ""]
-        return length(position_m[0] - x_m, position_m[1] - y_m) <= self.arrival_radius_m + tolerance_m
+        return length(position_m[0] - x_m, position_m[1] - y_m) <= self.settings.arrival_radius_m + tolerance_m

@@ -51,8 +51,8 @@ class MeetingTruth:
     def __init__(self, meeting: Meeting) -> None:
         self.milestones: list[Milestone] = []
         self._rally_points_m = meeting.rally_points_m
-        self._radius_m = meeting.arrival_radius_m
-        self._deadline_s, self._opens_s = meeting.deadline_s, meeting.opens_s
+        self._radius_m, self._deadline_s = meeting.settings.arrival_radius_m, meeting.settings.meeting_deadline_s
+        self._opens_s = meeting.opens_s
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._waits_s: dict[tuple[str, str], float] = {}  # the same, with tolerance for vehicles pushed out a little
         self._has_met: set[tuple[str, str]] = set()

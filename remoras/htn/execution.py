@@ -102,7 +102,8 @@ class Execution:
             branch.method, branch.children = method, []
             # Facts show whether steps with effects are done. One without effects leaves no trace: a repair must not
             # repeat it.
-            if branch.status is not Status.DONE or not (mended and self._is_done_for_good(branch)):
+            is_done_for_good = mended and method is None and not self._operator(branch).has_effects
+            if branch.status is not Status.DONE or not is_done_for_good:
                 branch.status = Status.WAITING
         # Children before parents: the last status of a parent depends on theirs.
         kept = set(places)
@@ -124,9 +125,6 @@ class Execution:
 
     def _operator(self, branch: Branch) -> Operator:
         return self._domain.operators[branch.task.name]
-
-    def _is_done_for_good(self, branch: Branch) -> bool:
-        return branch.method is None and not self._operator(branch).has_effects
 
     def _last(self, place: int) -> Status:
         children = self.branches[place].children

@@ -12,13 +12,14 @@ from recorded import flown
 from watched import JETTY_M, PLAYED, TEAM, seen
 
 from missions.meeting import Meeting
+from missions.meeting.meeting import MeetingSettings
 from missions.meeting.truth import JOBS, JobTruth
 from remoras.activities import Wait
 from remoras.organisation import Organisation, RoleSpecification
 from remoras.recorder import Recorder
 
-MEETING = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
-CLOSE = replace(MEETING, arrival_radius_m=3.0)
+MEETING = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, MeetingSettings(arrival_radius_m=15.0), {})
+CLOSE = replace(MEETING, settings=MeetingSettings(arrival_radius_m=3.0))
 REEF: Any = SimpleNamespace(name="reef", needs=(), is_able=lambda data: True)
 ALONE = Organisation.of([TEAM], PLAYED[:1])
 UNASKED: Any = None

@@ -9,6 +9,7 @@ from varied import Varied
 from watched import JETTY_M, TEAM, seen
 
 from missions.meeting import Meeting
+from missions.meeting.meeting import MeetingSettings
 from missions.meeting.truth import JOBS, JobTruth
 from missions.runs.results import summary, write_results
 from missions.runs.run import Run, run
@@ -86,7 +87,9 @@ HELP, NO_ROOM = Wait("others at lift", 2400.0, 30.0), Wait(ROOM, float("inf"), 5
 )
 def test_cycle_needs_each_vehicle_to_wait_for_the_next(waits, near: bool, found: list[tuple[str, float]]) -> None:
     truth = JobTruth(
-        Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 3.0, 20.0, 60.0, 900.0, {}), "Lifting", Recorder([JOBS])
+        Meeting({"Team": TEAM}, {"jetty": JETTY_M}, MeetingSettings(arrival_radius_m=3.0), {}),
+        "Lifting",
+        Recorder([JOBS]),
     )
     places_m = (0.0, 0.0), (6.0 if near else 60.0, 0.0)
     fleet = FleetView(
@@ -100,7 +103,9 @@ def test_cycle_needs_each_vehicle_to_wait_for_the_next(waits, near: bool, found:
 def test_vehicle_at_the_rally_point_waits_for_late_ones() -> None:
     """B is there and would have to come: it waits for A, which waits for help."""
     truth = JobTruth(
-        Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 3.0, 20.0, 60.0, 900.0, {}), "Lifting", Recorder([JOBS])
+        Meeting({"Team": TEAM}, {"jetty": JETTY_M}, MeetingSettings(arrival_radius_m=3.0), {}),
+        "Lifting",
+        Recorder([JOBS]),
     )
     fleet = FleetView((seen("A", waits=HELP), seen("B", position_m=JETTY_M, performed=("Homing",))))
     truth.observe(fleet, 70.0)
