@@ -105,10 +105,6 @@ class MappingTruth(MeetingTruth):
             self._met_s = now_s
         return is_complete
 
-    @property
-    def _there(self) -> set[str]:
-        return {vehicle.name for vehicle in self._fleet.vehicles if vehicle.is_alive or vehicle.will_return}
-
     def _is_open(self, fleet: FleetView) -> bool:
         """Return True while a leader waits, has reassigned work, or will resume work after a wait."""
         heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
@@ -120,11 +116,10 @@ class MappingTruth(MeetingTruth):
         return False
 
     def _is_anybody_at_work(self, fleet: FleetView) -> bool:
-        present = self._there
         return any(
             self._exploring.get(vehicle.name, False) or "Inspecting" in vehicle.performed
             for vehicle in fleet.vehicles
-            if vehicle.name in present
+            if vehicle.is_alive or vehicle.will_return
         )
 
     def _look_under(self, vehicle: VehicleView, sensing: Sequence[str], now_s: float) -> bool:
@@ -164,7 +159,8 @@ class MappingTruth(MeetingTruth):
 
     def is_worked_off(self, group: Group) -> bool:
         """Return True unless remaining vehicles know an uninspected feature of the group's areas."""
-        return not (self._finds.has_open(self._there) and any(role.job in self._swaths_m for role in group.roles))
+        there = {vehicle.name for vehicle in self._fleet.vehicles if vehicle.is_alive or vehicle.will_return}
+        return not (self._finds.has_open(there) and any(role.job in self._swaths_m for role in group.roles))
 
     def _share_of_goal(self, share: float) -> float:
         # Rounding must not keep a complete goal below 1.

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from exchange.arithmetic import TAU, distance, length, sincos
+from exchange.arithmetic import TAU, distance, sincos
 from exchange.channel import loss
 from missions.pandora.scenario import ANY_VALVE, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
 from remoras.beliefs import Key, Known
@@ -328,8 +328,7 @@ class PlannedPart:
         """Return the outlook after the service; None if unable."""
         if not self.is_able(data):
             return None
-        (from_x_m, from_y_m), (x_m, y_m) = outlook.position_m, self.place_m
-        way_s = length(x_m - from_x_m, y_m - from_y_m) / data.transit_speed_mps
+        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
         return Outlook(outlook.free_s + way_s + self.work_there_s(data), self.points_m[-1])
 
 
