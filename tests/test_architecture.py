@@ -7,11 +7,9 @@ command line import everything. Words of a mission occur in its folder only.
 
 import ast
 import re
-import tokenize
 import tomllib
 from collections.abc import Iterator
 from functools import cache
-from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -206,7 +204,7 @@ def imports(source: str, module: str, typing: bool = False) -> list[Import]:
     """
     found = []
     tree = parsed(source)
-    passed_over = set() if typing else _typing_only(tree)
+    passed_over = _typing_only(tree) if not typing and "TYPE_CHECKING" in source else set()
     package = module.split(".") if module in PACKAGES else module.split(".")[:-1]
     for node in ast.walk(tree):
         if node in passed_over:
@@ -265,16 +263,14 @@ def broken_rules(found: Import) -> Iterator[str]:
 
 
 def words_in(source: str) -> list[tuple[int, str]]:
-    """Every word of identifiers, strings and comments, with its line: ``first_areaDone`` has three."""
-    found = []
-    for token in tokenize.generate_tokens(StringIO(source).readline):
-        if token.type in (tokenize.NAME, tokenize.STRING, tokenize.COMMENT):
-            text = token.string
-            for general in GENERAL:
-                text = text.replace(general, "")
-            for number, line in enumerate(text.split("\n"), token.start[0]):
-                found += [(number, word.lower()) for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", line)]
-    return found
+    """Every word of a source, comments included, with its line: ``first_areaDone`` has three."""
+    for general in GENERAL:
+        source = source.replace(general, "")
+    return [
+        (number, word.lower())
+        for number, line in enumerate(source.split("\n"), 1)
+        for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", line)
+    ]
 
 
 def drawn_or_timed(source: str) -> list[str]:
