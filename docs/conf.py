@@ -1,6 +1,7 @@
 """Settings of the documentation site, which is built and read offline: ``python -m sphinx -W -b html docs site``."""
 
 import ast
+import gc
 import inspect
 import os
 import sys
@@ -17,6 +18,7 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
+gc.set_threshold(50_000, 20, 100)  # usual thresholds take a fifth of the time, as documents have few cycles
 # Kernels of notebooks are processes of their own, and document this checkout too.
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
 
