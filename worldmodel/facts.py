@@ -111,6 +111,11 @@ class Observation(NamedTuple):
         return self.block.origin
 
 
+def sort_key(observation: Observation) -> tuple[BlockKey, int]:
+    """Return a key that orders observations from oldest to latest."""
+    return observation.block.key, observation.position
+
+
 class Change(NamedTuple):
     """Accepted block; ``new_latest`` are those of its facts that are now the latest."""
 

@@ -36,7 +36,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple, cast
 
 from worldmodel.errors import FactError
-from worldmodel.facts import Observation
+from worldmodel.facts import Observation, sort_key
 from worldmodel.ontology.fields import Value
 from worldmodel.ontology.tbox import MEASURED, Attribute, ValueKind
 
@@ -82,7 +82,7 @@ def fused(
             raise FactError(f"{attribute.name}: {name} is {amount}; allowed: 0 or more")
     if prior is not None:
         _refuse_bad_prior(attribute, prior)
-    ordered = sorted(observations, key=_key)
+    ordered = sorted(observations, key=sort_key)
     if not ordered:
         return None
     weighed = [observation for observation in ordered if observation.fact.uncertainty is not None]
@@ -104,10 +104,6 @@ def fused(
         # Of equal probabilities the lowest origin counts, so that all vehicles agree.
         weighed = [min(newest.values(), key=lambda o: (-cast(float, o.fact.uncertainty), o.origin))]
     return _by_bayes(attribute, weighed, prior)
-
-
-def _key(observation: Observation) -> tuple[object, ...]:
-    return (*observation.block.key, observation.position)
 
 
 def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until_s: float | None) -> Estimate:
@@ -160,15 +156,14 @@ def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mappi
     total = math.fsum((*weights, others))
     origins = tuple(sorted({observation.origin for observation in weighed}))
     if total == 0.0:  # the prior excludes all observed values
-        last = max(weighed, key=_key)
-        return Estimate(last.value, 0.0, last.time_s, origins)
+        return Estimate(weighed[-1].value, 0.0, weighed[-1].time_s, origins)
     # Of equal posteriors the smaller value comes first, in whatever order the facts arrived.
     ranked = sorted(
         ((h, w / total) for h, w in zip(hypotheses, weights, strict=True) if w > 0.0),
         key=lambda pair: (-pair[1], pair[0]),
     )
     value, probability = ranked[0]
-    return Estimate(value, probability, _time_s(weighed), origins, tuple(ranked))
+    return Estimate(value, probability, weighed[-1].time_s, origins, tuple(ranked))
 
 
 def _hypotheses(attribute: Attribute, weighed: Sequence[Observation]) -> tuple[list[Value], int]:
@@ -185,10 +180,6 @@ def _refuse_bad_prior(attribute: Attribute, prior: Mapping[Value, float]) -> Non
     values = list(prior.values())
     if not all(math.isfinite(weight) and weight >= 0.0 for weight in values) or not math.fsum(values) > 0.0:
         raise FactError(f"{attribute.name}: prior {dict(prior)}; allowed: weights of 0 or more, one of them above 0")
-
-
-def _time_s(weighed: Sequence[Observation]) -> float:
-    return max(observation.time_s for observation in weighed)
 
 
 BEYOND_99 = 2.3263478740408408  # quantile of the normal distribution at 0.99

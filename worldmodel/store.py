@@ -18,13 +18,13 @@ from worldmodel.facts import (
     EPOCHS,
     STATUS,
     Block,
-    BlockKey,
     Change,
     Guid,
     Instance,
     Lacking,
     Observation,
     PropertyValue,
+    sort_key,
 )
 from worldmodel.holdings import Arrivals, Bans, Keeping, rank_of
 from worldmodel.inference import Inference
@@ -39,11 +39,6 @@ StatusSlot = tuple[int, int, int]  # (subject, attribute, origin)
 # Nested, not keyed by pairs, to save memory.
 Slots = dict[int, dict[int, list[Observation]]]  # facts by attribute and subject, oldest first; no list is empty
 EMPTY: dict[int, list[Observation]] = {}
-
-
-def sort_key(observation: Observation) -> tuple[BlockKey, int]:
-    """Return a key that orders the facts of a property from oldest to latest."""
-    return observation.block.key, observation.position
 
 
 class Index:
