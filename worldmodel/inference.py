@@ -6,7 +6,7 @@ types only, since the merge must not depend on a view. Inferred links are traver
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from typing import Protocol
+from typing import Protocol, cast
 
 from worldmodel.errors import FactError
 from worldmodel.facts import Instance, PropertyValue
@@ -45,7 +45,7 @@ class Inference:
         self.rules = tbox.rules
         self.version = 0
         self._seen = seen
-        self._common: dict[Slot, tuple[Value, ...]] = {}
+        self._common: dict[Slot, tuple[int, ...]] = {}
         self.touched = touched
         for fact in common_facts:
             slot = (fact.subject, fact.attribute)
@@ -53,7 +53,7 @@ class Inference:
             if kind is ValueKind.TYPE:
                 raise FactError(f"common fact {tuple(fact)} states a class; allowed: the class of a common instance")
             if kind is ValueKind.LINK:
-                self._common[slot] = (*self._common.get(slot, ()), fact.value)
+                self._common[slot] = (*self._common.get(slot, ()), fact.target)
             elif fact.attribute in self.rules.heeded:
                 self.touched.add(slot)
         of_rules = {TYPE_UID, *self.rules.heeded} if self.rules.is_needed else set()
@@ -92,8 +92,8 @@ class Inference:
 
     def told_links(self, subject: int, attribute: int) -> tuple[int, ...]:
         """Return the asserted targets: common facts and latest value."""
-        value = self._seen.value(subject, attribute)
-        return tuple(dict.fromkeys(map(_uid, (*self._common.get((subject, attribute), ()), *_all(value)))))
+        targets, value = self._common.get((subject, attribute), ()), self._seen.value(subject, attribute)
+        return tuple(dict.fromkeys(targets if value is None else (*targets, cast(int, value))))
 
     def linked_attributes(self) -> frozenset[int]:
         """Return the attributes that may have links beyond the latest value."""
@@ -196,12 +196,3 @@ class _Links:
         for source, flipped in self._rules.sources[attribute]:
             links = self._linking if backward != flipped else self._targets
             yield from links.get((uid, source), ())
-
-
-def _all(value: Value | None) -> tuple[Value, ...]:
-    return () if value is None else (value,)
-
-
-def _uid(value: Value) -> int:
-    assert isinstance(value, int)
-    return value
