@@ -18,7 +18,7 @@ from exchange.packets import Fragment, ItemUid
 from exchange.policy.acknowledgement import members
 from exchange.policy.candidates import Expired, Expiry, item_candidate
 from exchange.policy.queue import Queue
-from worldmodel import NOBODY, Block, Needs, PropertyValue, Stated, ValueKind, Wanted, WorldModel
+from worldmodel import NOBODY, TYPE_UID, Block, Needs, PropertyValue, Stated, ValueKind, Wanted, WorldModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,23 +80,17 @@ class Interests:
     def _ask(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> Wanted:
         """Return the need of a fact; cache it until needs change if it is independent of the value."""
         wanted = self._needs.wanted(fact, self._class_of(fact, block))
-        if self._is_lasting(fact):
+        is_common = 0 <= fact.subject < len(self._model.common_instances)
+        if is_common and self._model.tbox.attributes[fact.attribute].kind not in (ValueKind.LINK, ValueKind.TYPE):
             self._wanted[fact.subject, fact.attribute] = wanted
         return wanted
-
-    def _is_lasting(self, fact: PropertyValue) -> bool:
-        """True if the need is independent of the value: common instance, neither link nor type."""
-        attribute = self._model.tbox.attributes[fact.attribute]
-        is_common = 0 <= fact.subject < len(self._model.common_instances)
-        return is_common and attribute.kind is not ValueKind.LINK and attribute.kind is not ValueKind.TYPE
 
     def _class_of(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> int:
         instance = self._model.instance(fact.subject)
         if instance is not None:
             return instance.class_uid
         # announced by the same block
-        announced = next((f.value for f in block if f.subject == fact.subject and f.attribute == 0), 0)
-        return int(announced) if isinstance(announced, int) else 0
+        return next((f.target for f in block if f.subject == fact.subject and f.attribute == TYPE_UID), 0)
 
     def priority_here(self, column: int) -> int:
         """Priority of an item that this node needs; 0 if only others need it."""

@@ -80,7 +80,6 @@ class Candidate(Waiting):
         tie: order of candidates of equal value.
         line: key of its queue class; None while not queued.
         rank: order in that class, higher first.
-        rests: suspended, see ``Queue.rest``.
     """
 
     uid: ItemUid | StatusUid
@@ -90,7 +89,6 @@ class Candidate(Waiting):
     size_bits: int
     line: Hashable | None = None
     rank: float = 0.0
-    rests: bool = False
 
     @property
     def about(self) -> tuple[int, int]:

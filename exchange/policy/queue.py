@@ -178,8 +178,7 @@ class Queue:
             candidate = self._items.get(column)
             if candidate is not None:  # else it waits outside
                 self._leave(candidate)
-                if items >> column & 1:
-                    candidate.rests, self.resting = True, self.resting | 1 << column
+                self.resting |= items & 1 << column
                 self._place(candidate)
 
     # What goes out -------------------------------------------------------------------------------
@@ -315,8 +314,8 @@ class Queue:
         self._leave(candidate)
 
     def _leave(self, candidate: Candidate) -> None:
-        if candidate.rests:
-            candidate.rests, self.resting = False, self.resting ^ 1 << candidate.column
+        if candidate.line == RESTING:
+            self.resting ^= 1 << candidate.column
             candidate.since_slot = self._n_slots
         else:
             candidate.halt(self._n_slots)
@@ -343,7 +342,7 @@ class Queue:
         if terms.blackout_s:
             blackout = candidate.about, terms.blackout_s
             key = blackout, key
-        if candidate.rests:
+        if candidate.column != STATUS_COLUMN and self.resting >> candidate.column & 1:
             key, shared, blackout = RESTING, None, None
         line = self._lines.get(key)
         if line is None:
