@@ -45,6 +45,7 @@ from worldmodel.facts import Guid
 
 if TYPE_CHECKING:
     from exchange.wire.accounts import AccountCodec
+    from exchange.wire.factcodec import Bits
 
 
 class HoldingsReports:
@@ -209,8 +210,8 @@ class HoldingsReports:
                     coded[statement.origin, number] = self._bytes_of((*statement.life, number))
         return coded
 
-    def account(self, content: int, slot: int, left_bits: int) -> Account:
-        """Return the holdings section of a packet; ``left_bits`` is its remaining capacity."""
+    def section(self, content: int, slot: int, left_bits: int) -> Bits:
+        """Encode the holdings section of a packet; ``left_bits`` is its remaining capacity."""
         symbols: tuple[bytes, ...] = ()
         coded = self._coded(content) if self._n_symbols else {}
         if coded:
@@ -219,7 +220,7 @@ class HoldingsReports:
             symbols = tuple([symbol(coded, symbol_key(slot, place), size) for place in range(n_symbols)])
         holder_sets = tuple(self._holder_sets(slot, left_bits))
         self._note_sent(content, coded if symbols else {}, len(symbols), holder_sets)
-        return Account(tuple(self._statements), holder_sets, symbols)
+        return self._accounts.encode(Account(tuple(self._statements), holder_sets, symbols), self._me)
 
     def _holder_sets(self, slot: int, left_bits: int) -> Iterator[HolderSet]:
         """Yield holder sets within the remaining capacity, in order of ``holder_set_rank``."""

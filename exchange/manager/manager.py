@@ -305,18 +305,10 @@ class ExchangeManager:
             room_bits -= self._let_plan(reports, room_bits)
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
         chosen = self.queue.choose(packing, now_s)
-        is_spare = not summary
-        if self._summarises and is_spare:
+        if self._summarises and not summary:
             summary, summary_bits = self._beliefs.summaries.spare(packing.left_bits)
-        content = 0
-        items: list[ItemUid] = []
-        status: list[StatusUid] = []
-        for candidate in chosen:
-            if isinstance(candidate.uid, ItemUid):
-                items.append(candidate.uid)
-                content |= 1 << candidate.column
-            else:
-                status.append(candidate.uid)
+            packing.left_bits -= summary_bits
+        content = sum([1 << candidate.column for candidate in chosen if candidate.column != STATUS_COLUMN])
         is_doubted = frame <= self._peers.doubted_until[self._me]
         # While the own id is ambiguous, an acknowledgement may be for the other vehicle's packet: record no items.
         acks = self._beliefs.log.compose(slot, 0 if is_doubted else content, self._beliefs.held)
@@ -325,29 +317,27 @@ class ExchangeManager:
         head = Head(self._me, self._epoch, frame)
         header, (fragments, sizes) = codec.encode_acks(self._me, acks, frame), packing.wired()
         n_acks = header[0].bit_count()
-        if reports is not None and codec.accounts is not None:
+        if reports is not None:
             # ``_let_plan`` suspended all items outside of the plan, which would not count as open until the next slot.
             self.queue.rest(self._left_to_relays)
             said_bits = sum([candidate.size_bits for candidate in chosen if candidate.column == STATUS_COLUMN])
             self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
-            # Urgent summaries were deducted before the packing was made.
-            left_bits = packing.left_bits - (summary_bits if is_spare else 0)
-            header = joined(header, codec.accounts.encode(reports.account(content, slot, left_bits), self._me))
+            header = joined(header, reports.section(content, slot, packing.left_bits))
         data = codec.assembled(head, start_s, header, fragments, signals, summary)
         self._signals = ()
         return Transmission(
             slot,
             data,
             8 * len(data),
-            tuple(items),
+            tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, ItemUid)]),
             n_acks,
             tuple(sizes),
             signals_bits,
-            tuple(status),
+            tuple([candidate.uid for candidate in chosen if isinstance(candidate.uid, StatusUid)]),
             signals,
             summary,
             summary_bits,
-            tuple([(node, PARKED) for node in absent]) if absent else (),
+            tuple([(node, PARKED) for node in absent]),
         )
 
     def _let_plan(self, reports: HoldingsReports, room_bits: int) -> int:
