@@ -11,7 +11,7 @@ from exchange.packets import Account, HolderSet, OriginStatement
 from exchange.policy.planning import COUNT_BITS, LENGTH_BITS, SIZE_BITS
 from exchange.wire.factcodec import Bits, Reader, joined, natural, padded, read_natural
 from exchange.wire.fragmentcodec import EPOCH_BITS, FragmentCodec
-from worldmodel import EPOCHS, Block
+from worldmodel import Block
 from worldmodel.facts import MOST_ITEMS, Guid
 
 
@@ -60,23 +60,10 @@ class AccountCodec:
 
     # From bits -----------------------------------------------------------------------------------
 
-    def _read_origin(self, reader: Reader) -> tuple[int, bool]:
-        origin = reader.take(self._fragments.origin_bits)
-        if origin >= self._n_nodes:
-            raise PeerFault(f"received set of origin {origin}, which is not one of {self._n_nodes} nodes")
-        return origin, bool(reader.take(1))
-
-    def _read_epoch(self, reader: Reader) -> int:
-        epoch = read_natural(reader.take, EPOCH_BITS)
-        if epoch >= EPOCHS:
-            raise PeerFault(f"received set of epoch {epoch}: allowed are 0 to {EPOCHS - 1}")
-        return epoch
-
     def _read_statement(self, reader: Reader, sender: int) -> OriginStatement:
-        origin, is_usual = self._read_origin(reader)
-        epoch, is_known = 0, True
-        if not is_usual:
-            epoch, is_known = self._read_epoch(reader), bool(reader.take(1))
+        origin, epoch, is_known = self._fragments.read_origin(reader), 0, True
+        if not reader.take(1):
+            epoch, is_known = self._fragments.read_epoch(reader), bool(reader.take(1))
             if epoch == 0 and is_known:
                 raise PeerFault("received set not in its shortest form")
         first = read_natural(reader.take, self._fragments.sequence_bits)
@@ -87,8 +74,8 @@ class AccountCodec:
         return OriginStatement(origin, epoch, first, length, mask, is_known)
 
     def _read_holder_set(self, reader: Reader, sender: int) -> HolderSet:
-        origin, is_usual = self._read_origin(reader)
-        epoch = 0 if is_usual else self._read_epoch(reader)
+        origin, is_usual = self._fragments.read_origin(reader), reader.take(1)
+        epoch = 0 if is_usual else self._fragments.read_epoch(reader)
         if epoch == 0 and not is_usual:
             raise PeerFault("holder set not in its shortest form")
         sequence = read_natural(reader.take, self._fragments.sequence_bits)

@@ -12,7 +12,7 @@ from operator import itemgetter
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, Life
-from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, read_natural, read_rest, width
+from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, read_natural, width
 from worldmodel import EPOCHS, STATUS, Field
 from worldmodel.facts import MOST_ITEMS
 
@@ -173,17 +173,23 @@ class FragmentCodec:
 
     # From bits -----------------------------------------------------------------------------------
 
-    def read_life(self, reader: Reader) -> Life:
-        """Decode an origin and its epoch; raise PeerFault if invalid."""
-        word = reader.take(self.origin_bits + EPOCH_BITS)
-        origin, epoch = word >> EPOCH_BITS, word & EPOCH_MASK
-        if epoch == EPOCH_MASK:
-            epoch += read_rest(reader.take)
+    def read_origin(self, reader: Reader) -> int:
+        """Decode an origin; raise PeerFault if invalid."""
+        origin = reader.take(self.origin_bits)
         if origin >= self.n_nodes:
             raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
+        return origin
+
+    def read_epoch(self, reader: Reader) -> int:
+        """Decode an epoch; raise PeerFault if invalid."""
+        epoch = read_natural(reader.take, EPOCH_BITS)
         if epoch >= EPOCHS:
-            raise PeerFault(f"epoch {epoch} of node {origin}: allowed are 0 to {EPOCHS - 1}")
-        return origin, epoch
+            raise PeerFault(f"epoch {epoch}: allowed are 0 to {EPOCHS - 1}")
+        return epoch
+
+    def read_life(self, reader: Reader) -> Life:
+        """Decode an origin and its epoch; raise PeerFault if invalid."""
+        return self.read_origin(reader), self.read_epoch(reader)
 
     def _read_time(self, reader: Reader, base: int) -> float:
         """Decode ``age``; raise PeerFault for a negative time or if a shorter form exists."""
