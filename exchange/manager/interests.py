@@ -60,7 +60,7 @@ class Interests:
         self._selective = selective
         self._sendable = 0  # items (set) that this node may send
         self._addressed: set[int] = set()  # columns of items lacked by an addressed peer
-        self._aside: list[tuple[Block, ItemUid]] = []
+        self._aside: list[tuple[Block, ItemUid]] = []  # blocks filtered out, with the items that completed them
         self.undecided: dict[int, None] = {}
         """Columns of items about instances of unknown class."""
         self._wanted: dict[tuple[int, int], Wanted] = {}  # by instance and attribute, until needs change
@@ -173,8 +173,10 @@ class Interests:
                     settled.append(self._beliefs.uids[column])
                 else:
                     unneeded.append(Expiry(entry.fragment.uid, Expired.NOT_NEEDED, now_s - entry.fragment.time_s))
-        blocks, items = self._taken_up()
-        return Renewal(tuple(blocks), tuple(items), tuple(settled), tuple(unneeded))
+        taken = [kept for kept in self._aside if self.of(kept[0].facts).peers >> self._me & 1]
+        self._aside = [kept for kept in self._aside if kept not in taken]
+        blocks, items = tuple([block for block, _ in taken]), tuple([uid for _, uid in taken])
+        return Renewal(blocks, items, tuple(settled), tuple(unneeded))
 
     def reopen(self, now_s: float) -> None:
         """Reopen delivered items that a peer lacks now, because it lost them or returned."""
@@ -221,9 +223,3 @@ class Interests:
             return True
         self._aside.append((block, completed_by))
         return False
-
-    def _taken_up(self) -> tuple[list[Block], list[ItemUid]]:
-        """Take blocks that were filtered out and are needed now, with the items that completed them."""
-        taken = [kept for kept in self._aside if self.of(kept[0].facts).peers >> self._me & 1]
-        self._aside = [kept for kept in self._aside if kept not in taken]
-        return [block for block, _ in taken], [uid for _, uid in taken]
