@@ -135,7 +135,7 @@ class Interests:
         if self._judge(column, entry) and self._beliefs.lacked(1 << column & ~self._queue.open):
             self._send(column, entry, now_s)
 
-    def settle(self) -> tuple[ItemUid, ...]:
+    def settle(self, now_s: float) -> tuple[ItemUid, ...]:
         """Close items that all present interested nodes are believed to hold; return their names."""
         beliefs, is_open = self._beliefs, self._queue.open
         settled = members(is_open & ~beliefs.lacked(is_open)) if is_open else []
@@ -146,7 +146,7 @@ class Interests:
             if beliefs.ease(column):
                 self._addressed.discard(column)
                 entry = beliefs.entry(column)
-                self._queue.revalue(column, entry.priority, self.of(entry.about).terms)
+                self._queue.revalue(column, entry.priority, self.of(entry.about).terms, now_s)
         return tuple(sorted([beliefs.uids[column] for column in settled])) if settled else ()
 
     def renew(self, now_s: float) -> Renewal:

@@ -291,7 +291,7 @@ class ExchangeManager:
         away = self._peers.away
         absent = self._peers.mark_absent(frame) if self.parking else []
         if self._peers.away != away:
-            self._interests.settle() if absent else self._interests.reopen(now_s)
+            self._interests.settle(now_s) if absent else self._interests.reopen(now_s)
         summary: tuple[Summary, ...] = ()
         summary_bits = 0
         if self._summarises:

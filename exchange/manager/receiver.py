@@ -133,7 +133,7 @@ class Receiver:
         if self.reports is not None:
             self.reports.note_news(packet, slot)
         gained = beliefs.gained() if beliefs.news else ()
-        settled = self._interests.settle() if gained or has_begun else ()
+        settled = self._interests.settle(now_s) if gained or has_begun else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), gained, settled, tuple(taken.aside),
             met=met, conflict=conflict, told=evidence,

@@ -163,7 +163,7 @@ class Queue:
             self._withdraw(column)
             self._sent.pop(column, None)
 
-    def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
+    def revalue(self, column: int, priority: int, terms: Terms, now_s: float) -> None:
         """Change priority or terms of an item inside or outside."""
         candidate = self._items.get(column) or self._limits.find_outside(column)
         if candidate is None or (priority, terms) == (candidate.priority, candidate.terms):

@@ -119,7 +119,7 @@ def test_the_queue_selects_the_heaviest_items_that_fit(events: list[tuple[str, i
             queue.take(candidates[what])
             expected.open.add(what)
         elif event == "revalue" and what in expected.open:
-            queue.revalue(what, more, Terms())
+            queue.revalue(what, more, Terms(), 0.0)
             expected.items[what][1] = more
         elif event == "slot":
             sizes = {column: row[2] for column, row in expected.items.items()}
@@ -206,6 +206,15 @@ def test_a_full_queue_defers_the_last_item_and_loses_none() -> None:
         queue.drop(column)
     assert sorted(said(queue, 9)) == [2, 4]
     assert len(queue) == 2
+
+
+def test_an_item_displaced_by_another_priority_has_its_age_then() -> None:
+    queue = Queue(limit=1)
+    for column in range(2):
+        take(queue, column, time_s=float(column))
+    queue.take_expired()
+    queue.revalue(1, 5, Terms(), 9.0)
+    assert [(one.uid.sequence, one.latency_s) for one in queue.take_expired()] == [(0, 9.0)]
 
 
 def test_each_need_has_its_own_queue_limit() -> None:
