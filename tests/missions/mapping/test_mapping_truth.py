@@ -11,6 +11,7 @@ from watched import JETTY_M, PLAYED, TEAM, seen
 from missions.mapping.sensors import COVERAGE, Seabed, SeabedFeature, SwathSettings
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting import Meeting
+from missions.meeting.meeting import MeetingSettings
 from remoras.activities import Objective
 from remoras.mission import Milestone
 from remoras.organisation import Group, Organisation, RoleAssignment
@@ -37,7 +38,7 @@ def truth(*groups: Group, seabed: Seabed = NOTHING, goal: float = 1.0, able: Seq
     """The truth of areas that those named are able to map; without an area there is nothing to be done."""
     named = {group.name: group for group in groups or (TEAM,)}
     swaths_m = {area: dict.fromkeys(able, 25.0) for area, _ in seabed.cells.values()}
-    meeting = Meeting(named, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
+    meeting = Meeting(named, {"jetty": JETTY_M}, MeetingSettings(arrival_radius_m=15.0, follow_distance_m=20.0), {})
     return MappingTruth(meeting, seabed, swaths_m, goal, Recorder([COVERAGE, GOAL]), 4.0)
 
 
