@@ -141,12 +141,18 @@ class Observation:
 class Quiet(Sequence[Observation]):
     """No observation, until the vehicle has moved ``until_m`` (m) or the time is ``until_s`` (s): no call before.
 
+    NaN raises ValueError.
+
     >>> list(Quiet(until_m=12.5))
     []
     """
 
     until_m: float = math.inf
     until_s: float = math.inf
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.until_m) or math.isnan(self.until_s):
+            raise ValueError(f"{self} has a NaN; allowed: metres, seconds, or infinity")
 
     def __len__(self) -> int:
         return 0

@@ -18,7 +18,7 @@ from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import Observation, Pose
+from remoras.sensor import Observation, Pose, Quiet
 from remoras.work import Point
 from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
@@ -273,6 +273,31 @@ def test_waits_are_cleared_when_activities_are_replaced() -> None:
     functional.prepare([HOMING, waiting])
     perform(functional, 0)
     assert functional.waits is None
+
+
+def test_a_quiet_sensor_is_read_again_at_its_time_or_distance() -> None:
+    read: list[float] = []
+
+    class Resting(DepthSounder):
+        def sense(self, pose: Pose, world: Any, now_s: float) -> Quiet:
+            read.append(now_s)
+            return Quiet(until_m=5.0, until_s=3.0) if now_s < 3.0 else Quiet(until_m=5.0)
+
+    functional = layer(WORKING, sensors={"depth": Resting()})
+    perform(functional, 0)
+    for now_s in (0.0, 1.0, 2.0, 3.0, 4.0):
+        functional.sense(now_s, ())
+    assert read == [0.0, 3.0]
+    for now_s, x_m in ((5.0, 4.9), (6.0, 5.1), (7.0, 0.2), (8.0, 0.0)):
+        functional.motion.x_m = x_m
+        functional.sense(now_s, ())
+    assert read == [0.0, 3.0, 6.0, 8.0]
+    assert functional.sensors.looking == ("depth",)
+    perform(functional, 0)  # a decision that switches sensors reads them again
+    functional.sense(9.0, ())
+    assert read[-1] == 9.0
+    with pytest.raises(ValueError, match="has a NaN"):
+        Quiet(until_s=float("nan"))
 
 
 @pytest.mark.parametrize(
