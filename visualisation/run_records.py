@@ -1,4 +1,4 @@
-"""Run data of figures, replay and exports: tracks, outages, roles, milestones, refusals."""
+"""Run data of figures, replay and exports: tracks, outages, roles, milestones, outcomes of packets."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class MappingTruth(MeetingTruth):
         self._goal = goal
         self._coverage, self._progress = recorder.rows("coverage"), recorder.rows(GOAL.name)
         self._covered: defaultdict[str, set[Cell]] = defaultdict(set)  # by vehicle
-        self._no_news: dict[tuple[str, str], tuple[Point, float]] = {}  # by vehicle and sonar: from here, up to (m)
+        self._no_news: dict[tuple[str, str], tuple[Point, float]] = {}  # by vehicle and sonar: place, distance (m)
         self._all_covered: set[Cell] = set()
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():

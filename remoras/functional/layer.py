@@ -105,7 +105,7 @@ class Sensing:
         self._on: list[tuple[str, Sensor]] = []
         self._working: list[tuple[str, Sensor]] = []
         self._working_names: tuple[str, ...] = ()
-        self._quiet, self._quiet_at_m = NOT_QUIET, (0.0, 0.0)  # all that work, from that place on
+        self._quiet, self._quiet_at_m = NOT_QUIET, (0.0, 0.0)  # of all working sensors, from that place on
 
     @property
     def names(self) -> tuple[str, ...]:

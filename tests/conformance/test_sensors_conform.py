@@ -74,6 +74,7 @@ def saying(**said: Any) -> dict[str, Any]:
         ({"sense": lambda *asked: [Observation(row=(float(next(STREAM)),))]}, "two sensors made alike"),
         ({"sense": takes_out}, "changed the world"),
         ({"sense": looks_away}, "but had stated Quiet"),
+        ({"sense": lambda *asked: Quiet(until_s=float("nan"))}, "sense raised ValueError: Quiet.* has a NaN"),
     ],
 )
 def test_a_sensor_that_breaks_a_rule_is_detected(parts: dict[str, Any], says: str) -> None:
