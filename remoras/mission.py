@@ -40,11 +40,10 @@ from remoras.mission_parts import (
     PURSUE,
     Finding,
     FunctionalPart,
-    Nothing,
     SocialPart,
 )  # fmt: skip
 from remoras.recorder import Recorder, Table
-from remoras.sensor import SensorSettings
+from remoras.sensor import Quiet, SensorSettings
 from remoras.truth import FleetView, Milestone, Truth, VehicleView
 from worldmodel import ontology_path
 
@@ -52,7 +51,7 @@ ABILITIES = ontology_path("abilities")
 """Vocabulary for inability of vehicles; a mission lists the file in ``vocabulary``."""
 __all__ = [
     "ALLOCATE_ROLES", "ASSIGN_OBJECTIVE", "DISSOLVE_GROUP", "ELEMENTARY_TASKS", "FORM_GROUP", "GIVE_MISSION", "PURSUE",
-    "Finding", "FleetView", "FunctionalPart", "Milestone", "Mission", "Nothing", "SocialPart", "Truth", "VehicleView",
+    "Finding", "FleetView", "FunctionalPart", "Milestone", "Mission", "Quiet", "SocialPart", "Truth", "VehicleView",
 ]  # fmt: skip
 
 

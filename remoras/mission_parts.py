@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -37,27 +36,6 @@ class Finding:
     subject: str
     attribute: str
     value: str | float | bool | Point
-
-
-class Nothing(Sequence[Finding]):
-    """Empty findings, valid without new information until ``until_s``: no call before.
-
-    New information is any received or inferred fact except positions and energy, a changed organisation, or changed
-    sensor responses. ``until_s`` is by the vehicle's clock, infinite if time is irrelevant; NaN raises ValueError.
-    """
-
-    __slots__ = ("until_s",)
-
-    def __init__(self, until_s: float = math.inf) -> None:
-        if math.isnan(until_s):
-            raise ValueError("the time of the next conclusion is not a number; allowed: seconds, or infinity")
-        self.until_s = until_s
-
-    def __len__(self) -> int:
-        return 0
-
-    def __getitem__(self, place: Any) -> Any:
-        raise IndexError(f"finding {place} of none")
 
 
 class SocialPart(Protocol):
@@ -153,7 +131,9 @@ class SocialPart(Protocol):
     ) -> Sequence[Finding]:
         """Return the inferences of any vehicle at each decision; none by default.
 
-        They are sent to interested peers and must not follow from own inferences. `Nothing` defers the next call.
+        They are sent to interested peers and must not follow from own inferences. `Quiet` defers the next call until
+        its end, by the clock and the believed position of the vehicle, or until new information: any received or
+        inferred fact except positions and energy, a changed organisation, or changed sensor responses.
         """
         return ()
 

@@ -138,10 +138,10 @@ class Observation:
 
 
 @dataclass(frozen=True, slots=True)
-class Quiet(Sequence[Observation]):
-    """No observation, until the vehicle has moved ``until_m`` (m) or the time is ``until_s`` (s): no call before.
+class Quiet(Sequence[Any]):
+    """No observation or conclusion, until the vehicle has moved ``until_m`` (m) or the time is ``until_s`` (s).
 
-    NaN raises ValueError.
+    No call before. NaN raises ValueError.
 
     >>> list(Quiet(until_m=12.5))
     []
@@ -159,6 +159,22 @@ class Quiet(Sequence[Observation]):
 
     def __getitem__(self, place: Any) -> Any:
         raise IndexError(f"observation {place} of none")
+
+
+class QuietFrom(NamedTuple):
+    """``Quiet`` with the place (m) where it was stated."""
+
+    quiet: Quiet
+    x_m: float
+    y_m: float
+
+    def holds(self, x_m: float, y_m: float, now_s: float) -> bool:
+        """Return whether it is still valid at a place and time."""
+        dx_m, dy_m, until_m = x_m - self.x_m, y_m - self.y_m, self.quiet.until_m
+        return now_s < self.quiet.until_s and dx_m * dx_m + dy_m * dy_m < until_m * until_m
+
+
+NEVER_QUIET = QuietFrom(Quiet(0.0), 0.0, 0.0)
 
 
 class Sensor(Protocol):

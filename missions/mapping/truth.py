@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
-from exchange.arithmetic import distance
 from missions.mapping.detections import FindsWatch
 from missions.mapping.sensors import LIMIT_TOLERANCE, Cell, Seabed, SwathSettings
 from missions.meeting.meeting import Meeting
@@ -14,8 +13,8 @@ from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.organisation import Group
 from remoras.recorder import TIME, Column, Recorder, Table
+from remoras.sensor import NEVER_QUIET, Quiet, QuietFrom
 from remoras.truth import left
-from remoras.work import Point
 
 GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
 """Achieved share of the goal, at each change."""
@@ -43,7 +42,7 @@ class MappingTruth(MeetingTruth):
         self._goal = goal
         self._coverage, self._progress = recorder.rows("coverage"), recorder.rows(GOAL.name)
         self._covered: defaultdict[str, set[Cell]] = defaultdict(set)  # by vehicle
-        self._no_news: dict[tuple[str, str], tuple[Point, float]] = {}  # by vehicle and sonar: place, distance (m)
+        self._no_news: dict[tuple[str, str], QuietFrom] = {}  # by vehicle and sonar
         self._all_covered: set[Cell] = set()
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
@@ -126,14 +125,13 @@ class MappingTruth(MeetingTruth):
         at_m, name, data, changed = vehicle.position_m, vehicle.name, vehicle.data, False
         sonars = [s for s in data.sensors if s.name in sensing and isinstance(s, SwathSettings)]
         for sonar in sonars:
-            from_m, no_news_m = self._no_news.get((name, sonar.name), (at_m, 0.0))
-            if distance(at_m, from_m) < no_news_m:
+            if self._no_news.get((name, sonar.name), NEVER_QUIET).holds(*at_m, now_s):
                 continue
             reach_m, covered = sonar.swath_m / 2.0, self._covered[name]
             under = self._seabed.under(*at_m, reach_m)
             if covered.issuperset(under):
                 next_m = self._seabed.nearest_m(*at_m, reach_m + self._seabed.cell_m, covered)
-                self._no_news[name, sonar.name] = at_m, next_m - reach_m
+                self._no_news[name, sonar.name] = QuietFrom(Quiet(next_m - reach_m), *at_m)
                 continue
             if vehicle.speed_mps <= data.speed_factor * sonar.speed_limit_mps * LIMIT_TOLERANCE:
                 changed |= self._cover(name, under, now_s)

@@ -11,7 +11,7 @@ from missions.trident.scenario import TridentSettings
 from missions.trident.services import AVAILABLE, CANDIDATE, CHOOSE, FAILED, Matching, SeabedBlock, Service, parties
 from remoras.beliefs import Beliefs
 from remoras.htn import FactsLike
-from remoras.mission import Finding, Nothing
+from remoras.mission import Finding, Quiet
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.work import Point
@@ -59,7 +59,7 @@ class Concluding:
         ):
             if findings:
                 return findings
-        return Nothing(self._until_s(beliefs, now_s))
+        return Quiet(until_s=self._until_s(beliefs, now_s))
 
     def _until_s(self, beliefs: Beliefs, now_s: float) -> float:
         """Time until which nothing changes without new facts."""

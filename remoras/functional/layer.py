@@ -22,7 +22,7 @@ from remoras.motion.separation import NEAR_M
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.recorder import Table
-from remoras.sensor import Observation, Pose, Quiet, Sensor
+from remoras.sensor import NEVER_QUIET, Observation, Pose, Quiet, QuietFrom, Sensor
 from remoras.work import Point
 
 ROUNDING = 1e-9
@@ -30,7 +30,6 @@ ROUNDING = 1e-9
 KNOWN_M = (0.0, 0.0)
 """Position error of a vehicle that knows its position."""
 OBSERVATIONS = "a list of Observation"
-NOT_QUIET = Quiet(0.0)
 PERCEPTION = "a Perception, stimulus 0..1, until_s no NaN"
 PROGRESS = "a function of motion and picture that returns -1..1 or None"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps and holds_m of 0 or more"
@@ -105,7 +104,8 @@ class Sensing:
         self._on: list[tuple[str, Sensor]] = []
         self._working: list[tuple[str, Sensor]] = []
         self._working_names: tuple[str, ...] = ()
-        self._quiet, self._quiet_at_m = NOT_QUIET, (0.0, 0.0)  # of all working sensors, from that place on
+        self.quiet = NEVER_QUIET
+        """Place, time and distance without observations of all working sensors."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -117,19 +117,13 @@ class Sensing:
         self._dead = dead
         self._working = [(name, sensor) for name, sensor in self._on if name not in dead]
         self._working_names = tuple(name for name, _ in self._working)
-        self._quiet = NOT_QUIET
+        self.quiet = NEVER_QUIET
 
     def switch_on(self, names: Collection[str]) -> tuple[str, ...]:
         """Switch on exactly these sensors; return those on, working or not."""
         self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in names]
         self.impair(self._dead)
         return tuple(name for name, _ in self._on)
-
-    def are_quiet(self, x_m: float, y_m: float, now_s: float) -> bool:
-        """Return whether no sensor that is on observes anything at a place and time."""
-        quiet, (from_x_m, from_y_m) = self._quiet, self._quiet_at_m
-        dx_m, dy_m = x_m - from_x_m, y_m - from_y_m
-        return now_s < quiet.until_s and dx_m * dx_m + dy_m * dy_m < quiet.until_m * quiet.until_m
 
     def look(self, pose: Pose, now_s: float) -> list[Sensed]:
         """Return the current observations; raise PluginError on wrong sensor results."""
@@ -155,8 +149,7 @@ class Sensing:
                 raise broken_promise(self._where(name), "sense", OBSERVATIONS, observations)
             sensed += [Sensed(name, sensor.table, observation) for observation in observations]
         # One that misses may observe something in the next tick.
-        self._quiet = Quiet(until_m, until_s) if misses is None else NOT_QUIET
-        self._quiet_at_m = pose.x_m, pose.y_m
+        self.quiet = QuietFrom(Quiet(until_m, until_s), pose.x_m, pose.y_m) if misses is None else NEVER_QUIET
         return sensed
 
     def _where(self, name: str) -> str:
@@ -350,7 +343,7 @@ class FunctionalLayer:
             self.sensors.looking = ()
             return []
         true_motion = self.motion
-        if self.sensors.are_quiet(true_motion.x_m, true_motion.y_m, now_s):
+        if self.sensors.quiet.holds(true_motion.x_m, true_motion.y_m, now_s):
             return []
         how = motion.heading_rad, motion.speed_mps, KNOWN_M, self.guidance.flow_mps, 0.0, self.sigma_m
         pose = Pose(true_motion.x_m, true_motion.y_m, self.depth_m, *how)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import VehicleData
-from remoras.mission_parts import Finding, Nothing, SocialPart
+from remoras.mission_parts import Finding, SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation
 from remoras.picture import Picture
 from remoras.plugins import answer
 from remoras.recorder import OBJECTIVES
+from remoras.sensor import NEVER_QUIET, Quiet, QuietFrom
 from remoras.social.negotiation import Negotiation
 from remoras.social.workload import BATTERY, Workload
 from worldmodel import Change
@@ -78,7 +78,7 @@ class Conclusions:
         self._mission = mission
         self._mission_name = f"mission {type(mission).__name__}"
         self._beliefs = beliefs
-        self._until_s = -math.inf  # no findings before, unless facts change
+        self._quiet = NEVER_QUIET
         self._asked_of: tuple[Organisation, tuple[str, ...]] | None = None
         model = beliefs.model
         self._is_told_always = {model.tbox.attribute_named(name).uid for name in ("position", BATTERY)}
@@ -109,17 +109,15 @@ class Conclusions:
                 workload.give_anew(ends)
                 negotiation.begin(objective.group)
         if over:
-            self._until_s = -math.inf
+            self._quiet = NEVER_QUIET
         return over
 
     def note(self, changes: Iterable[Change]) -> None:
         """Ask the mission again if recorded or merged facts are more than periodic vehicle reports."""
-        if self._until_s == -math.inf:
-            return
-        for change in changes:
+        for change in changes if self._quiet is not NEVER_QUIET else ():
             for fact in change.block.facts:
                 if fact.attribute not in self._is_told_always:
-                    self._until_s = -math.inf
+                    self._quiet = NEVER_QUIET
                     return
 
     def _completing(self, objective: Objective) -> Sequence[Finding]:
@@ -141,25 +139,25 @@ class Conclusions:
 
     def of_its_own(self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
         """Return the facts that a vehicle infers about itself; arguments as in ``of_head``."""
-        if self.holds(organisation, picture):
+        if self.holds(organisation, picture, motion):
             return []
         context = data, organisation, self._beliefs, picture, motion
         findings = self._asked("conclusions", lambda: self._mission.conclusions(*context))
-        self._until_s = findings.until_s if isinstance(findings, Nothing) else -math.inf
+        self._quiet = QuietFrom(findings, motion.x_m, motion.y_m) if isinstance(findings, Quiet) else NEVER_QUIET
         self._asked_of = organisation, picture.body.answering
         return self._facts_of(findings)
 
-    def holds(self, organisation: Organisation, picture: Picture) -> bool:
-        """Return whether the mission's last answer is still valid: no findings until a given time."""
+    def holds(self, organisation: Organisation, picture: Picture, motion: Motion) -> bool:
+        """Return whether the mission's last answer is still valid: no conclusions here and now."""
         asked_of = self._asked_of
-        if asked_of is None or not picture.body.now_s < self._until_s:
+        if asked_of is None or not self._quiet.holds(motion.x_m, motion.y_m, picture.body.now_s):
             return False
         return asked_of[0] is organisation and asked_of[1] == picture.body.answering
 
     def _asked(self, hook: str, asked: Callable[[], Sequence[Finding]]) -> Sequence[Finding]:
         def findings() -> Sequence[Finding]:
             result = asked()
-            return result if isinstance(result, Nothing) else tuple(result)
+            return result if isinstance(result, Quiet) else tuple(result)
 
         return answer(self._mission_name, hook, "a list of Finding", _are_findings, findings)
 

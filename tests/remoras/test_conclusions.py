@@ -14,7 +14,7 @@ from missions.scenarios import load
 from missions.trident import TridentMission
 from remoras.condition import Condition
 from remoras.faults import Fault, condition_under
-from remoras.mission import Finding
+from remoras.mission import Finding, Quiet
 
 NAME = "trident-intervention"
 
@@ -71,6 +71,35 @@ def test_conclusions_of_a_vehicle_are_recorded_and_sent() -> None:
     rows = [row for row in whole.recorder.items if row[5] == "serviceCost"]
     assert [(row[1], row[4], row[6], row[7]) for row in rows] == [("ASV00", "ASV00 usbl", "7.0", "told")]
     assert whole.vehicles[1].beliefs.get(("serviceCost", "ASV00 usbl")) == 7.0
+
+
+class Distant(TridentMission):
+    """Draws none within 10 m and before 20 s."""
+
+    n_calls = 0
+
+    def conclusions(self, *of: Any) -> Sequence[Finding]:
+        Distant.n_calls += 1
+        return Quiet(until_m=10.0, until_s=20.0)
+
+
+@pytest.mark.parametrize(
+    ("x_m", "now_s", "has_news", "n_calls"),
+    [(9.9, 19.9, False, 1), (10.0, 19.9, False, 2), (9.9, 20.0, False, 2), (9.9, 19.9, True, 2)],
+)
+def test_a_mission_is_asked_again_at_the_end_of_its_quiet_or_upon_news(
+    monkeypatch: pytest.MonkeyPatch, x_m: float, now_s: float, has_news: bool, n_calls: int
+) -> None:
+    monkeypatch.setattr(Distant, "n_calls", 0)
+    vehicle = of_mission(Distant).vehicles[1]
+    picture, motion, present = vehicle.functional.picture, vehicle.functional.believed, vehicle.social.present
+    start_m = motion.x_m
+    vehicle.social.conclusions.of_its_own(vehicle.data, present, picture, motion)
+    if has_news:
+        vehicle.conclude([vehicle.beliefs.fact("ASV00 usbl", "serviceCost", 7.0)], 0.0)
+    picture.body.now_s, motion.x_m = now_s, start_m + x_m
+    vehicle.social.conclusions.of_its_own(vehicle.data, present, picture, motion)
+    assert Distant.n_calls == n_calls
 
 
 def test_an_invalid_conclusion_is_refused_by_name() -> None:

@@ -205,7 +205,8 @@ def _move(vehicle: Vehicle, now_s: float) -> str | None:
 
 def _conclusion(vehicle: Vehicle) -> str | None:
     """Describe a mission that draws a conclusion before its announced time."""
-    conclusions, of = vehicle.social.conclusions, (vehicle.social.present, vehicle.functional.picture)
-    about = of[0], vehicle.beliefs, of[1], vehicle.functional.believed
-    found = conclusions._mission.conclusions(vehicle.data, *about) if conclusions.holds(*of) else ()
+    functional, conclusions, present = vehicle.functional, vehicle.social.conclusions, vehicle.social.present
+    about = present, vehicle.beliefs, functional.picture, functional.believed
+    holds = conclusions.holds(present, functional.picture, functional.believed)
+    found = conclusions._mission.conclusions(vehicle.data, *about) if holds else ()
     return f"conclusions of {vehicle.name} said to be none until news, and are {list(found)}" if found else None
