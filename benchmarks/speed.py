@@ -10,6 +10,7 @@ import gc
 import importlib.util
 import math
 import random
+import time
 import tracemalloc
 from collections.abc import Generator, Iterator
 from typing import Any
@@ -19,6 +20,7 @@ from mesa import Agent, Model
 from benchmarks.measuring import least_s, row, run_cpu_s, setup_of
 from missions.runs.assembly import assemble
 from missions.runs.setup import Setup
+from remoras.truth import FleetView, Truth
 
 MISSION, PER = "mapping-rendezvous", 0.2
 REPEATS = 3
@@ -127,20 +129,39 @@ def _peers() -> Iterator[dict[str, Any]]:
         yield row(f"{MISSION}, PER {PER}", None, "s CPU", "Mesa and SimPy, network", 0.0, why="SimPy is not installed")
 
 
+class Endless:
+    """Referee that observes as another one does, and never ends a run."""
+
+    is_over = False
+
+    def __init__(self, truth: Truth) -> None:
+        self._truth = truth
+
+    def observe(self, fleet: FleetView, now_s: float) -> bool:
+        """Let the other one observe."""
+        self._truth.observe(fleet, now_s)
+        return False
+
+
+def twice(setup: Setup) -> tuple[float, float]:
+    """CPU seconds of a mission, and of it with as long again after its end, when there is nothing left to do."""
+    fleet = assemble(setup, seed=1)
+    began_s = time.process_time()
+    fleet.run()
+    once_s = time.process_time() - began_s
+    fleet.truth, fleet.completed = Endless(fleet.truth), False  # type: ignore[assignment]
+    for _ in range(fleet.n_ticks):
+        fleet.step()
+    twice_s = time.process_time() - began_s
+    fleet.close()
+    return once_s, twice_s
+
+
 def _idle() -> Iterator[dict[str, Any]]:
-    """Twice the time; the areas are mapped after some 1770 s, so the second half is mostly at rest."""
-    for name, strategy, once_s, goal in (
-        ("silent", "fixed-partition", 1250, 1.1),
-        ("transmitting", "remoras", 2000, 1.4),
-    ):
-        setups = [
-            setup_of(
-                MISSION, f"strategy.name={strategy}", "channel.per=0.99", f"scenario.duration_s={times * once_s}.0"
-            )
-            for times in (1, 2)
-        ]
-        once_cpu_s, twice_cpu_s = least_s(*(lambda of=of: run_cpu_s(of) for of in setups), repeats=REPEATS)
-        yield row(f"twice the time, {name} fleet", twice_cpu_s, "s CPU", f"{once_s} s", once_cpu_s, goal=f"<= {goal}")
+    for name, strategy, goal in (("silent", "fixed-partition", 1.1), ("transmitting", "remoras", 1.4)):
+        setup = setup_of(MISSION, f"strategy.name={strategy}", f"channel.per={PER}")
+        once_s, twice_s = map(min, zip(*(twice(setup) for _ in range(REPEATS)), strict=True))
+        yield row(f"twice the time, {name} fleet", twice_s, "s CPU", "the mission", once_s, goal=f"<= {goal}")
 
 
 def _growth() -> Iterator[dict[str, Any]]:
