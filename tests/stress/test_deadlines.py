@@ -1,4 +1,4 @@
-"""Legs, perceptions, decisions and quiet sensors change nothing: computed each time, the tables are the same."""
+"""Legs, perceptions, decisions, quiet sensors and conclusions change no table, computed each time."""
 
 import math
 from collections.abc import Mapping
@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, given, note, settings
 from stress.schedules import Schedule, schedules
 from stress.trial import judge
 
-from missions.mapping.sensors import Seabed
 from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.guidance import Guidance
-from remoras.functional.layer import FunctionalLayer, Sensing
+from remoras.functional.layer import FunctionalLayer
 from remoras.recorder import Row
+from remoras.sensor import QuietFrom
 
 CLOSE = 1e-6
 """Difference of numbers by rounding alone, relative or absolute."""
@@ -45,8 +45,7 @@ def check(schedule: Schedule) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Guidance, "move", lambda *arguments: move(*arguments) and None)
         patch.setattr(ExecutiveLayer, "stands", lambda *arguments: False)
-        patch.setattr(Sensing, "are_quiet", lambda *arguments: False)
-        patch.setattr(Seabed, "nearest_m", lambda *arguments: 0.0)  # by which the referee skips places
+        patch.setattr(QuietFrom, "holds", lambda *arguments: False)
         patch.setattr(FunctionalLayer, "_due", lambda layer, *arguments: range(len(layer._behaviours)))
         asked = judge(schedule, ()).tables
     assert difference(usual, asked) is None
