@@ -227,7 +227,7 @@ class FunctionalLayer:
         self._leg: Leg | None = None  # steady motion that goes on, until one of these:
         self._n_ticks = math.inf  # as many motion ticks
         self._most_j = 0.0  # so much energy consumed
-        self._beside: Sequence[Neighbour] = ()  # other vehicles than these within sonar range
+        self._beside: tuple[Sequence[Neighbour], Sequence[Point]] = (), ()  # other vehicles or contacts than these
         self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
         self.has_events = False
@@ -480,7 +480,9 @@ class FunctionalLayer:
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
         """Move for ``dt_s`` as guidance and neighbours allow; PluginError for a wrong reference."""
         reference, believed, motion = self.held, self.believed, self.motion
-        goes_on = self._n_ticks > 0 and motion.energy_j < self._most_j and neighbours == self._beside
+        contacts_m = self.picture.body.contacts_m  # of the last tick, as behaviours see them
+        beside = neighbours, contacts_m
+        goes_on = self._n_ticks > 0 and motion.energy_j < self._most_j and beside == self._beside
         if self._leg is not None and goes_on:
             self._n_ticks -= 1
             self._leg.go(motion)
@@ -491,13 +493,13 @@ class FunctionalLayer:
             # Only from there on may the behaviour state another reference, so it is not asked before. A vehicle that
             # brakes, or keeps its place in a current, may still leave it.
             is_adrift = speed_mps == 0.0 and motion.speed_mps > 0.0
-            if neighbours or is_adrift or math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
+            if neighbours or contacts_m or is_adrift or math.sqrt(dx_m * dx_m + dy_m * dy_m) <= holds_m:
                 reference = None
         if reference is None and self._guiding is not None:
             reference = self.held = self._reference(self._guiding)
         self._leg = leg = self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
         if leg is not None:
-            self._beside = neighbours
+            self._beside = beside
             self._n_ticks, self._most_j = self._until(leg, reference)
         if self._drain_w:
             motion.energy_j += self._drain_w * dt_s

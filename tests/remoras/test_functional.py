@@ -16,6 +16,7 @@ from remoras.errors import PluginError
 from remoras.functional.layer import FunctionalLayer, Sensed
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
+from remoras.motion.avoidance import Neighbour
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import Observation, Pose, Quiet
@@ -103,6 +104,18 @@ def test_a_reference_is_asked_again_only_within_its_distance(target_m: Point, sp
     for _ in range(10):
         functional.act(1.0)
     assert len(asked) == n_asked
+
+
+@pytest.mark.parametrize("stays", [True, False])
+def test_a_vehicle_at_rest_makes_room_one_tick_after_its_sonar_detects_another(stays: bool) -> None:
+    functional = layer(HOMING, start_m=(96.0, 0.0))
+    perform(functional, 0)
+    other = [Neighbour(-40.0, 0.0, 0.0, 0.0)]
+    for now_s, neighbours in ((1.0, []), (2.0, []), (3.0, other), (4.0, other if stays else [])):
+        assert functional.motion.speed_mps == 0.0
+        functional.act(1.0, neighbours)
+        functional.sense(now_s, neighbours)
+    assert functional.motion.speed_mps > 0.0
 
 
 # Sensors ------------------------------------------------------------------------------------------
