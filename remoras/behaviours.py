@@ -147,11 +147,11 @@ class Behaviour(Protocol):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return stimulus and progress of the activity now.
 
-        An answer with ``until_s`` is valid until then, unless before one of these changes: the sets performed; a fact
+        An answer with ``until_s`` is valid until then, unless one of these changes before: the sets performed; a fact
         that it read by ``picture.facts.values``; ``planning_due`` or ``gathered`` of ``picture.groups``; its sensors;
-        whether the energy lasts and the vehicle is in its area of operations; a position received of one of its
-        ``peers``. That of the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer that
-        depends on anything else, such as the own position, states no ``until_s``.
+        whether the energy lasts and the vehicle is in its area of operations; the received position of one of its
+        ``peers``; the own position by more than ``until_m`` or ``per_m`` allow. That of the guiding set is also invalid
+        within ``Reference.holds_m`` of its target. An answer that depends on anything else states no ``until_s``.
 
         It may keep state, since progress compares with the last call. It must not change ``motion`` or ``picture``,
         draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: since the last decision.

@@ -141,7 +141,7 @@ class Observation:
 class Quiet(Sequence[Any]):
     """No observation or conclusion, until the vehicle has moved ``until_m`` (m) or the time is ``until_s`` (s).
 
-    No call before. NaN raises ValueError.
+    The next call is then, or earlier. NaN raises ValueError.
 
     >>> list(Quiet(until_m=12.5))
     []
