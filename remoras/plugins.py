@@ -104,11 +104,28 @@ def named_object(reference: str) -> Any:
     if named is None:
         from worldmodel import suggestion  # loaded for mistyped names only
 
-        raise PluginError(f"an object of {module}, which has no {name}{suggestion(name, dir(imported))}")
+        allowed = _shortened(", ".join(_objects_of(imported)) or "none")
+        raise PluginError(f"an object of {module} ({allowed}), which has no {name}{suggestion(name, dir(imported))}")
     # A shipped module may only import the object, or make it by a class from elsewhere.
-    has_home = inspect.isroutine(named) or isinstance(named, type)
-    refuse_unshipped(str((named if has_home else type(named)).__module__), reference)
+    refuse_unshipped(_home(named), reference)
     return named
+
+
+def _home(value: Any) -> str:
+    """Module of a class or function, else of the class of an object."""
+    return str((value if _is_defined(value) else type(value)).__module__)
+
+
+def _is_defined(value: Any) -> bool:
+    return inspect.isroutine(value) or isinstance(value, type)
+
+
+def _objects_of(module: ModuleType) -> Iterator[str]:
+    """Yield the public classes and functions that a module defines, and its objects of classes not of Python itself."""
+    for name, value in vars(module).items():
+        is_made = not _is_defined(value) and _home(value).partition(".")[0] not in sys.stdlib_module_names
+        if not name.startswith("_") and (is_made or _home(value) == module.__name__):
+            yield name
 
 
 def instance_of(loaded: Any, name: str) -> Any:

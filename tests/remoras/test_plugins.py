@@ -107,9 +107,20 @@ def test_an_import_path_that_fails_is_reported_with_the_cause(reference: str, sa
     assert says in str(caught.value)
 
 
-def test_a_misspelled_object_is_reported_with_the_nearest() -> None:
-    with pytest.raises(PluginError, match="an object of math, which has no tua; did you mean 'tau'"):
-        named_object("math:tua")
+def test_a_misspelled_object_is_reported_with_the_allowed_names_and_the_nearest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Classes and objects of the file are allowed; numbers, private and imported names are not."""
+    monkeypatch.syspath_prepend(tmp_path)
+    imports = "from __future__ import annotations\nimport math\nfrom math import sin\nfrom remoras import Table\n"
+    objects = "class Deep: pass\nSHALLOW = Deep()\nROWS = Table('rows', ())\n_hidden, DEPTH_M = Deep(), 5.0\n"
+    (tmp_path / "lead_line.py").write_text(imports + objects, encoding="utf-8")
+    with pytest.raises(PluginError) as caught:
+        named_object("lead_line:SHALOW")
+    allowed = "an object of lead_line (Deep, SHALLOW, ROWS), which has no SHALOW; did you mean 'SHALLOW'?"
+    assert str(caught.value) == allowed
+    with pytest.raises(PluginError, match=r"an object of keyword \(none\), which has no NO"):
+        named_object("keyword:NO")
 
 
 # At run time --------------------------------------------------------------------------------------
