@@ -5,6 +5,7 @@ import gc
 import inspect
 import os
 import sys
+import tomllib
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from importlib import import_module
@@ -28,7 +29,7 @@ from missions.runs.metrics import CORE_METRICS  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
 from missions.scenarios.organisation import FORMATION_WORDS  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
-from remoras.cli.reproduction.entries import entries, papers  # noqa: E402
+from remoras.cli.reproduction.entries import entries  # noqa: E402
 from remoras.mission import ABILITIES  # noqa: E402
 from worldmodel import core_ontology_paths, ontology_path, read_tbox  # noqa: E402
 from worldmodel.ontology import terms_of  # noqa: E402
@@ -172,13 +173,16 @@ class Papers(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """A sentence with counts, and a table for each section."""
-        sections = papers()
-        verdicts = Counter(item.verdict for items in sections.values() for item in items)
+        sections = tomllib.loads((ROOT / "docs" / "papers.toml").read_text(encoding="utf-8"))["section"]
+        verdicts = Counter(verdict for section in sections for _, verdict, _ in section["items"])
         counts = ", ".join(f"{number} {verdict}" for verdict, number in verdicts.items())
         text = f"{verdicts.total()} items: {counts}.\n\n"
-        for title, items in sections.items():
-            rows = [(item.text, item.verdict, f"`{item.command}`" if item.command else item.detail) for item in items]
-            text += f"**{title}**\n\n" + table(("Item", "", "Command or reason"), rows)
+        for section in sections:
+            rows = [
+                (item, verdict, f"`remoras {detail}`" if verdict == "works" else detail)
+                for item, verdict, detail in section["items"]
+            ]
+            text += f"**{section['title']}**\n\n" + table(("Item", "", "Command or reason"), rows)
         rows = [(f"`{e.name}`", e.duration, e.origin, f"`{e.recipe}`" if e.recipe else "") for e in entries().values()]
         text += "**Entries of remoras reproduce**\n\n" + table(("Name", "Duration", "Source", "Recipe"), rows)
         return self.parse_text_to_nodes(text)

@@ -5,15 +5,14 @@ of ``remoras run`` by name, or ``measure``, a function of ``measures``. Each of 
 format string over these, and the ``expected`` one: a number ``within`` a relative tolerance, a range, or a text. An
 entry with a ``page`` has ``lines`` in place of rows, templates of lines that the page prints; only the page holds the
 figures. ``{run.mission_time_s.mean:.0f}`` is the mean over the seeds of a summary field of the run named ``run``.
-Other statistics of a field: ``least``, ``greatest``, ``half`` (of the 95 % interval of the mean, Student's t),
-``count`` (of true values), ``each`` (all values, comma-separated) and ``percent`` (of the mean). A milestone is a field
-by its name, that of one vehicle or group by ``NAME_VEHICLE``. ``<key>`` stands for each of its values in ``where``, so
-that a table is one entry.
+Other statistics of a field: ``least``, ``greatest``, ``half`` (of the 95 % interval of the mean, Student's t), ``low``
+and ``high`` (its ends), ``count`` (of true values), ``n_above`` (of values above 0), ``each`` (all values,
+comma-separated) and ``percent`` (of the mean). A milestone is a field by its name, that of one vehicle or group by
+``NAME_VEHICLE``. ``<key>`` stands for each of its values in ``where``, so that a table is one entry.
 
 Arguments ``sweep STUDY COLUMN=VALUE ...`` select runs of a study. Arguments ``mechanism NAME with`` or ``without``
 select a measurement of ``benchmarks.mechanisms``, in the field ``measured``. ``pairs`` names differences of two runs by
-seed, such as ``later = ["off", "on"]``. They also have ``low`` and ``high``, the ends of the interval, and ``share``,
-the mean in per cent of that of the second run.
+seed, such as ``later = ["off", "on"]``; their ``percent`` is that of the mean of the second run.
 """
 
 from __future__ import annotations
@@ -217,25 +216,6 @@ def entries() -> dict[str, Entry]:
     return {entry.name: entry for entry in read}
 
 
-class Item(NamedTuple):
-    """Term, table or figure of a paper: works, deviates or missing; ``detail`` is the command, or the reason."""
-
-    text: str
-    verdict: Literal["works", "deviates", "missing"]
-    detail: str
-
-    @property
-    def command(self) -> str:
-        """Command that shows it; empty for a reason."""
-        return f"remoras {self.detail}" if self.verdict == "works" else ""
-
-
-def papers() -> dict[str, list[Item]]:
-    """Items of the three papers by section."""
-    read = tomllib.loads((HERE / "papers.toml").read_text(encoding="utf-8"))
-    return {section["title"]: [Item(*item) for item in section["items"]] for section in read["section"]}
-
-
 @cache  # several figures rest on one measurement
 def _measured(measure: Callable[[], measures.Values]) -> measures.Values:
     return measure()
@@ -284,9 +264,9 @@ class Paired:
     def __init__(self, one: Measured, other: Measured) -> None:
         self._one, self._other = one, other
 
-    def __getattr__(self, name: str) -> Difference:
+    def __getattr__(self, name: str) -> OverSeeds:
         one, other = getattr(self._one, name), getattr(self._other, name)
-        return Difference.between(one, other)
+        return OverSeeds([there - here for there, here in zip(one.values, other.values, strict=True)], float(other))
 
 
 def _value(summary: Summary, name: str) -> float:
@@ -304,82 +284,37 @@ def _value(summary: Summary, name: str) -> float:
 
 
 class OverSeeds(float):
-    """A field over all seeds; as a number its mean."""
+    """A field over all seeds; as a number its mean. ``STATISTICS`` are attributes.
+
+    Of paired differences, ``base`` is the mean that they are differences to.
+    """
 
     values: Sequence[float]
-
-    def __new__(cls, values: Sequence[float]) -> OverSeeds:
-        made = super().__new__(cls, statistics.fmean(values))
-        made.values = values
-        return made
-
-    @property
-    def mean(self) -> float:
-        """Over the seeds."""
-        return float(self)
-
-    @property
-    def least(self) -> float:
-        """Of all seeds."""
-        return min(self.values)
-
-    @property
-    def greatest(self) -> float:
-        """Of all seeds."""
-        return max(self.values)
-
-    @property
-    def half(self) -> float:
-        """Half of the 95 % interval of the mean, Student's t."""
-        return t_half_width(self.values)
-
-    @property
-    def count(self) -> int:
-        """Number of true values."""
-        return sum(map(bool, self.values))
-
-    @property
-    def percent(self) -> float:
-        """The mean, in per cent."""
-        return 100.0 * self
-
-    @property
-    def each(self) -> Listed:
-        """All values, in the order of the seeds."""
-        return Listed(self.values)
-
-
-class Difference(OverSeeds):
-    """Paired differences; as a number their mean."""
-
     base: float
 
-    @classmethod
-    def between(cls, one: OverSeeds, other: OverSeeds) -> Difference:
-        """Of values that are of the same seeds."""
-        made = cls([there - here for there, here in zip(one.values, other.values, strict=True)])
-        made.base = float(other)
+    def __new__(cls, values: Sequence[float], base: float = 1.0) -> OverSeeds:
+        made = super().__new__(cls, statistics.fmean(values))
+        made.values, made.base = values, base
         return made
 
-    @property
-    def low(self) -> float:
-        """The lower end of the 95 % interval of the mean."""
-        return self - self.half
+    def __getattr__(self, name: str) -> Any:
+        if name not in STATISTICS:
+            raise AttributeError(f"{name} is no statistic; allowed: {', '.join(STATISTICS)}")
+        return STATISTICS[name](self)
 
-    @property
-    def high(self) -> float:
-        """The upper end of it."""
-        return self + self.half
 
-    @property
-    def n_above(self) -> int:
-        """Pairs in which the first is above the second."""
-        return sum(value > 0.0 for value in self.values)
-
-    @property
-    def share(self) -> float:
-        """The mean in per cent of the mean that it is a difference to."""
-        return 100.0 * self / self.base
+STATISTICS: dict[str, Callable[[OverSeeds], Any]] = {
+    "mean": float,
+    "least": lambda of: min(of.values),
+    "greatest": lambda of: max(of.values),
+    "half": lambda of: t_half_width(of.values),
+    "low": lambda of: of - t_half_width(of.values),
+    "high": lambda of: of + t_half_width(of.values),
+    "count": lambda of: sum(map(bool, of.values)),
+    "n_above": lambda of: sum(value > 0.0 for value in of.values),
+    "percent": lambda of: 100.0 * of / of.base,
+    "each": lambda of: Listed(of.values),
+}
 
 
 class Listed(tuple[float, ...]):
