@@ -295,7 +295,7 @@ class Cbba(KnownFromStart):
 
     name: ClassVar[str] = "cbba"
     member = Bidder
-    content: ClassVar[str] = "claims"
+    announces = "claims"
     planned = taking(
         "Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
         {

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from remoras.strategies.factors import Announces, CommonPlan
-from remoras.strategies.head_led import NEXT_JOBS, HeadLed
+from remoras.strategies.head_led import NEXT_JOBS, TOLD, HeadLed
 from remoras.strategies.negotiator import QUEUE
+from remoras.strategy import Declaration
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +26,7 @@ class Central(HeadLed):
     announces: Announces = "next-jobs"
 
     name: ClassVar[str] = "central"
-    source: ClassVar[str] = "leader-follower assignment, as in most fleets today"
+    planned: ClassVar[Declaration] = Declaration("leader-follower assignment, as in most fleets today", TOLD)
 
 
 STRATEGY = Central()

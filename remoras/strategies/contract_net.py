@@ -315,7 +315,7 @@ class ContractNet(KnownFromStart):
 
     name: ClassVar[str] = "contract-net"
     member = Contractor
-    content: ClassVar[str] = "bids"
+    announces = "bids"
     planned = Declaration(
         source="Smith 1980; Sariel, Balch, Erdogan 2008",
         messages={

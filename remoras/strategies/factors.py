@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -119,7 +119,8 @@ def refusal(strategy: Strategy, name: str, others: Mapping[str, Strategy]) -> st
     own = factors_of(strategy)
     if own is None or name not in SETTINGS:
         return None
-    settable = [key for key in SETTINGS[name] if hasattr(strategy, key)]
+    parameters: list[str] = [field.name for field in fields(strategy)] if is_dataclass(strategy) else []
+    settable = [key for key in SETTINGS[name] if key in parameters]
     if settable:
         return f"{strategy.name} sets {name} by {settable[0]}"
     levels: dict[str, list[str]] = {}

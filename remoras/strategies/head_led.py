@@ -20,20 +20,10 @@ from pydantic import Field
 from remoras.errors import StrategyError
 from remoras.organisation import Group, RoleAssignment
 from remoras.strategies.allocation import AllocationPlan, Engagement, affordable, all_jobs, joining, planned, revised
-from remoras.strategies.factors import (
-    ALL,
-    NO_JOIN_S,
-    Announces,
-    CommonPlan,
-    Factors,
-    Repairs,
-    helped_by,
-    joins,
-    known_from,
-)
+from remoras.strategies.factors import ALL, NO_JOIN_S, Announces, CommonPlan, Repairs
 from remoras.strategies.initial_roles import common_roles
-from remoras.strategies.negotiator import JOIN, MARGIN, Helped, Member
-from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, Statement
+from remoras.strategies.negotiator import JOIN, MARGIN, Member, Placed
+from remoras.strategy import JOB_DONE, Move, Situation, Statable, Statement
 from remoras.work import Work, share_left
 
 NEXT_JOBS = 2
@@ -213,7 +203,7 @@ class Dispatcher(Member["HeadLed"]):
 
 
 @dataclass(frozen=True, slots=True)
-class HeadLed(Helped):
+class HeadLed(Placed):
     """Leader that plans and assigns; raises StrategyError if two factors exclude each other."""
 
     margin: Annotated[float, MARGIN] = 0.05
@@ -226,7 +216,7 @@ class HeadLed(Helped):
     repairs: Repairs = "changes"
 
     name: ClassVar[str]
-    source: ClassVar[str]
+    decides: ClassVar[str] = "head"
     member = Dispatcher
 
     def __post_init__(self) -> None:
@@ -244,16 +234,6 @@ class HeadLed(Helped):
         if self.repairs == "calls" and self.help != "calls":
             excluded = f'repairs = "calls", by which idle members call for work, excludes help = "{self.help}"'
             raise StrategyError("repairs", f'{excluded}; allowed: help = "calls", or repairs "changes", "never"')
-
-    @property
-    def declaration(self) -> Declaration:
-        """Declaration for the current factor levels."""
-        return known_from(self.common_plan, helped_by(self.help, Declaration(self.source, TOLD)))
-
-    @property
-    def factors(self) -> Factors:
-        """Factor levels of this strategy."""
-        return Factors(self.common_plan, "head", "all", self.announces, joins(self.join_s), self.repairs, self.help)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Return common roles, and all open jobs unless the leader assigns next jobs only."""

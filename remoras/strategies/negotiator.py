@@ -91,14 +91,14 @@ class Helped(DividedAtSea):
         return HelpAuction(me, group, part) if self.help == "auction" else part
 
 
-@dataclass(frozen=True, slots=True)
-class KnownFromStart(Helped):
-    """Strategy with ``common_plan``; ``planned`` is its declaration with missions known at 0 s."""
+class Placed(Helped):
+    """Strategy with a level of every factor: parameters, or constants of its class."""
 
-    common_plan: AtSea = "missions"
-
-    deciders: ClassVar[str] = "each"  # level of the factor ``decides``
-    content: ClassVar[str]  # level of ``announces``
+    __slots__ = ()
+    common_plan: str
+    decides: ClassVar[str] = "each"
+    announces: str
+    repairs: str = "changes"
 
     @property
     def declaration(self) -> Declaration:
@@ -108,10 +108,16 @@ class KnownFromStart(Helped):
     @property
     def factors(self) -> Factors:
         """Factor levels of this strategy."""
-        plans = all(getattr(self, switch, True) for switch in SETTINGS["plan"])
-        join_s = getattr(self, "join_s", NO_JOIN_S)
-        plan = "all" if plans else "own"
-        return Factors(self.common_plan, self.deciders, plan, self.content, joins(join_s), "changes", self.help)
+        plan = "all" if all(getattr(self, switch, True) for switch in SETTINGS["plan"]) else "own"
+        join = joins(getattr(self, "join_s", NO_JOIN_S))
+        return Factors(self.common_plan, self.decides, plan, self.announces, join, self.repairs, self.help)
+
+
+@dataclass(frozen=True, slots=True)
+class KnownFromStart(Placed):
+    """Strategy with ``common_plan``; ``planned`` is its declaration with missions known at 0 s."""
+
+    common_plan: AtSea = "missions"
 
 
 class Member(Negotiator, Generic[S]):

@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from remoras.strategies.head_led import HeadLed
+from remoras.strategies.head_led import TOLD, HeadLed
+from remoras.strategy import Declaration
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +19,9 @@ class PlanAndDispatch(HeadLed):
     """Initial plan, repaired by the leader; see the module docstring."""
 
     name: ClassVar[str] = "plan-and-dispatch"
-    source: ClassVar[str] = "a plan agreed before the dive, mended by leader-follower assignment"
+    planned: ClassVar[Declaration] = Declaration(
+        "a plan agreed before the dive, mended by leader-follower assignment", TOLD
+    )
 
 
 STRATEGY = PlanAndDispatch()

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from remoras.strategies.factors import CommonPlan, Help, Repairs
-from remoras.strategies.head_led import HeadLed
+from remoras.strategies.head_led import TOLD, HeadLed
+from remoras.strategy import Declaration
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +27,7 @@ class Remoras(HeadLed):
     help: Help = "calls"
 
     name: ClassVar[str] = "remoras"
-    source: ClassVar[str] = "Carlesi, Michel, Jouvencel, Ferber 2011"
+    planned: ClassVar[Declaration] = Declaration("Carlesi, Michel, Jouvencel, Ferber 2011", TOLD)
 
 
 STRATEGY = Remoras()

@@ -205,8 +205,8 @@ class StatusBroadcast(KnownFromStart):
 
     name: ClassVar[str] = "status-broadcast"
     member = Broadcaster
-    deciders: ClassVar[str] = "all"
-    content: ClassVar[str] = "states"
+    decides: ClassVar[str] = "all"
+    announces = "states"
     planned = taking(
         "Sotzing, Lane 2010 (DELPHIS)",
         {
