@@ -40,6 +40,9 @@ GROUPS = {
 HOMES = {name: module for commands in GROUPS.values() for name, module in commands.items()}
 MAKERS: dict[str, Callable[[], TyperCommand]] = {}
 """Factories of the commands in loaded modules, registered by ``command``."""
+HEADING = re.compile(r"\n\n(?:Args|Options):\n")
+ENTRY = re.compile(r"^ {4}(\w+)(?: \((.+?)\))?: (.*(?:\n {8}.*)*)", re.MULTILINE)
+"""Parameter in the docstring of a command: name, metavar and text."""
 PYTHON_TYPE = re.compile(r" <(str|path|int|float|list\[str\])>")
 
 
@@ -182,6 +185,24 @@ NoPlugins = Annotated[
 ]
 
 
+def described(function: Callable[..., None]) -> tuple[str, list[inspect.Parameter]]:
+    """Return text and parameters of a command by its docstring: below Args and Options, lines ``name (METAVAR): text``.
+
+    Flags have no negation. An annotation may state more of a parameter, such as a limit.
+    """
+    doc = inspect.getdoc(function) or ""
+    parameters = dict(inspect.signature(function, eval_str=True).parameters)
+    for heading, make in (("Args", typer.Argument), ("Options", typer.Option)):
+        for name, metavar, words in ENTRY.findall(doc.partition(f"\n\n{heading}:\n")[2].partition("\n\n")[0]):
+            kind = parameters[name].annotation
+            if not hasattr(kind, "__metadata__"):
+                kind = Annotated[kind, make(*([f"--{name.replace('_', '-')}"] if kind is bool else []))]
+            (info,) = kind.__metadata__
+            info.metavar, info.help = metavar or None, re.sub(r"\n +", " ", words)
+            parameters[name] = parameters[name].replace(annotation=kind)
+    return HEADING.split(doc)[0], list(parameters.values())
+
+
 def command(
     name: str, example: str = "", names_code: bool = True
 ) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
@@ -212,19 +233,15 @@ def command(
                 raise typer.Exit(USAGE) from None
 
         def made() -> TyperCommand:
-            summary = " ".join((function.__doc__ or "").strip().partition("\n\n")[0].split())
-            alone = typer.Typer(add_completion=False, **LOOK)
-            declare = alone.command(name, cls=PlainCommand, epilog=example or None, short_help=summary)
-            # Typer reads options from the signature, to which this one is added for all such commands.
+            text, parameters = described(function)
             if names_code:
-                signature = inspect.signature(function, eval_str=True)
-                option = inspect.Parameter(
-                    "no_plugins", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=NoPlugins
-                )
-                shown = signature.replace(parameters=[*signature.parameters.values(), option])
-                reported.__signature__ = shown  # type: ignore[attr-defined]
-                reported.__annotations__ = {**function.__annotations__, option.name: NoPlugins}
-            declare(reported)
+                kind = inspect.Parameter.KEYWORD_ONLY
+                parameters.append(inspect.Parameter("no_plugins", kind, default=False, annotation=NoPlugins))
+            # Typer reads the options from these.
+            reported.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+            reported.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+            alone, summary = typer.Typer(add_completion=False, **LOOK), " ".join(text.partition("\n\n")[0].split())
+            alone.command(name, cls=PlainCommand, help=text, epilog=example or None, short_help=summary)(reported)
             return cast(TyperCommand, typer.main.get_command(alone))
 
         MAKERS[name] = made

@@ -24,40 +24,30 @@ CARD, TABLE, LATEX, CITATION, RUNS = "card.json", "table.md", "table.tex", "cite
 
 @command("benchmark", "remoras benchmark fathom-2 --strategy mine.py:MINE --jobs 2 --out results/mine")
 def benchmark(
-    suite: Annotated[str, typer.Argument(metavar="SUITE", help="Shipped suite (fathom-2) or TOML file.")],
+    suite: str,
     strategies: Strategies = None,
-    split: Annotated[
-        Literal["dev", "test"],
-        typer.Option(
-            metavar="dev|test", help="Instances for development (dev), or those kept for the final score (test)."
-        ),
-    ] = "dev",
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for runs, card and tables; the same folder resumes.")
-    ] = None,
+    split: Literal["dev", "test"] = "dev",
+    out: Path | None = None,
     jobs: Jobs = N_JOBS,
-    repeats: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Runs of each case; default and maximum: those of the suite.")
-    ] = None,
-    verified: Annotated[
-        Path | None,
-        typer.Option(
-            "--verify", metavar="CARD", help="Instead, repeat a random sample of the runs of a result card and compare."
-        ),
-    ] = None,
-    drawn: Annotated[
-        int | None,
-        typer.Option(
-            "--runs", min=1, metavar="K", help="Number of runs that --verify repeats; default: a tenth, at least ten."
-        ),
-    ] = None,
-    draw_seed: Annotated[
-        int | None,
-        typer.Option("--seed", min=0, metavar="N", help="Seed of the random sample of --verify; default: a new one."),
-    ] = None,
+    repeats: Annotated[int | None, typer.Option(min=1)] = None,
+    verified: Annotated[Path | None, typer.Option("--verify")] = None,
+    drawn: Annotated[int | None, typer.Option("--runs", min=1)] = None,
+    draw_seed: Annotated[int | None, typer.Option("--seed", min=0)] = None,
     as_json: Json = False,
 ) -> None:
-    """Rank a strategy among the shipped ones on a suite of cases, with score and interval."""
+    """Rank a strategy among the shipped ones on a suite of cases, with score and interval.
+
+    Args:
+        suite (SUITE): Shipped suite (fathom-2) or TOML file.
+
+    Options:
+        split (dev|test): Instances for development (dev), or those kept for the final score (test).
+        out (DIR): Folder for runs, card and tables; the same folder resumes.
+        repeats (N): Runs of each case; default and maximum: those of the suite.
+        verified (CARD): Instead, repeat a random sample of the runs of a result card and compare.
+        drawn (K): Number of runs that --verify repeats; default: a tenth, at least ten.
+        draw_seed (N): Seed of the random sample of --verify; default: a new one.
+    """
     from missions.benchmark.suite import suite_named
 
     chosen = suite_named(suite, split)
@@ -179,16 +169,16 @@ def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_js
 
 @command("check", "remoras check strategy mine.py:MINE")
 def check(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="strategy, mission, policy, channel, sensor or fault.")],
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME", help="mine.py:MINE or a shipped name; to check a mission, a scenario that uses it."
-        ),
-    ],
+    kind: str,
+    name: str,
     as_json: Json = False,
 ) -> None:
-    """Run all conformance checks of a plug-in."""
+    """Run all conformance checks of a plug-in.
+
+    Args:
+        kind (KIND): strategy, mission, policy, channel, sensor or fault.
+        name (NAME): mine.py:MINE or a shipped name; to check a mission, a scenario that uses it.
+    """
     from missions.scenarios.parts import stored
     from remoras.testing import KINDS
 

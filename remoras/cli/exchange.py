@@ -73,44 +73,41 @@ def named(policies: Iterable[str]) -> list[str | AckPolicy]:
 
 @command("exchange-study", "remoras exchange-study --nodes 8 --per 0.1,0.5 --trials 300")
 def exchange_study(
-    nodes: Annotated[
-        int | None, typer.Option(metavar="N", help="Vehicles in the fleet, 2 to 64.  [default: 5]")
-    ] = None,
-    per: Annotated[
-        str, typer.Option(metavar="RATES", help="Packet error rates, 0 to below 1: 0.1,0.5 or first:last:step.")
-    ] = "0.05:0.8:0.05",
-    policies: Annotated[
-        str,
-        typer.Option(
-            metavar="NAMES", help="Policies, comma-separated names or package.module:object; all: the paper's six."
-        ),
-    ] = "all",
-    trials: Annotated[int, typer.Option(metavar="N", help="Trials of each policy at each error rate.")] = 2000,
-    load: Annotated[
-        str, typer.Option(metavar="LOAD", help="Creation of items: single, batch or poisson:RATE (per node and slot).")
-    ] = "single",
-    items: Annotated[int, typer.Option(metavar="N", help="Items at every node, for load batch.")] = 1,
-    item_bits: Annotated[int, typer.Option(metavar="BITS", help="Size of an item.")] = 60,
-    capacity_bits: Annotated[
-        int | None, typer.Option(metavar="BITS", help="Size of a packet including its header; default: unlimited.")
-    ] = None,
-    carrier_evidence: Annotated[bool, typer.Option(help="A node that sends an item acknowledges it.")] = False,
-    bound: Annotated[
-        bool, typer.Option("--bound", help="Add a bound on all policies: received sets are known at no cost.")
-    ] = False,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of all random draws: 0, 1, 2, ...")] = 1,
-    jobs: Annotated[int, typer.Option(metavar="N", help="Threads on this machine; results do not depend on it.")] = 1,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder for figures, captions and their CSV; without --nodes, those of the paper."
-        ),
-    ] = None,
+    nodes: int | None = None,
+    per: str = "0.05:0.8:0.05",
+    policies: str = "all",
+    trials: int = 2000,
+    load: str = "single",
+    items: int = 1,
+    item_bits: int = 60,
+    capacity_bits: int | None = None,
+    carrier_evidence: Annotated[bool, typer.Option("--carrier-evidence/--no-carrier-evidence")] = False,
+    bound: bool = False,
+    seed: int = 1,
+    jobs: int = 1,
+    out: Path | None = None,
     file_format: FigureFormat = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files in --out.")] = False,
+    force: bool = False,
     as_json: Json = False,
 ) -> None:
-    """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
+    """Study the exchange policies: time to delivery and to acknowledgement against packet loss.
+
+    Options:
+        nodes (N): Vehicles in the fleet, 2 to 64.  [default: 5]
+        per (RATES): Packet error rates, 0 to below 1: 0.1,0.5 or first:last:step.
+        policies (NAMES): Policies, comma-separated names or package.module:object; all: the paper's six.
+        trials (N): Trials of each policy at each error rate.
+        load (LOAD): Creation of items: single, batch or poisson:RATE (per node and slot).
+        items (N): Items at every node, for load batch.
+        item_bits (BITS): Size of an item.
+        capacity_bits (BITS): Size of a packet including its header; default: unlimited.
+        carrier_evidence: A node that sends an item acknowledges it.
+        bound: Add a bound on all policies: received sets are known at no cost.
+        seed (N): Seed of all random draws: 0, 1, 2, ...
+        jobs (N): Threads on this machine; results do not depend on it.
+        out (DIR): Folder for figures, captions and their CSV; without --nodes, those of the paper.
+        force: Replace existing files in --out.
+    """
     from exchange.study.parameters import ExchangeStudy, workload_named
     from missions.disk import check_output
 

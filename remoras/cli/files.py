@@ -79,20 +79,16 @@ def _detail_lines(details: Mapping[str, Any]) -> Iterator[str]:
 
 @command("validate", "remoras validate mine.toml")
 def validate(
-    file: Annotated[
-        str,
-        typer.Argument(
-            metavar="FILE",
-            help="Scenario, study or organisation: a file, or a shipped name.",
-            autocompletion=completion.scenario_or_study,
-        ),
-    ],
+    file: Annotated[str, typer.Argument(autocompletion=completion.scenario_or_study)],
     settings: Settings = None,
     as_json: Json = False,
 ) -> None:
     """Check a scenario, study or organisation file; report all faults with their lines.
 
     For a scenario, also warn if energy or time is hardly sufficient for the work.
+
+    Args:
+        file (FILE): Scenario, study or organisation: a file, or a shipped name.
     """
     check_named(file)
     overrides = set_keys(settings)
@@ -181,29 +177,21 @@ def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[s
 
 @command("explain", "remoras explain communication.policy")
 def explain(
-    key: Annotated[
-        str,
-        typer.Argument(
-            metavar="KEY",
-            help="A key such as communication.policy; a table for all its keys; codec for packets; ontology for terms.",
-            autocompletion=completion.key,
-        ),
-    ] = "",
-    scenario: Annotated[
-        str,
-        typer.Option(
-            metavar="SCENARIO",
-            help="Scenario whose packets `explain codec` lays out, whose terms `explain ontology` lists, whose tables "
-            "--schema describes.",
-            autocompletion=completion.scenario,
-        ),
-    ] = "mapping-rendezvous",
-    schema: Annotated[
-        bool, typer.Option("--schema", help="Print the JSON Schema of scenarios, or with the key `study` of studies.")
-    ] = False,
+    key: Annotated[str, typer.Argument(autocompletion=completion.key)] = "",
+    scenario: Annotated[str, typer.Option(autocompletion=completion.scenario)] = "mapping-rendezvous",
+    schema: bool = False,
     as_json: Json = False,
 ) -> None:
-    """Explain a key of a scenario or study: type, range, default; or the content of packets."""
+    """Explain a key of a scenario or study: type, range, default; or the content of packets.
+
+    Args:
+        key (KEY): A key such as communication.policy; a table for all its keys; codec for packets; ontology for terms.
+
+    Options:
+        scenario (SCENARIO): Scenario whose packets `explain codec` lays out, whose terms `explain ontology` lists,
+            whose tables --schema describes.
+        schema: Print the JSON Schema of scenarios, or with the key `study` of studies.
+    """
     if schema:
         _show_schema(key, scenario)
         return

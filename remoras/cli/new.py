@@ -58,42 +58,16 @@ def new(
             metavar="KIND", help=f"One of {', '.join(KINDS)}.", autocompletion=completion.offering(*OFFERED)
         ),
     ] = SCENARIO,
-    name: Annotated[
-        str,
-        typer.Argument(metavar="NAME", help="Name of the scenario or plug-in and of its files; none with --example."),
-    ] = "",
-    vehicles: Annotated[
-        int | None, typer.Option(min=2, max=16, metavar="N", help="Scenario: number of AUVs, 2 to 16.  [default: 3]")
-    ] = None,
-    areas: Annotated[
-        int | None,
-        typer.Option(min=1, max=36, metavar="N", help="Scenario: number of areas to map, 1 to 36.  [default: 4]"),
-    ] = None,
-    side: Annotated[
-        float | None, typer.Option(metavar="METRES", help="Scenario: side of an area, 50 to 1000.  [default: 150]")
-    ] = None,
-    modem: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Scenario: modem profile of every vehicle.  [default: nanomodem-v3]",
-            autocompletion=completion.modem,
-        ),
-    ] = None,
-    per: Annotated[
-        float | None, typer.Option(metavar="RATE", help="Scenario: packet error rate, 0 to 0.95.  [default: 0.3]")
-    ] = None,
-    lost: Annotated[
-        int | None,
-        typer.Option(
-            min=0, metavar="N", help="Scenario: number of AUVs that fail during the mission, 0 to 15.  [default: 0]"
-        ),
-    ] = None,
-    package: Annotated[
-        bool, typer.Option("--package", help="Plug-in: write a folder that pip installs, with pyproject.toml.")
-    ] = False,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")] = Path(),
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    name: str = "",
+    vehicles: Annotated[int | None, typer.Option(min=2, max=16)] = None,
+    areas: Annotated[int | None, typer.Option(min=1, max=36)] = None,
+    side: float | None = None,
+    modem: Annotated[str | None, typer.Option(autocompletion=completion.modem)] = None,
+    per: float | None = None,
+    lost: Annotated[int | None, typer.Option(min=0)] = None,
+    package: bool = False,
+    out: Path = Path(),
+    force: bool = False,
     example: Annotated[
         bool, typer.Option("--example", help=f"Print a commented example of KIND ({', '.join(EXAMPLES)}) instead.")
     ] = False,
@@ -101,6 +75,20 @@ def new(
     """Create a working scenario, strategy, mission, sensor or metric.
 
     A plug-in includes its conformance test.
+
+    Args:
+        name (NAME): Name of the scenario or plug-in and of its files; none with --example.
+
+    Options:
+        vehicles (N): Scenario: number of AUVs, 2 to 16.  [default: 3]
+        areas (N): Scenario: number of areas to map, 1 to 36.  [default: 4]
+        side (METRES): Scenario: side of an area, 50 to 1000.  [default: 150]
+        modem (NAME): Scenario: modem profile of every vehicle.  [default: nanomodem-v3]
+        per (RATE): Scenario: packet error rate, 0 to 0.95.  [default: 0.3]
+        lost (N): Scenario: number of AUVs that fail during the mission, 0 to 15.  [default: 0]
+        package: Plug-in: write a folder that pip installs, with pyproject.toml.
+        out (DIR): Folder for the files.
+        force: Replace existing files.
     """
     if example:
         _print_example(kind, name)

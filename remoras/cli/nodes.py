@@ -50,53 +50,18 @@ Double = Annotated[
 )
 def node(
     scenario: ScenarioName = "",
-    vehicle: Annotated[
-        str, typer.Argument(metavar="VEHICLE", help="Vehicle of the scenario that this node runs.")
-    ] = "",
-    bind: Annotated[
-        str, typer.Option(metavar="HOST:PORT", help="Local UDP address; port 0 takes a free one.")
-    ] = ANY_PORT,
-    peers: Annotated[
-        str,
-        typer.Option(metavar="NAME=HOST:PORT,...", help="UDP addresses of the peers; packets from others are ignored."),
-    ] = "",
+    vehicle: str = "",
+    bind: str = ANY_PORT,
+    peers: str = "",
     speed: Speed = 1.0,
-    start_utc: Annotated[
-        str,
-        typer.Option(metavar="TIME", help="Start of the mission in UTC, such as 2026-05-01T09:00:00."),
-    ] = "",
-    serial: Annotated[
-        Path | None, typer.Option(metavar="PORT", help="Serial port of a Nanomodem v3, in place of UDP.")
-    ] = None,
-    unet: Annotated[
-        str,
-        typer.Option(metavar="HOST:PORT", help="Address of UnetStack, on a modem or a simulator, in place of UDP."),
-    ] = "",
-    frontseat: Annotated[
-        str,
-        typer.Option(
-            metavar="FILE.py:NAME", help="Your function that returns the vehicle's own body, clock and modem."
-        ),
-    ] = "",
-    ros: Annotated[
-        Literal["body", "tell"] | None,
-        typer.Option(
-            metavar="body|tell", help="ROS 2: read the vehicle's position from topics (body), or publish it (tell)."
-        ),
-    ] = None,
-    replay: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="LOG", help="Replay the receptions of a log without sockets; compare the sent packets bit by bit."
-        ),
-    ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Resume from the log in --out, if it exists, as after a reboot.")
-    ] = False,
-    epoch: Annotated[
-        int,
-        typer.Option(min=0, metavar="N", help="Number of earlier starts of this node in the mission; 0 for the first."),
-    ] = 0,
+    start_utc: str = "",
+    serial: Path | None = None,
+    unet: str = "",
+    frontseat: str = "",
+    ros: Literal["body", "tell"] | None = None,
+    replay: Path | None = None,
+    resume: bool = False,
+    epoch: Annotated[int, typer.Option(min=0)] = 0,
     seed: Seed = 1,
     until: Until = None,
     settle: Settle = SETTLE_S,
@@ -109,6 +74,21 @@ def node(
     """Run one vehicle of a scenario in this process, with UDP, a modem or UnetStack.
 
     Without --start-utc it listens first: if it receives a peer, it joins that peer's mission; else it starts its own.
+
+    Args:
+        vehicle (VEHICLE): Vehicle of the scenario that this node runs.
+
+    Options:
+        bind (HOST:PORT): Local UDP address; port 0 takes a free one.
+        peers (NAME=HOST:PORT,...): UDP addresses of the peers; packets from others are ignored.
+        start_utc (TIME): Start of the mission in UTC, such as 2026-05-01T09:00:00.
+        serial (PORT): Serial port of a Nanomodem v3, in place of UDP.
+        unet (HOST:PORT): Address of UnetStack, on a modem or a simulator, in place of UDP.
+        frontseat (FILE.py:NAME): Your function that returns the vehicle's own body, clock and modem.
+        ros (body|tell): ROS 2: read the vehicle's position from topics (body), or publish it (tell).
+        replay (LOG): Replay the receptions of a log without sockets; compare the sent packets bit by bit.
+        resume: Resume from the log in --out, if it exists, as after a reboot.
+        epoch (N): Number of earlier starts of this node in the mission; 0 for the first.
     """
     if replay is not None:
         _replay(replay, vehicle, as_json)
@@ -247,7 +227,7 @@ def _start(start_utc: str) -> float:
 @command("swarm", "remoras swarm mapping-rendezvous --until 600 --speed 100 --drop 0.4 --double 0.1 --out dive")
 def swarm(
     scenario: ScenarioName,
-    vehicles: Annotated[str, typer.Option(metavar="NAME,...", help="Vehicles to start; default: all.")] = "",
+    vehicles: str = "",
     speed: Speed = 1.0,
     seed: Seed = 1,
     until: Until = None,
@@ -258,7 +238,11 @@ def swarm(
     out: Logs = None,
     as_json: Json = False,
 ) -> None:
-    """Run the vehicles of a scenario in separate processes; check that their knowledge agrees."""
+    """Run the vehicles of a scenario in separate processes; check that their knowledge agrees.
+
+    Options:
+        vehicles (NAME,...): Vehicles to start; default: all.
+    """
     from missions.nodes.logs import refuse_written
     from missions.nodes.swarm import swarm as run_swarm
 

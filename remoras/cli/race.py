@@ -29,35 +29,29 @@ TIME = re.compile(r"(\d+(?:\.\d+)?)([smh]?)")
 def race(
     scenario: ScenarioName,
     strategies: Strategies = None,
-    only: Annotated[bool, typer.Option("--only", help="Race only the strategies named by --strategy.")] = False,
-    per: Annotated[
-        str | None,
-        typer.Option(metavar="RATE,RATE", help="Packet error rates, each 0 to below 1; default: that of the scenario."),
-    ] = None,
-    within: Annotated[
-        float,
-        typer.Option(
-            min=0.0, max=1.0, metavar="SHARE", help="Stop at a winner that is surely within this share of the best."
-        ),
-    ] = 0.03,
+    only: bool = False,
+    per: str | None = None,
+    within: Annotated[float, typer.Option(min=0.0, max=1.0)] = 0.03,
     budget: Annotated[
         int | None, typer.Option(min=1, metavar="RUNS", help=f"Maximum runs; default: {RUNS_PER_LOSS} for each loss.")
     ] = None,
-    time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME", help="Maximum duration, as 90s, 2m or 1h, once each strategy has 8 runs; default: none."
-        ),
-    ] = None,
-    metric: Annotated[str, typer.Option(metavar="METRIC", help="Field of the summary to rank by.")] = "mission_time_s",
+    time: str | None = None,
+    metric: str = "mission_time_s",
     seed: Seed = 1,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the runs; the same folder resumes a race.")
-    ] = None,
+    out: Path | None = None,
     jobs: Jobs = N_JOBS,
     as_json: Json = False,
 ) -> None:
-    """Find the best strategy for a scenario: drop beaten ones until one is surely within 3 % of the best."""
+    """Find the best strategy for a scenario: drop beaten ones until one is surely within 3 % of the best.
+
+    Options:
+        only: Race only the strategies named by --strategy.
+        per (RATE,RATE): Packet error rates, each 0 to below 1; default: that of the scenario.
+        within (SHARE): Stop at a winner that is surely within this share of the best.
+        time (TIME): Maximum duration, as 90s, 2m or 1h, once each strategy has 8 runs; default: none.
+        metric (METRIC): Field of the summary to rank by.
+        out (DIR): Folder for the runs; the same folder resumes a race.
+    """
     loaded = load(scenario)
     from missions.comparison.race import race as raced
     from missions.comparison.race import race_study

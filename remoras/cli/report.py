@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from remoras.cli.app import command, fail, note
 
@@ -18,15 +16,21 @@ if TYPE_CHECKING:
 
 @command("report", "remoras report results/quick --out report")
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
-    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder for report.html and latex.")],
-    metric: Annotated[
-        str | None,
-        typer.Option(metavar="METRIC", help="Sweep: compared summary field; default: the first of the study."),
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an earlier report.")] = False,
+    folder: Path,
+    out: Path,
+    metric: str | None = None,
+    force: bool = False,
 ) -> None:
-    """Write a report of a study or run: figure, table, statements and methods as HTML and LaTeX."""
+    """Write a report of a study or run: figure, table, statements and methods as HTML and LaTeX.
+
+    Args:
+        folder (DIR): Results of a run, or folder of a sweep.
+
+    Options:
+        out (FOLDER): Folder for report.html and latex.
+        metric (METRIC): Sweep: compared summary field; default: the first of the study.
+        force: Replace an earlier report.
+    """
     from missions.disk import check_output, holds_sweep
     from visualisation.report import study_report, write_report
 

@@ -19,15 +19,20 @@ QUICK = "quick"
 
 @command("reproduce", "remoras reproduce remoras-times", names_code=False)
 def reproduce(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[NAME]...", help="Entries, or pages such as docs/seas.md; default: all quick ones."),
-    ] = None,
-    listed: Annotated[bool, typer.Option("--list", help="List all entries with source, duration and command.")] = False,
-    write: Annotated[bool, typer.Option("--write", help="Put measured figures into the pages of a checkout.")] = False,
+    names: list[str] | None = None,
+    listed: Annotated[bool, typer.Option("--list")] = False,
+    write: bool = False,
     as_json: Json = False,
 ) -> None:
-    """Measure published results again: expected beside measured, verdict, source."""
+    """Measure published results again: expected beside measured, verdict, source.
+
+    Args:
+        names ([NAME]...): Entries, or pages such as docs/seas.md; default: all quick ones.
+
+    Options:
+        listed: List all entries with source, duration and command.
+        write: Put measured figures into the pages of a checkout.
+    """
     from remoras.cli.reproduction.entries import MISSING, ROOT, entries
 
     known = entries()

@@ -33,51 +33,32 @@ if TYPE_CHECKING:
 
 @command("plot", "remoras plot results/lossy trajectories roles --format pdf")
 def plot(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
-    kinds: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="KIND",
-            help="Figures to draw: shipped names, or your own, mine.py:MINE; default: all.",
-            autocompletion=completion.kind,
-        ),
-    ] = None,
+    folder: Path,
+    kinds: Annotated[list[str] | None, typer.Argument(autocompletion=completion.kind)] = None,
     file_format: FigureFormat = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the figures; default: that of the results.")
-    ] = None,
-    width: Annotated[
-        float | None,
-        typer.Option(metavar="INCHES", help="Width of the figures: 3.5 for one column of a paper, 7.2 for two."),
-    ] = None,
-    metric: Annotated[
-        str | None,
-        typer.Option(
-            metavar="METRIC",
-            help="Sweep: summary field of the ranking and the differences; default: mission_time_s.",
-        ),
-    ] = None,
-    at: Annotated[
-        float | None,
-        typer.Option(
-            metavar="SECONDS", help="Time of the roles in the figure organisation; default: when most are held."
-        ),
-    ] = None,
-    viewer: Annotated[
-        str,
-        typer.Option(
-            metavar="VEHICLE",
-            help="Vehicle whose view the figure organisation shows; default: each vehicle's own roles.",
-        ),
-    ] = "",
-    panel: Annotated[
-        str, typer.Option(metavar="LETTER", help="The only panel to draw of the figure trajectories, such as a.")
-    ] = "",
-    draw_all: Annotated[
-        bool, typer.Option("--all", help="Sweep: draw all figures; default: the eight most relevant to its factors.")
-    ] = False,
+    out: Path | None = None,
+    width: float | None = None,
+    metric: str | None = None,
+    at: float | None = None,
+    viewer: str = "",
+    panel: str = "",
+    draw_all: Annotated[bool, typer.Option("--all")] = False,
 ) -> None:
-    """Draw figures of a run (trajectories, roles and more) or of a sweep (ranking and more)."""
+    """Draw figures of a run (trajectories, roles and more) or of a sweep (ranking and more).
+
+    Args:
+        folder (DIR): Results of a run, or folder of a sweep.
+        kinds (KIND): Figures to draw: shipped names, or your own, mine.py:MINE; default: all.
+
+    Options:
+        out (DIR): Folder for the figures; default: that of the results.
+        width (INCHES): Width of the figures: 3.5 for one column of a paper, 7.2 for two.
+        metric (METRIC): Sweep: summary field of the ranking and the differences; default: mission_time_s.
+        at (SECONDS): Time of the roles in the figure organisation; default: when most are held.
+        viewer (VEHICLE): Vehicle whose view the figure organisation shows; default: each vehicle's own roles.
+        panel (LETTER): The only panel to draw of the figure trajectories, such as a.
+        draw_all: Sweep: draw all figures; default: the eight most relevant to its factors.
+    """
     from missions.disk import check_folder, holds_sweep
 
     form = figure_format(file_format, out or folder)
@@ -144,14 +125,22 @@ At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Time of the k
 
 @command("query", "remoras query results/lossy 'SELECT ?group WHERE { ?group rm:gatheredAt ?point }'")
 def query(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
-    sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],
+    folder: Path,
+    sparql: str,
     vehicle: Vehicle = None,
     at: At = None,
-    limit: Annotated[int, typer.Option(min=1, metavar="N", help="Maximum number of rows shown.")] = 100_000,
+    limit: Annotated[int, typer.Option(min=1)] = 100_000,
     as_json: Json = False,
 ) -> None:
-    """Query the knowledge of one vehicle, or of each, at the end of a run or at another time."""
+    """Query the knowledge of one vehicle, or of each, at the end of a run or at another time.
+
+    Args:
+        folder (DIR): Results of a run.
+        sparql (SPARQL): A SELECT or ASK query, or a file FILE.rq.
+
+    Options:
+        limit (N): Maximum number of rows shown.
+    """
     from missions.files import text_of
     from missions.runs.results import Results
 
@@ -179,17 +168,23 @@ FORMAT_HELP = (
 
 @command("export", "remoras export results/lossy --format mcap")
 def export(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
+    folder: Path,
     file_format: Annotated[ExportFormat, typer.Option("--format", metavar="FORMAT", help=FORMAT_HELP)],
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="File or folder to write; default: a name by format in DIR.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
+    out: Path | None = None,
+    force: bool = False,
     vehicle: Vehicle = None,
     at: At = None,
     as_json: Json = False,
 ) -> None:
-    """Export a run to another tool: Foxglove, ROS 2, QGIS, netCDF, CSV, RDF."""
+    """Export a run to another tool: Foxglove, ROS 2, QGIS, netCDF, CSV, RDF.
+
+    Args:
+        folder (DIR): Results of a run.
+
+    Options:
+        out (FILE): File or folder to write; default: a name by format in DIR.
+        force: Replace an earlier export.
+    """
     from missions.runs.results import Results
     from visualisation.exports import FORMATS, Selection, export_path
     from visualisation.exports import export as write
@@ -215,15 +210,21 @@ def _places_or_none(run: Results) -> Sequence[Place]:
 
 @command("replay", "remoras replay results/lossy --out mission.html")
 def replay(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
-    other: Annotated[
-        Path | None,
-        typer.Argument(metavar="[DIR2]", help="Results of another run in the same world, shown beside the first."),
-    ] = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="HTML file; default: DIR/replay.html.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    folder: Path,
+    other: Path | None = None,
+    out: Path | None = None,
+    force: bool = False,
 ) -> None:
-    """Write a self-contained HTML replay of a run; it needs no network."""
+    """Write a self-contained HTML replay of a run; it needs no network.
+
+    Args:
+        folder (DIR): Results of a run.
+        other ([DIR2]): Results of another run in the same world, shown beside the first.
+
+    Options:
+        out (FILE): HTML file; default: DIR/replay.html.
+        force: Replace an existing file.
+    """
     from missions.disk import REPLAY
     from missions.runs.results import Results
     from remoras.api import replay_data
@@ -260,18 +261,22 @@ def _check_pair(first: Results, second: Results) -> None:
 
 @command("why", "remoras why results/lossy AUV00 1906 --not Mapping")
 def why(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
-    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="Vehicle whose action is explained.")],
-    at: Annotated[float, typer.Argument(metavar="TIME", help="Time in seconds of the mission.")],
-    instead: Annotated[
-        str,
-        typer.Option(
-            "--not", metavar="ROLE|ACTIVITY", help="Explain also why it did not perform this role or activity."
-        ),
-    ] = "",
+    folder: Path,
+    vehicle: str,
+    at: float,
+    instead: Annotated[str, typer.Option("--not")] = "",
     as_json: Json = False,
 ) -> None:
-    """Explain what a vehicle did at a time: motives, signals, plan and assignments behind it."""
+    """Explain what a vehicle did at a time: motives, signals, plan and assignments behind it.
+
+    Args:
+        folder (DIR): Results of a run.
+        vehicle (VEHICLE): Vehicle whose action is explained.
+        at (TIME): Time in seconds of the mission.
+
+    Options:
+        instead (ROLE|ACTIVITY): Explain also why it did not perform this role or activity.
+    """
     from missions.runs.results import Results
     from missions.why import why as explained
 
@@ -282,10 +287,14 @@ def why(
 
 @command("verify", "remoras verify results/run", names_code=False)
 def verify(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results folder of a run or a sweep.")],
+    folder: Path,
     as_json: Json = False,
 ) -> None:
-    """Check that results follow from their tables and scenario, by an independent checker."""
+    """Check that results follow from their tables and scenario, by an independent checker.
+
+    Args:
+        folder (DIR): Results folder of a run or a sweep.
+    """
     from missions.verification import NoResults
     from missions.verification import verify as verified
 

@@ -27,52 +27,24 @@ LONGEST_S = 604_800.0
 @command("sea", "remoras sea mission-2012 --port 47000 --seed 3 --out recording")
 def sea(
     context: typer.Context,
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NETWORK|SCENARIO",
-            help="Measured network, or scenario with its channel and vehicles: a shipped name or a file. Or the --out "
-            "of a killed service, to write its recording.",
-            autocompletion=completion.sea,
-        ),
-    ] = "mapping-rendezvous",
-    port: Annotated[
-        int, typer.Option(min=0, max=65_535, metavar="N", help="Port of the first station, N + 1 of the next; 0: any.")
-    ] = 47_000,
-    access: Annotated[
-        Literal["free", "slots"],
-        typer.Option(metavar="free|slots", help="Stations send at once, or in their TDMA slots."),
-    ] = "free",
-    stations: Annotated[str, typer.Option(metavar="NAMES", help="Stations in a network; default: all nodes.")] = "",
-    programs: Annotated[
-        str, typer.Option(metavar="NAME=HOST:PORT,...", help="UDP addresses of programs that receive before they send.")
-    ] = "",
-    positions: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE|DIR", help="Positions: CSV with time_s,vehicle,x_m,y_m, or the results of a run."),
-    ] = None,
-    bind: Annotated[
-        str, typer.Option(metavar="HOST", help="Local address; any other than loopback needs --token.")
-    ] = "127.0.0.1",
-    token: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="32, 48 or 64 hexadecimal digits that programs send first.")
-    ] = None,
+    name: Annotated[str, typer.Argument(autocompletion=completion.sea)] = "mapping-rendezvous",
+    port: Annotated[int, typer.Option(min=0, max=65_535)] = 47_000,
+    access: Literal["free", "slots"] = "free",
+    stations: str = "",
+    programs: str = "",
+    positions: Path | None = None,
+    bind: str = "127.0.0.1",
+    token: Path | None = None,
     speed: Speed = 1.0,
     seed: Seed = 1,
-    until: Annotated[
-        float, typer.Option(min=0.0, max=LONGEST_S, metavar="T", help="End at T s, unless Ctrl-C comes first.")
-    ] = LONGEST_S,
-    described: Annotated[
-        bool, typer.Option("--describe", help="Serve nothing: show losses of the network, or reach of modems.")
-    ] = False,
-    modem: Annotated[
-        str | None, typer.Option(metavar="NAMES", help="Modems described, comma-separated; default: the scenario's.")
-    ] = None,
+    until: Annotated[float, typer.Option(min=0.0, max=LONGEST_S)] = LONGEST_S,
+    described: Annotated[bool, typer.Option("--describe")] = False,
+    modem: str | None = None,
     ranges: Annotated[
         str | None, typer.Option(metavar="METRES", help=f"Ranges described.  [default: {DEFAULT_RANGES}]")
     ] = None,
     settings: Settings = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the recording, or the figure.")] = None,
+    out: Path | None = None,
     file_format: FigureFormat = None,
     as_json: Json = False,
 ) -> None:
@@ -80,6 +52,23 @@ def sea(
 
     With --describe, show source, losses and unknowns of a measured network, or the share of packets that modems deliver
     over range on the channel acoustic.
+
+    Args:
+        name (NETWORK|SCENARIO): Measured network, or scenario with its channel and vehicles: a shipped name or a file.
+            Or the --out of a killed service, to write its recording.
+
+    Options:
+        port (N): Port of the first station, N + 1 of the next; 0: any.
+        access (free|slots): Stations send at once, or in their TDMA slots.
+        stations (NAMES): Stations in a network; default: all nodes.
+        programs (NAME=HOST:PORT,...): UDP addresses of programs that receive before they send.
+        positions (FILE|DIR): Positions: CSV with time_s,vehicle,x_m,y_m, or the results of a run.
+        bind (HOST): Local address; any other than loopback needs --token.
+        token (FILE): 32, 48 or 64 hexadecimal digits that programs send first.
+        until (T): End at T s, unless Ctrl-C comes first.
+        described: Serve nothing: show losses of the network, or reach of modems.
+        modem (NAMES): Modems described, comma-separated; default: the scenario's.
+        out (DIR): Folder for the recording, or the figure.
     """
     for parameter in context.command.params:
         source = context.get_parameter_source(str(parameter.name))

@@ -43,43 +43,32 @@ def making(label: str, folder: Path | None) -> Iterator[ReportProgress]:
 
 @command("sweep", "remoras sweep strategies-quick --out results/quick --jobs 2")
 def sweep(
-    study: Annotated[
-        str,
-        typer.Argument(
-            metavar="STUDY",
-            help="Shipped study or TOML file; not needed with --status.",
-            autocompletion=completion.study,
-        ),
-    ] = "",
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for the runs; the same folder resumes an interrupted sweep."),
-    ] = None,
+    study: Annotated[str, typer.Argument(autocompletion=completion.study)] = "",
+    out: Path | None = None,
     jobs: Jobs = N_JOBS,
-    cluster: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to use instead of this machine.")
-    ] = None,
+    cluster: str | None = None,
     strategies: Strategies = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Print number and duration of runs; write nothing.")
-    ] = False,
-    status: Annotated[
-        bool, typer.Option("--status", help="Print progress and failed runs of the sweep in --out; start nothing.")
-    ] = False,
-    accept_code: Annotated[
-        bool,
-        typer.Option(
-            "--accept-code", help="Resume although the code has changed; the column code distinguishes the runs."
-        ),
-    ] = False,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Repeat the runs that failed.")] = False,
-    timeout_s: Annotated[
-        float | None,
-        typer.Option(min=0.001, metavar="SECONDS", help="Time limit of a run; a longer one fails; default: none."),
-    ] = None,
+    dry_run: bool = False,
+    status: bool = False,
+    accept_code: bool = False,
+    retry_failed: bool = False,
+    timeout_s: Annotated[float | None, typer.Option(min=0.001)] = None,
     as_json: Json = False,
 ) -> None:
-    """Run all runs of a study, each once; resume after interruptions."""
+    """Run all runs of a study, each once; resume after interruptions.
+
+    Args:
+        study (STUDY): Shipped study or TOML file; not needed with --status.
+
+    Options:
+        out (DIR): Folder for the runs; the same folder resumes an interrupted sweep.
+        cluster (tcp://HOST:PORT): Dask scheduler to use instead of this machine.
+        dry_run: Print number and duration of runs; write nothing.
+        status: Print progress and failed runs of the sweep in --out; start nothing.
+        accept_code: Resume although the code has changed; the column code distinguishes the runs.
+        retry_failed: Repeat the runs that failed.
+        timeout_s (SECONDS): Time limit of a run; a longer one fails; default: none.
+    """
     from missions.files import STUDY, file_of, shipped_studies
 
     if out is None or not (study or status):
@@ -140,53 +129,37 @@ def _show_status(folder: Path, as_json: bool) -> None:
 
 @command("compare", "remoras compare results/quick --metric mission_time_s --baseline remoras")
 def compare(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep, or results of a run.")],
-    other: Annotated[
-        Path | None, typer.Argument(metavar="[DIR2]", help="Results of another run, compared with the first.")
-    ] = None,
-    metrics: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--metric",
-            metavar="METRIC",
-            help="Field of the summary, or your metric mine.py:MINE of stored tables; default: those of the study.",
-        ),
-    ] = None,
-    baseline: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Strategy, policy or KEY=VALUE with which the others are compared; default: that of the study.",
-            autocompletion=completion.baseline,
-        ),
-    ] = None,
-    of_factors: Annotated[
-        bool, typer.Option("--effects", help="Main effects and interactions of a factorial study, paired by seed.")
-    ] = False,
-    crossing: Annotated[
-        str | None,
-        typer.Option(
-            metavar="A,B",
-            help="Where the better of two changes, with interval: strategies, policies, or levels KEY=VALUE,VALUE.",
-        ),
-    ] = None,
-    axis: Annotated[
-        str, typer.Option(metavar="KEY", help="Crossing: per, the mean loss rate, or a varied key with numbers.")
-    ] = "per",
-    where: Annotated[
-        list[str] | None, typer.Option(metavar="KEY=VALUE", help="Crossing: only under this condition.")
-    ] = None,
-    refine: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="N", help="Crossing: make N more pairs of runs where they narrow the interval."),
-    ] = None,
+    folder: Path,
+    other: Path | None = None,
+    metrics: Annotated[list[str] | None, typer.Option("--metric")] = None,
+    baseline: Annotated[str | None, typer.Option(autocompletion=completion.baseline)] = None,
+    of_factors: Annotated[bool, typer.Option("--effects")] = False,
+    crossing: str | None = None,
+    axis: str = "per",
+    where: list[str] | None = None,
+    refine: Annotated[int | None, typer.Option(min=1)] = None,
     jobs: Jobs = N_JOBS,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the rows to this CSV file.")] = None,
+    out: Path | None = None,
     as_json: Json = False,
 ) -> None:
     """Compare the configurations of a sweep, or two runs: means, intervals, paired differences to a baseline.
 
     For a single run, print the named metrics.
+
+    Args:
+        folder (DIR): Folder of a sweep, or results of a run.
+        other ([DIR2]): Results of another run, compared with the first.
+
+    Options:
+        metrics (METRIC): Field of the summary, or your metric mine.py:MINE of stored tables; default: those of the
+            study.
+        baseline (NAME): Strategy, policy or KEY=VALUE with which the others are compared; default: that of the study.
+        of_factors: Main effects and interactions of a factorial study, paired by seed.
+        crossing (A,B): Where the better of two changes, with interval: strategies, policies, or levels KEY=VALUE,VALUE.
+        axis (KEY): Crossing: per, the mean loss rate, or a varied key with numbers.
+        where (KEY=VALUE): Crossing: only under this condition.
+        refine (N): Crossing: make N more pairs of runs where they narrow the interval.
+        out (FILE): Also write the rows to this CSV file.
     """
     from missions.disk import SUMMARY
 
