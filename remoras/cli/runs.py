@@ -195,12 +195,15 @@ def live(
     settings: Settings = None,
     out: Out = None,
     force: Force = False,
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 takes a free one.")
-    ] = 0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
+    port: Annotated[int, typer.Option(min=0, max=65535)] = 0,
+    no_browser: bool = False,
 ) -> None:
-    """Watch a running mission in a local web page, with start, pause, step and speed."""
+    """Watch a running mission in a local web page, with start, pause, step and speed.
+
+    Options:
+        port (PORT): Port of the page; 0 takes a free one.
+        no_browser: Do not open a browser.
+    """
     loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings))
     import threading
     import webbrowser

@@ -191,11 +191,11 @@ def compare(
             fail(f"--baseline {baseline}: effects compare the two levels of each factor; leave it out")
         of_levels = effects_of(results, names)
         _written(of_levels, out)
-        show([asdict(row) for row in of_levels], as_json, list(_effect_lines(results, of_levels)))
+        show([asdict(row) for row in of_levels], as_json, _effect_lines(results, of_levels))
         return
     rows = compared(results, names, baseline)
     _written(rows, out)
-    show([asdict(row) for row in rows], as_json, [] if as_json else _comparison_lines(rows, results.bounds))
+    show([asdict(row) for row in rows], as_json, _comparison_lines(rows, results.bounds))
 
 
 def _note_on_state(results: SweepResults) -> None:
@@ -218,7 +218,7 @@ def _show_crossings(
         with making(f"refine {folder}", folder) as progress:
             refine(results, n_refined, *of, jobs=jobs, progress=progress)
     rows = crossings(results, *of)
-    show([asdict(row) for row in rows], as_json, [] if as_json else _crossing_lines(rows))
+    show([asdict(row) for row in rows], as_json, _crossing_lines(rows))
 
 
 def _crossing_lines(rows: Sequence[Crossing]) -> Iterator[str]:
@@ -275,7 +275,7 @@ def _show_two_runs(folder: Path, other: Path, names: Sequence[str], as_json: boo
         name: values for name, values in found.metrics.items() if values[0] != values[1]
     }
     table = {**asdict(found), "metrics": wanted} if names else asdict(found)
-    show(table, as_json, [] if as_json else _difference_lines(found, wanted, bool(names)))
+    show(table, as_json, _difference_lines(found, wanted, bool(names)))
 
 
 def _difference_lines(found: RunDifference, metrics: Mapping[str, tuple[Any, Any]], named: bool) -> Iterator[str]:
@@ -358,14 +358,13 @@ def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator
             yield f"  {own[0].n_missing} runs that did not complete count with the full mission duration"
 
 
-def _comparison_lines(rows: Sequence[Comparison], bounds: Collection[str]) -> Sequence[str]:
+def _comparison_lines(rows: Sequence[Comparison], bounds: Collection[str]) -> Iterator[str]:
     from missions.comparison.table import NUMBERS, notes, table
 
-    lines = []
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
         heads, entries = table(own, bounds)
         right = [number for number, head in enumerate(heads) if head in NUMBERS]
-        lines += [metric, *(f"  {line}".rstrip() for line in aligned([heads, *entries], right))]
-        lines += [f"  {note}" for note in notes(own)]
-    return lines
+        yield metric
+        yield from (f"  {line}".rstrip() for line in aligned([heads, *entries], right))
+        yield from (f"  {note}" for note in notes(own))
