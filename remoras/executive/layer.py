@@ -38,11 +38,12 @@ _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 <<
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Activities until the next decision; roles are ``driving`` if they guide, work or plan."""
+    """Activities until the next decision; roles are ``driving`` if they guide, work or plan; ``guiding`` is a set."""
 
     chosen: tuple[int, ...] = ()
     driving: frozenset[RoleKey] = frozenset()
     types: int = 0
+    guiding: int | None = None
 
     def has(self, activity_type: ActivityType) -> bool:
         """Return whether an activity of that type is performed."""
@@ -202,8 +203,9 @@ class ExecutiveLayer:
         """Return each role with the byte of its satisfaction, or of a relayed call."""
         signals = [(role, signal_of(value)) for role, value in self.satisfaction.items()]
         if self._equals:
-            guiding = self._guiding_role()
-            signals = [(role, self._told(role, value, role == guiding)) for role, value in signals]
+            guiding = self.decision.guiding
+            guided = None if guiding is None else self._role_of[guiding]
+            signals = [(role, self._told(role, value, role == guided)) for role, value in signals]
         return signals
 
     def _told(self, role: RoleKey, value: int, guides: bool) -> int:
@@ -222,10 +224,6 @@ class ExecutiveLayer:
         if signal < 0:
             self._claims.append((self._now_s, call(signal, 0.0, self._constants)))
         return signal
-
-    def _guiding_role(self) -> RoleKey | None:
-        guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
-        return None if guiding is None else self._role_of[guiding]
 
     def spare(self, index: int) -> float:
         """Return by how much the stimulus of a set may change without effect on the decision."""
@@ -342,7 +340,7 @@ class ExecutiveLayer:
 
     def pulls(self, now_s: float) -> Pulls:
         """Return attraction and repulsion inputs of the decision (``remoras.motion.attraction``)."""
-        guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
+        guiding = self.decision.guiding
         role = None if guiding is None else self._role_of[guiding]
         signals = {} if role is None else self._heard.get(role, {})
         if guiding is None or role is None or not (signals or role in self._equals):
@@ -441,11 +439,13 @@ class ExecutiveLayer:
         return greatest
 
     def _decision(self, chosen: tuple[int, ...]) -> Decision:
-        types = 0
+        types, guiding = 0, None
         driving = set()
         for index in chosen:
-            types |= self.sets[index].types
-            role = self._role_of[index]
-            if role is not None and self.sets[index].types & _DRIVING:
+            of_set, role = self.sets[index].types, self._role_of[index]
+            types |= of_set
+            if of_set & _GUIDING:
+                guiding = index
+            if role is not None and of_set & _DRIVING:
                 driving.add(role)
-        return Decision(chosen, frozenset(driving), types)
+        return Decision(chosen, frozenset(driving), types, guiding)
