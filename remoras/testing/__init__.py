@@ -5,11 +5,8 @@ scenario, a mission; ``conforms`` does so in a test. For other plug-ins, call ``
 """
 
 from collections.abc import Iterator
+from importlib import import_module
 
-from missions.scenarios import load
-from missions.scenarios.channel import model_named
-from missions.scenarios.parts import mission_class
-from remoras.testing import channels, faults, missions, policies, sensors
 from remoras.testing.behaviours import check as check_behaviour
 from remoras.testing.channels import check_driver
 from remoras.testing.faults import check as check_fault
@@ -30,25 +27,14 @@ __all__ = [
     "conforms",
 ]
 
-KINDS = ("strategy", "mission", "policy", "channel", "sensor", "fault")
-"""Kinds checked by name; a test calls ``check_behaviour`` and so on for others."""
+KINDS = {
+    "strategy": "strategies", "mission": "missions", "policy": "policies", "channel": "channels", "sensor": "sensors",
+    "fault": "faults",
+}  # fmt: skip
+"""Kinds checked by name, each with its module; a test calls ``check_behaviour`` and so on for others."""
 
 
 def conforms(kind: str, name: str) -> Iterator[str]:
     """Run all checks of a plug-in (a mission by its scenario) and yield names of passed ones."""
-    match kind:
-        case "strategy":
-            from remoras.testing import strategies  # needs Hypothesis
-
-            yield from strategies.conforms(name)
-        case "mission":
-            scenario = load(name)
-            yield from missions.conforms(mission_class(scenario.scenario.mission), scenario)
-        case "policy":
-            yield from policies.conforms(name)
-        case "sensor":
-            yield from sensors.conforms(name)
-        case "fault":
-            yield from faults.conforms(name)
-        case _:
-            yield from channels.conforms(model_named(name))
+    passed: Iterator[str] = import_module(f"{__name__}.{KINDS[kind]}").conforms(name)
+    return passed

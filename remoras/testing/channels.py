@@ -12,6 +12,7 @@ from exchange.channel.link import LinkModel, Transmission
 from exchange.channel.models import ChannelModel, Deployment
 from exchange.channel.modems import modems
 from exchange.drivers import Driver, Paced
+from missions.scenarios.channel import model_named
 from remoras.testing.behaviours import passed
 
 Model = type[ChannelModel] | ChannelModel
@@ -132,9 +133,9 @@ CHECKS: tuple[Callable[[Model], None], ...] = (
 )
 
 
-def conforms(model: Model) -> Iterator[str]:
-    """Run all checks of a channel model and yield their names."""
-    return passed(CHECKS, model)
+def conforms(name: str) -> Iterator[str]:
+    """Run all checks of a named channel model and yield their names."""
+    return passed(CHECKS, model_named(name))
 
 
 Pair = tuple[Driver, Driver, Paced]

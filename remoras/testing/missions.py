@@ -43,13 +43,18 @@ Rows = dict[str, list[tuple[Any, ...]]]
 
 
 def check(mission: type[Mission], scenario: Scenario) -> None:
-    """Check a mission against its protocol; see ``conforms``."""
-    for _ in conforms(mission, scenario):
+    """Check a mission against its protocol; AssertionError if it violates it."""
+    for _ in _passed(mission, scenario):
         pass
 
 
-def conforms(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
-    """Run all checks of a mission and yield their descriptions; AssertionError if one fails."""
+def conforms(name: str) -> Iterator[str]:
+    """Run all checks of the mission of a scenario and yield their descriptions; AssertionError if one fails."""
+    scenario = load(name)
+    return _passed(mission_class(scenario.scenario.mission), scenario)
+
+
+def _passed(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
     reference = f"{mission.__module__}:{mission.__qualname__}"
     try:
         mission_class(reference)
