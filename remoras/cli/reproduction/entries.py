@@ -36,7 +36,6 @@ from typing import Any, Literal, NamedTuple
 from pydantic import BaseModel, ConfigDict
 
 from missions.statistics import t_half_width
-from remoras.cli.reproduction import measures
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
@@ -164,7 +163,11 @@ class Entry(BaseModel):
                 yield line.outcome(self._values(line.runs))
             if self.lines:
                 return
-            values = {**(_measured(getattr(measures, self.measure)) if self.measure else {}), **self._values(self.runs)}
+            values = self._values(self.runs)
+            if self.measure:
+                from remoras.cli.reproduction import measures  # loaded for measurements only
+
+                values |= _measured(getattr(measures, self.measure))
         except CannotMeasureError as error:
             yield Outcome(self.name, "", "", UNMEASURED, str(error))
             return
@@ -217,7 +220,7 @@ def entries() -> dict[str, Entry]:
 
 
 @cache  # several figures rest on one measurement
-def _measured(measure: Callable[[], measures.Values]) -> measures.Values:
+def _measured(measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     return measure()
 
 

@@ -7,12 +7,29 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, permutations, product
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from scipy.stats import spearmanr
 
-if TYPE_CHECKING:
-    from exchange.study.study import StudyRow
+from exchange.channel.network import network_of
+from exchange.policy.candidates import Additive, Moment, Waiting
+from exchange.schedule import TdmaSchedule
+from exchange.study.parameters import ExchangeStudy
+from exchange.study.study import StudyRow
+from exchange.study.study import run as run_study
+from missions.age_of_information import expected_s, mean_age_s, peak_age_s
+from missions.mapping.jobs import SurveyJob
+from missions.runs.assembly import assemble
+from missions.runs.run import run
+from missions.runs.setup import resolved
+from missions.scenarios import load
+from remoras.database import AUVDatabase
+from remoras.organisation import Group, RoleSpecification
+from remoras.strategies.cbba import Bidder
+from remoras.strategies.cbba_plain import CbbaPlain
+from remoras.strategy import Heard, Situation
+from remoras.work import Outlook, Work
 
 Values = dict[str, float | str]
 PAPER = "mapping-rendezvous"
@@ -25,9 +42,6 @@ def listed(values: Iterator[str] | Sequence[str]) -> str:
 
 def tables() -> Values:
     """Tables I and II of the REMORAS paper, after the consultation over a perfect channel."""
-    from missions.runs.assembly import assemble
-    from missions.runs.setup import resolved
-    from missions.scenarios import load
 
     scenario: Any = load(PAPER)
     fleet = assemble(resolved(scenario), seed=1)
@@ -62,8 +76,6 @@ def tables() -> Values:
 
 def roles_and_tracks() -> Values:
     """Figures 6 and 7 of the REMORAS paper: tracks, and driving roles in order."""
-    from missions.runs.run import run
-    from missions.scenarios import load
 
     finished = run(load(PAPER, [("--channel", "channel.name=perfect")]))
     consulted_s = finished.milestones[0].time_s
@@ -119,10 +131,8 @@ class Curves:
 
 def exchange_figures(trials: int = 400) -> Values:
     """Figures 3 to 5 of the exchange paper: numbers of the 16 loss rates at which a statement holds; crossings."""
-    from exchange.study.parameters import ExchangeStudy
-    from exchange.study.study import run
 
-    rows = {nodes: run(ExchangeStudy(nodes=nodes, per=PER, trials=trials, seed=1)) for nodes in (3, 5, 10)}
+    rows = {nodes: run_study(ExchangeStudy(nodes=nodes, per=PER, trials=trials, seed=1)) for nodes in (3, 5, 10)}
     source, five, ten, three = (Curves(rows[nodes], quantity) for nodes, quantity in (
         (5, "relative_source"), (5, "relative_senders"), (10, "relative_senders"), (3, "relative_senders"),
     ))  # fmt: skip
@@ -153,26 +163,21 @@ def exchange_figures(trials: int = 400) -> Values:
 
 def closed_forms() -> Values:
     """Expected frames of section 5.2 of the exchange paper (N = 2, loss 0.5), and bits of the headers at N = 5."""
-    from exchange.study.parameters import ExchangeStudy
-    from exchange.study.study import run
 
-    by_name = {row.policy: row for row in run(ExchangeStudy(nodes=2, per=(0.5,), trials=8000, seed=1))}
+    by_name = {row.policy: row for row in run_study(ExchangeStudy(nodes=2, per=(0.5,), trials=8000, seed=1))}
     ack = by_name["ack"]
     if ack.delivered_slots is None or ack.senders_acked_slots is None:
         raise ValueError("all trials are censored")
     # A frame has two slots. Delivery ends in the sender's slot, the first of its frame; acknowledgement in the second.
     values: Values = {"delivered_frames": (ack.delivered_slots.mean + 1.0) / 2.0,
                       "acked_frames": ack.senders_acked_slots.mean / 2.0}  # fmt: skip
-    bits = {row.policy: row.header_bits for row in run(ExchangeStudy(nodes=5, per=(0.5,), trials=1, seed=1))}
+    bits = {row.policy: row.header_bits for row in run_study(ExchangeStudy(nodes=5, per=(0.5,), trials=1, seed=1))}
     return {**values, **{f"header_{policy}": float(of_one) for policy, of_one in bits.items()},
             "additional_bits": float(bits["m-ack"] - bits["ack"])}  # fmt: skip
 
 
 def exchange_selection() -> Values:
     """Steps 5 and 6 of the Data Exchange Manager (cooperation paper, section IV) on one queue, and the slot."""
-    from exchange.policy.candidates import Additive, Moment, Waiting
-    from missions.runs.setup import resolved
-    from missions.scenarios import load
 
     rule, moment = Additive(), Moment(0.0, 6)
     waiting = {"urgent": Waiting(priority=3, since_slot=4), "old": Waiting(priority=1, since_slot=0)}
@@ -186,9 +191,6 @@ def exchange_selection() -> Values:
 
 def ages() -> Values:
     """Mean and peak age of information of the paper's mission at three loss rates, and the formula; seeds 1 to 4."""
-    from missions.age_of_information import expected_s, mean_age_s, peak_age_s
-    from missions.runs.run import run
-    from missions.scenarios import load
 
     values: Values = {}
     for per in (0.2, 0.5, 0.8):
@@ -205,9 +207,6 @@ def ages() -> Values:
 
 def link_axioms() -> Values:
     """Axioms of radio models (Kotz 2004) on the links of mission-2012."""
-    from scipy.stats import spearmanr
-
-    from exchange.channel.network import network_of
 
     network = network_of("mission-2012")
     places = {node.name: node.position_m or (0.0, 0.0) for node in network.node}
@@ -231,10 +230,6 @@ def link_axioms() -> Values:
 
 def known_places() -> Values:
     """Share of a TDMA frame saved by guards for known places (nodes of mission-2012) in place of the declared range."""
-    from exchange.channel.network import network_of
-    from exchange.schedule import TdmaSchedule
-    from missions.runs.setup import resolved
-    from missions.scenarios import load
 
     places = [node.position_m or (0.0, 0.0) for node in network_of("mission-2012").node]
     setup = resolved(load(PAPER))
@@ -260,15 +255,6 @@ def bundle_guarantee(n_instances: int = 40) -> Values:
 
 
 def _bundle_ratio(draw: np.random.Generator) -> float:
-    from missions.mapping.jobs import SurveyJob
-    from missions.runs.setup import resolved
-    from missions.scenarios import load
-    from remoras.database import AUVDatabase
-    from remoras.organisation import Group, RoleSpecification
-    from remoras.strategies.cbba import Bidder
-    from remoras.strategies.cbba_plain import CbbaPlain
-    from remoras.strategy import Heard, Situation
-    from remoras.work import Outlook, Work
 
     n_vehicles, n_jobs = int(draw.integers(2, 5)), int(draw.integers(4, 6))
     corners = [[tuple(place + side) for side in np.array([(0, 0), (0, 100), (100, 100), (100, 0)])]
