@@ -160,16 +160,12 @@ def query(
 
 
 ExportFormat = Literal["mcap", "geojson", "netcdf", "csv", "ttl", "trig", "jsonld", "nt"]
-FORMAT_HELP = (
-    "mcap for Foxglove and ROS 2, geojson for QGIS and Neptus, netcdf with CF conventions, csv for anything; "
-    "what vehicles knew as RDF: ttl, trig, jsonld, nt."
-)
 
 
 @command("export", "remoras export results/lossy --format mcap")
 def export(
     folder: Path,
-    file_format: Annotated[ExportFormat, typer.Option("--format", metavar="FORMAT", help=FORMAT_HELP)],
+    file_format: Annotated[ExportFormat, typer.Option("--format")],
     out: Path | None = None,
     force: bool = False,
     vehicle: Vehicle = None,
@@ -182,6 +178,8 @@ def export(
         folder (DIR): Results of a run.
 
     Options:
+        file_format (FORMAT): mcap for Foxglove and ROS 2, geojson for QGIS and Neptus, netcdf with CF conventions, csv
+            for anything; what vehicles knew as RDF: ttl, trig, jsonld, nt.
         out (FILE): File or folder to write; default: a name by format in DIR.
         force: Replace an earlier export.
     """
