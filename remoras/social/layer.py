@@ -151,6 +151,8 @@ class SocialLayer:
         self._rules, lease = rules, lease or Lease(math.inf, picture.frame_s)
         self._membership = Membership(me, database.names, lease)
         self.is_cut_off = False
+        self.is_in_doubt = False
+        """True while possibly isolated, after part of a lease; it then takes no jobs of others."""
         self._is_out_of_reach = False  # it has stated that it takes no jobs, because it is isolated
         self._assents: list[list[Fact]] = []
         self._given_up: set[Objective] = set()
@@ -204,11 +206,6 @@ class SocialLayer:
     def absent(self) -> frozenset[str]:
         """Absent peers."""
         return self._membership.absent
-
-    @property
-    def is_in_doubt(self) -> bool:
-        """True while possibly isolated, after part of a lease; it then takes no jobs of others."""
-        return self._membership.in_doubt
 
     @property
     def takes_no_jobs(self) -> frozenset[str]:
@@ -345,6 +342,7 @@ class SocialLayer:
         word_s, names = self._picture.peers.word_s, self.database.names
         heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
         changes = self._membership.look_around(now_s, heard_s, max(word_s.values(), default=0.0))
+        self.is_in_doubt = self._membership.in_doubt
         undone, facts, orders = (None, [], []) if changes is NO_CHANGES else self._follow(changes)
         if self.is_in_doubt and footing is None:
             self._patience = self._patience_now(now_s)

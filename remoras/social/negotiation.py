@@ -111,7 +111,7 @@ class Negotiation:
     ) -> Mapping[str, float]:
         """Return the later of last reception and last expected silence of each vehicle (s)."""
         expected: Collection[str] = self._expected
-        if not self.takes_part:
+        if not self._negotiators:
             # Without a negotiator it does not know the plan: it expects any silence up to the longest distant work.
             expected = [name for name in names if now_s - heard_s.get(name, 0.0) < self._longest_away_s]
         self._expected_s.update(dict.fromkeys(expected, now_s))
