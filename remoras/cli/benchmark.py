@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from missions.errors import check_name
-from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, command, fail, show, show_json
+from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, command, fail, show
 from remoras.cli.runs import Strategies
 from remoras.cli.sweeps import making
 
@@ -82,10 +82,8 @@ def benchmark(
         (CITATION, table.bibtex()),
     ):
         write_synced(out / name, text)
-    if as_json:
-        show_json({**card, "strategies": [{**entry, "runs": None} for entry in card["strategies"]]})
-    else:
-        _show(table)
+    without_runs = [{**entry, "runs": None} for entry in card["strategies"]]
+    show({**card, "strategies": without_runs}, as_json, _score_lines(table))
     _tell_failures(scored, out)
 
 
@@ -123,10 +121,10 @@ def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
     return list(zip(card["strategies"], read_strategies(card), strict=True))
 
 
-def _show(table: ScoreTable) -> None:
-    print(table.caption)
+def _score_lines(table: ScoreTable) -> Iterator[str]:
+    yield table.caption
     for rows in ([table.heads, *table.rows()], list(table.shapes())):
-        print(*[f"  {line}" for line in aligned(rows)], "", sep="\n")
+        yield from (*(f"  {line}" for line in aligned(rows)), "")
 
 
 def _tell_failures(scored: Sequence[Scored], out: Path) -> None:

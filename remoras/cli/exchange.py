@@ -244,10 +244,8 @@ def describe(
     reaches = [_reach(scenario, ranges_m) for scenario in scenarios]
     if out is not None:
         _draw(scenarios, ranges_m[-1], out, form, as_json)
-    if as_json:
-        show_json([{"modem": reach.modem, **point._asdict()} for reach in reaches for point in reach.points])
-    else:
-        _print(reaches)
+    rows = [{"modem": reach.modem, **point._asdict()} for reach in reaches for point in reach.points]
+    show(rows, as_json, _reach_lines(reaches))
 
 
 def is_network(name: str) -> bool:
@@ -306,13 +304,13 @@ def _draw(scenarios: Sequence[Scenario], furthest_m: float, out: Path, file_form
     show_files(output.write_folder(out, drawn), as_json)
 
 
-def _print(reaches: Sequence[ModemReach]) -> None:
+def _reach_lines(reaches: Sequence[ModemReach]) -> list[str]:
     rows = [
         (reach.modem, f"{p.range_m:g}", f"{p.transmission_loss_db:.1f}", f"{p.snr_db:.1f}", f"{p.ebn0_db:.1f}",
          f"{p.delivered:.3f}")
         for reach in reaches for p in reach.points
     ]  # fmt: skip
-    print(*aligned([COLUMNS, *rows], right=range(1, len(COLUMNS))), sep="\n")
+    return aligned([COLUMNS, *rows], right=range(1, len(COLUMNS)))
 
 
 def _describe_network(name: str, out: Path | None, file_format: str, as_json: bool) -> None:

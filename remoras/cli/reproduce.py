@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from missions.errors import check_name
-from remoras.cli.app import FAILED, Json, aligned, command, show_json
+from remoras.cli.app import FAILED, Json, aligned, command, show, show_json
 
 if TYPE_CHECKING:
     from remoras.cli.reproduction.entries import Entry, Outcome
@@ -107,10 +107,8 @@ def _lines(found: list[Outcome]) -> Iterator[str]:
 
 
 def _list(entries: list[Entry], as_json: bool) -> None:
-    if as_json:
-        show_json([{"name": e.name, "source": e.origin, "duration": e.duration, "command": e.recipe} for e in entries])
-        return
-    print(*aligned([(e.name, e.duration, e.origin, e.recipe) for e in entries]), sep="\n")
+    rows = [{"name": e.name, "source": e.origin, "duration": e.duration, "command": e.recipe} for e in entries]
+    show(rows, as_json, aligned([(e.name, e.duration, e.origin, e.recipe) for e in entries]))
 
 
 def _sum_up(report: list[dict[str, Any]], skipped: list[Entry]) -> None:
