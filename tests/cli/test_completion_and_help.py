@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from exchange.channel.shipped import CHANNELS
 from missions.files import shipped, shipped_studies
 from remoras.cli import app
-from remoras.cli.app import GROUPS, HOMES
+from remoras.cli.app import GROUPS, HOMES, OrderedGroup
 from remoras.strategies import strategies
 
 
@@ -93,3 +93,14 @@ def test_help_of_every_command_has_a_valid_example_and_no_python_types() -> None
         given = shlex.split(example.partition(" > ")[0])[1:]
         for option in [word for word in given if word.startswith("--")]:
             assert f"  {option} " in text
+
+
+def test_every_parameter_has_a_text_of_its_docstring_or_annotation() -> None:
+    """A text below the wrong heading, or of a name that is no parameter, would leave a parameter without one."""
+    group = OrderedGroup()
+    for name in HOMES:
+        made = group.get_command(None, name)
+        assert made is not None
+        lacking = [parameter.name for parameter in made.params if not getattr(parameter, "help", "")]
+        assert not lacking, (name, lacking)
+        assert "Options:\n" not in str(made.help)
