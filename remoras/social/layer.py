@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
-from remoras.authority import Act, Request, Rules, Ruling, may_assign
+from remoras.authority import Act, Rules, Ruling, may_assign
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.mission_parts import SocialPart
@@ -600,12 +600,8 @@ class SocialLayer:
             return []
         self._given_up.add(objective)
         if blind and self._takes_sensors(objective.group, objective.role):
-            left = [
-                role
-                for role in self.organisation.roles_of(self.me)
-                if (role.group, role.role) == (objective.group, objective.role)
-                or self._takes_sensors(role.group, role.role)
-            ]
+            held = self.organisation.roles_of(self.me)
+            left = [role for role in held if self._takes_sensors(role.group, role.role)]
             return [*self._leaving(left), self.beliefs.fact(self.me, SENSORS_WORK, False)]
         self._is_out_of_reach = False
         with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
@@ -617,9 +613,7 @@ class SocialLayer:
 
     def _takes_sensors(self, group: str, role: str) -> bool:
         known = self.organisation.groups.get(group)
-        return known is not None and takes_sensors(
-            self._rules, known, Request(self.me, Act.ASSIGN, group, role, self.me)
-        )
+        return known is not None and takes_sensors(self._rules, known.role(role), self.me)
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Return receivers that must acknowledge an own block, with the roles that it gives them."""

@@ -190,10 +190,8 @@ class MissionPlanner:
         facts: list[Fact] = []
         impossible: list[NoPlan] = []
         for group in sorted(self.due):
-            tasks, vacant = (
-                [Task(objective, (group,)) for objective in missions.get(group, ())],
-                self._vacant.pop(group, None),
-            )
+            tasks = [Task(mission, (group,)) for mission in missions.get(group, ())]
+            vacant = self._vacant.pop(group, None)
             if not tasks:
                 continue
             if group in self._anew or (vacant is not None and not self._mend(group, vacant, known)):

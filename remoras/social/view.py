@@ -151,7 +151,9 @@ class Availability:
         """Return whether the assignee takes a role with a job, as assigned at ``age``."""
         if self.since.get(asked.assignee, age) < age:
             return False
-        return self.blind_since.get(asked.assignee, age) >= age or not takes_sensors(rules, group, asked)
+        return self.blind_since.get(asked.assignee, age) >= age or not takes_sensors(
+            rules, group.role(asked.role), asked.assignee
+        )
 
 
 UNCHANGED = frozenset({Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED})

@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import cast
 
-from remoras.authority import Request, Rules
+from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase, VehicleData
 from remoras.mission_parts import SocialPart
-from remoras.organisation import Group
+from remoras.organisation import RoleSpecification
 from remoras.organisation.membership import Footing
 from remoras.picture import Picture
 from remoras.plugins import answer
@@ -27,11 +27,10 @@ def without_sensors(data: VehicleData) -> VehicleData:
     return replace(data, sensors=())
 
 
-def takes_sensors(rules: Rules, group: Group, asked: Request) -> bool:
-    """Return whether the assignee needs its sensors for the job of the requested role."""
-    role = group.role(asked.role)
+def takes_sensors(rules: Rules, role: RoleSpecification | None, vehicle: str) -> bool:
+    """Return whether a vehicle needs its sensors for the job of a role."""
     job = rules.jobs.get(role.job) if role is not None and role.job is not None else None
-    return job is not None and not job.is_able(without_sensors(rules.database[asked.assignee]))
+    return job is not None and not job.is_able(without_sensors(rules.database[vehicle]))
 
 
 def scarce_energy_j(
