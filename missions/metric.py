@@ -128,6 +128,10 @@ class MeasuredRun(Protocol):
         """Mission time (s); the whole duration if not completed."""
 
     @property
+    def ended_s(self) -> float:
+        """Time (s) at which the run ended, even if early without success."""
+
+    @property
     def goal_fraction(self) -> float:
         """Share of the goal truly achieved, 0..1."""
 

@@ -459,7 +459,7 @@ def _spells_s(run: MeasuredRun) -> list[float]:
             since_s.setdefault(vehicle, time_s)
         elif vehicle in since_s:
             spells.append(time_s - since_s.pop(vehicle))
-    return spells + [run.end_s - began_s for began_s in since_s.values()]
+    return spells + [run.ended_s - began_s for began_s in since_s.values()]
 
 
 FEATURE = Feature(

@@ -14,7 +14,7 @@ from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
 
 
 def idle_s(run: MeasuredRun) -> float | None:
-    """Mean idle time (s) until the mission's end, over the vehicles able to do a job; None without such vehicles.
+    """Mean idle time (s) until the run's end, over the vehicles able to do a job; None without such vehicles.
 
     A vehicle is busy while its executive decision serves a role with a job, travel included. It is idle while it waits,
     follows or heads for a rendezvous, but not before it joins or after its loss.
@@ -24,7 +24,7 @@ def idle_s(run: MeasuredRun) -> float | None:
     joined_s = {vehicle: back.get(vehicle, math.inf) for vehicle in away}
     idle = []
     for vehicle in vehicles_for_jobs(run.scenario):
-        end_s = min(run.end_s, lost_s.get(vehicle, run.end_s))
+        end_s = min(run.ended_s, lost_s.get(vehicle, run.ended_s))
         working_s = math.fsum(end - begin for begin, end in _working(run, vehicle, work, end_s))
         idle.append(max(0.0, end_s - joined_s.get(vehicle, 0.0) - working_s))
     return round(math.fsum(idle) / len(idle), 4) if idle else None

@@ -89,13 +89,13 @@ def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
     )
     before_s = 0.0
     for event in _events(run):
-        if event.time_s >= run.end_s:
+        if event.time_s >= run.ended_s:
             break
         if event.time_s > before_s:
             yield event.time_s - before_s, views
             before_s = event.time_s
         views.apply(event)
-    yield run.end_s - before_s, views
+    yield run.ended_s - before_s, views
 
 
 def _mean_over_time(run: MeasuredRun, value_of: Callable[[_Views], float | None]) -> float | None:

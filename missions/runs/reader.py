@@ -133,6 +133,11 @@ class RunReader(ABC):
         return float(self.summary["mission_time_s"])
 
     @property
+    def ended_s(self) -> float:
+        """Time (s) at which the run ended, even if early without success."""
+        return ended_s(self)
+
+    @property
     def goal_fraction(self) -> float:
         """Share of the mission's whole goal that was achieved, 0..1."""
         return float(self.summary["goal_fraction"])
@@ -184,7 +189,7 @@ class RunReader(ABC):
 
         Raises OutputError for an unknown vehicle, time or table.
         """
-        moment = ended_s(self) + (self.summary.get("settling_s") or 0.0) if at_s is None else at_s
+        moment = self.ended_s + (self.summary.get("settling_s") or 0.0) if at_s is None else at_s
         names = [table.name for table in self.scenario.vehicle] if vehicle is None else [vehicle]
         known = (self.known(name, moment) for name in names)
         return {state.vehicle: Knowledge(state.model, state.receptions) for state in known}

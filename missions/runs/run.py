@@ -51,7 +51,7 @@ class Run:
         goal_fraction: share of the mission's whole goal that was achieved, 0..1.
         reachable_fraction: share achieved, or achievable by the remaining vehicles at the end.
         reason: for failure; empty after success.
-        end_s: mission time; the full duration if the mission did not complete.
+        ended_s: time at which the run ended.
         n_false_beliefs: wrong beliefs that a peer held a block.
         wrong_belief_fraction: share of wrong beliefs about job holders.
         settled: outcome of the exchange after the mission; None without one.
@@ -66,7 +66,7 @@ class Run:
     reachable_fraction: float
     completed: bool
     reason: str
-    end_s: float
+    ended_s: float
     n_false_beliefs: int
     distance_m: float
     wall_s: float
@@ -84,9 +84,14 @@ class Run:
         """Mission of the run."""
         return self.setup.mission
 
+    @property
+    def end_s(self) -> float:
+        """Mission time (s); the full duration if the mission did not complete."""
+        return self.ended_s if self.completed else self.scenario.scenario.duration_s
+
     def __repr__(self) -> str:
         how = "completed" if self.completed else f"not completed: {self.reason}"
-        return f"<Run of {self.scenario.scenario.name}, seed {self.seed}: {how}, {self.end_s:.1f} s>"
+        return f"<Run of {self.scenario.scenario.name}, seed {self.seed}: {how}, {self.ended_s:.1f} s>"
 
 
 def run(
@@ -123,7 +128,7 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
         reachable_fraction(fleet.truth, setup.mission.jobs, setup.agreement.groups, fleet.view),
         fleet.completed,
         fleet.reason,
-        fleet.ended_s if fleet.completed else fleet.duration_s,
+        fleet.ended_s,
         fleet.n_false_beliefs,
         math.fsum(vehicle.functional.motion.distance_m for vehicle in fleet.vehicles),
         wall_s,

@@ -9,7 +9,7 @@ from recorded import flown, with_energy
 from small_mission import SMALL
 
 from exchange.channel.modems import modems
-from missions.files import shipped
+from missions.files import shipped, toml_value
 from missions.metric import NOT_APPLICABLE
 from missions.runs.estimates import cautions
 from missions.runs.fleet_metrics import (
@@ -36,7 +36,7 @@ def finished(completed: bool = True, end_s: float = 1000.0, **rows: list[tuple[A
     recorder = Recorder()
     for name, own in rows.items():
         recorder.rows(name).extend(own)
-    made: Any = SimpleNamespace(recorder=recorder, scenario=SCENARIO, completed=completed, end_s=end_s)
+    made: Any = SimpleNamespace(recorder=recorder, scenario=SCENARIO, completed=completed, ended_s=end_s)
     return made  # type: ignore[no-any-return]
 
 
@@ -104,8 +104,25 @@ def test_the_organisation_is_malformed_while_a_role_has_too_few_or_too_many() ->
         subjects=None,
         database=dict.fromkeys("ABC"),
     )
-    run: Any = SimpleNamespace(recorder=recorder, setup=setup, end_s=100.0, scenario=SCENARIO)
+    run: Any = SimpleNamespace(recorder=recorder, setup=setup, ended_s=100.0, scenario=SCENARIO)
     assert malformed_s(run) == 10.0 + 15.0 + 40.0
+
+
+@pytest.mark.parametrize("kind", ["sensor", "lost"])
+def test_later_time_limit_changes_no_metric_of_a_run_that_ended_before(kind: str) -> None:
+    """No vehicle is able to map from 300 s on, so both runs end early without success, at the same time."""
+    vehicles = ("AUV00", "AUV01", "AUV02") if kind == "sensor" else SCENARIO.vehicle_names
+    fault = toml_value([{"kind": kind, "vehicle": name, "at_s": 300.0} for name in vehicles])
+    lossy = [("--set", "channel.per=0.6"), ("--set", f"fault={fault}")]
+    limits = ("scenario.duration_s=3000", "scenario.duration_s=9000")
+    limited = [run_scenario(load("mapping-rendezvous", [*lossy, ("--set", limit)])) for limit in limits]
+    first, other = (summary(run) for run in limited)
+    assert limited[0].ended_s == limited[1].ended_s < 1000.0
+    assert (first["mission_time_s"], other["mission_time_s"]) == (3000.0, 9000.0)
+    for name in ("view_divergence", "holder_conflict_fraction", "malformed_s", "idle_s"):
+        assert first[name] == other[name]
+    assert 0.0 < first["idle_s"] < limited[0].ended_s
+    assert first["view_divergence"] > 0.0
 
 
 def warned(scenario: str, *settings: str) -> list[str]:
