@@ -142,7 +142,7 @@ def run(
     """
     from missions.runs.run import run as run_scenario
 
-    loaded, own = _loaded(scenario, strategy, seed, policy=policy, channel=channel, network=network, per=per, set=set)
+    loaded, own = _loaded(scenario, strategy, seed, policy, channel, network, per, set)
     table = loaded.scenario
     with Progress(f"run {table.name}", table.duration_s, "s of mission time") as shown:
         report = shown.at if is_watched() else None
@@ -170,27 +170,32 @@ def stepping(
     """
     from remoras.stepped import Stepping
 
-    loaded, own = _loaded(scenario, strategy, seed, policy=policy, channel=channel, network=network, per=per, set=set)
+    loaded, own = _loaded(scenario, strategy, seed, policy, channel, network, per, set)
     return Stepping(loaded, seed, own)
 
 
 def _loaded(
-    scenario: str | Path | Scenario, strategy: str | Strategy | None, seed: int, **options: Any
+    scenario: str | Path | Scenario,
+    strategy: str | Strategy | None,
+    seed: int,
+    policy: str | None,
+    channel: str | None,
+    network: str | None,
+    per: float | None,
+    set: Settings | None,
 ) -> tuple[Scenario, Strategy | None]:
     from remoras.strategy import faults_of_strategy
 
-    if isinstance(scenario, Scenario):
-        if any(option is not None for option in options.values()) or isinstance(strategy, str):
-            raise TypeError("a loaded scenario takes no options beside seed: give them to load()")
-        loaded = scenario
-    else:
-        loaded = load(scenario, strategy=strategy if isinstance(strategy, str) else None, **options)
+    named, own = (strategy, None) if isinstance(strategy, str) else (None, strategy)
+    if not isinstance(scenario, Scenario):
+        scenario = load(scenario, strategy=named, policy=policy, channel=channel, network=network, per=per, set=set)
+    elif any(option is not None for option in (named, policy, channel, network, per, set)):
+        raise TypeError("a loaded scenario takes no options beside seed: give them to load()")
     if not isinstance(seed, int) or seed < 0:
         raise TypeError(f"seed is {seed!r}; allowed: a whole number, 0 or more")
-    own = None if isinstance(strategy, str) else strategy
     if own is not None and (faults := list(faults_of_strategy(own))):
         raise TypeError(f"strategy {own!r}: {'; '.join(faults)}; give a name, or an object as remoras.Strategy says")
-    return loaded, own
+    return scenario, own
 
 
 def open(folder: str | Path) -> Run | Sweep:

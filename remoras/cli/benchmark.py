@@ -11,7 +11,7 @@ import typer
 
 from missions.errors import check_name
 from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, command, fail, show
-from remoras.cli.runs import Strategies
+from remoras.cli.runs import strategies_option
 from remoras.cli.sweeps import making
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ CARD, TABLE, LATEX, CITATION, RUNS = "card.json", "table.md", "table.tex", "cite
 @command("benchmark", "remoras benchmark fathom-2 --strategy mine.py:MINE --jobs 2 --out results/mine")
 def benchmark(
     suite: str,
-    strategies: Strategies = None,
+    strategies: Annotated[list[str] | None, strategies_option("Strategy to rank among the shipped ones")] = None,
     split: Literal["dev", "test"] = "dev",
     out: Path | None = None,
     jobs: Jobs = N_JOBS,

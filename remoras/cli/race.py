@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, command, fail, note, show
-from remoras.cli.runs import ScenarioName, Seed, Strategies, load
+from remoras.cli.runs import ScenarioName, Seed, load, strategies_option
 from remoras.cli.sweeps import making
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ TIME = re.compile(r"(\d+(?:\.\d+)?)([smh]?)")
 @command("race", "remoras race mapping-rendezvous --strategy mine.py:MINE --per 0,0.4,0.8 --jobs 2")
 def race(
     scenario: ScenarioName,
-    strategies: Strategies = None,
+    strategies: Annotated[list[str] | None, strategies_option("Strategy to race with the shipped ones")] = None,
     only: bool = False,
     per: str | None = None,
     within: Annotated[float, typer.Option(min=0.0, max=1.0)] = 0.03,

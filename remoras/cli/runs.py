@@ -64,19 +64,16 @@ Settings = Annotated[
         "--set", metavar="KEY=VALUE", help="Override a key; see `explain`.", autocompletion=completion.setting
     ),
 ]
-Strategies = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--strategy",
-        metavar="NAME",
-        help="Strategy to compare: a shipped name, mine.py:MINE or package.module:object.",
-        autocompletion=completion.strategy,
-    ),
-]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for all results; default: none.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")]
 Overrides = Sequence[tuple[str, str]]
 """Option as given, and KEY=VALUE."""
+
+
+def strategies_option(use: str) -> Any:
+    """Return the option ``--strategy`` of a command for several; its help begins with their use."""
+    help = f"{use}: a shipped name, mine.py:MINE or package.module:object."
+    return typer.Option("--strategy", metavar="NAME", help=help, autocompletion=completion.strategy)
 
 
 def load(scenario: str, overrides: Overrides = ()) -> Scenario:

@@ -13,7 +13,7 @@ import typer
 
 from remoras.cli import completion
 from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, as_typed, command, fail, note, show
-from remoras.cli.runs import Strategies
+from remoras.cli.runs import strategies_option
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def sweep(
     out: Path | None = None,
     jobs: Jobs = N_JOBS,
     cluster: str | None = None,
-    strategies: Strategies = None,
+    strategies: Annotated[list[str] | None, strategies_option("Strategy to add to those of the study")] = None,
     dry_run: bool = False,
     status: bool = False,
     accept_code: bool = False,

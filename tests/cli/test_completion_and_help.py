@@ -104,3 +104,17 @@ def test_every_parameter_has_a_text_of_its_docstring_or_annotation() -> None:
         lacking = [parameter.name for parameter in made.params if not getattr(parameter, "help", "")]
         assert not lacking, (name, lacking)
         assert "Options:\n" not in str(made.help)
+
+
+def test_help_of_a_strategy_says_what_the_command_does_with_it() -> None:
+    helps = [
+        re.search(
+            r"--strategy NAME +(.*?): a shipped name, mine.py:MINE", " ".join(remoras(name, "--help").stdout.split())
+        )
+        for name in ("sweep", "race", "benchmark")
+    ]
+    assert [one and one[1] for one in helps] == [
+        "Strategy to add to those of the study",
+        "Strategy to race with the shipped ones",
+        "Strategy to rank among the shipped ones",
+    ]

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -86,6 +87,17 @@ def test_a_strategy_may_be_an_object() -> None:
     by_name = remoras.run("mapping-rendezvous", strategy="central", set={**SHORT, "strategy.parameters.queue": 1})
     assert by_object.summary["strategy"] == "central"
     assert by_object.table("packets").equals(by_name.table("packets"))
+
+
+@pytest.mark.parametrize("make", [remoras.run, remoras.stepping])
+def test_loaded_scenario_takes_no_option_but_a_seed_and_a_strategy_as_object(make: Any) -> None:
+    loaded = remoras.load("mapping-rendezvous")
+    options = {"strategy": "cbba", "policy": "ack", "channel": "perfect", "network": "ahoi", "per": 0.0, "set": {}}
+    for name, value in options.items():
+        with pytest.raises(TypeError, match="takes no options beside seed: give them to load"):
+            make(loaded, seed=2, **{name: value})
+    with pytest.raises(TypeError, match="unexpected keyword argument 'polcy'"):
+        make(loaded, polcy="ack")
 
 
 def test_errors_of_arguments_state_the_allowed_values() -> None:
