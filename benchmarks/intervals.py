@@ -18,7 +18,7 @@ import numpy as np
 
 from missions.comparison.race import Race
 from missions.comparison.ranking import Contender, family_of
-from missions.comparison.treatments import SIGNIFICANT, Treatment
+from missions.comparison.treatments import SIGNIFICANT, Measured, Treatment
 from missions.runs.metrics import CORE_METRICS
 from missions.statistics import (
     Array,
@@ -134,7 +134,7 @@ def _names(k: int) -> list[Treatment]:
 
 def _column(times: Array, completed: Array, repeats: Sequence[int]) -> dict[Treatment, Contender]:
     return {
-        name: Contender(dict(enumerate(times[:n, at])), dict(enumerate(completed[:n, at])))
+        name: Contender(Measured(dict(enumerate(times[:n, at]))), Measured(dict(enumerate(completed[:n, at]))))
         for at, (name, n) in enumerate(zip(_names(len(repeats)), repeats, strict=True))
     }
 

@@ -185,6 +185,11 @@ class Metric:
     note: str = ""
     censored: bool = False
 
+    @property
+    def sign(self) -> float:
+        """Factor by which lower values are better: -1 if higher ones are, else 1."""
+        return -1.0 if self.better is Better.HIGHER else 1.0
+
     def written(self) -> dict[str, Any]:
         """Return the declaration, without its function, for JSON."""
         return {name: value for name, value in vars(self).items() if name != "of"} | {"better": self.better.value}

@@ -9,11 +9,11 @@ import csv
 import io
 import json
 import statistics as plain
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
-from missions.comparison.ranking import Rank, columns_of, family_of, of_less_success, without
+from missions.comparison.ranking import Rank, columns_of, family_of, of_less_success, without_bounds
 from missions.comparison.treatments import (
     SUCCESS,
     Measured,
@@ -133,7 +133,7 @@ def compare(
     first = strategies[0] if len(strategies) > 1 or len(policies) == 1 else policies[0]
     side = side_of(results, treatments, baseline or design.baseline or first, "--baseline")
     declared = results.metrics
-    return [row for metric in names for row in _rows(treatments, declared, metric, side, results.bounds)]
+    return [row for metric in names for row in _rows(treatments, declared, metric, side)]
 
 
 @dataclass(frozen=True)
@@ -175,11 +175,7 @@ def side_of(results: SweepResults, treatments: Iterable[Treatment], name: str, o
 
 
 def _rows(
-    treatments: Mapping[Treatment, Outcomes],
-    declared: Mapping[str, Metric],
-    name: str,
-    side: Side,
-    bounds: Collection[str],
+    treatments: Mapping[Treatment, Outcomes], declared: Mapping[str, Metric], name: str, side: Side
 ) -> list[Comparison]:
     metric = declared[name]
     values = {treated: sample for treated, runs in treatments.items() if (sample := measured(runs, metric)).values}
@@ -187,7 +183,7 @@ def _rows(
     family = family_of(columns)
     tested = family_of(columns_of(treatments, metric, declared[SUCCESS], side.name)) if side.key else family
     # No strategy reaches an upper bound, so none is measured by its success.
-    contenders = [own for column in columns if (own := without(column, bounds))]
+    contenders = [own for column in columns if (own := without_bounds(column))]
     behind = {treatment for own in contenders for treatment in of_less_success(own, family)}
     compared: dict[Treatment, Paired] = {}
     p: dict[Treatment, float | None] = {}
@@ -227,7 +223,7 @@ def _row(
         n_completed=sum(completed),
         n_failed=sum(run.failed for run in runs.values()),
         n_reached=None if sample.reached is None else len(sample.reached),
-        mean=plain.fmean(values),
+        mean=sample.mean,
         median=plain.median(values),
         least=min(values),
         largest=max(values),

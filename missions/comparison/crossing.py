@@ -42,7 +42,7 @@ from missions.disk import STUDY
 from missions.document import Document
 from missions.errors import OutputError, StudyChangedError, check_name
 from missions.files import dotted
-from missions.metric import Better, Metric
+from missions.metric import Metric
 from missions.statistics import FEW, RESAMPLES, Array, Interval, NoInterval, generator, sign_flips, step_down_p
 from missions.sweeps.driver import ReportProgress, sweep
 from missions.sweeps.folder import CODE_CHANGED, STUDY_TEXT, SweepResults, record_of
@@ -234,11 +234,7 @@ def crossings(
     Raises OutputError for unknown names, no pairs, or an axis with a single level.
     """
     (a, b), declared, found = _contests(results, names, metric, axis, where)
-    return [_row(contest, contest.pairs(_sign(declared)), (a.level, b.level), declared, axis) for contest in found]
-
-
-def _sign(metric: Metric) -> float:
-    return -1.0 if metric.better is Better.HIGHER else 1.0
+    return [_row(contest, contest.pairs(declared.sign), (a.level, b.level), declared, axis) for contest in found]
 
 
 def _row(contest: Contest, pairs: Pairs, names: tuple[str, str], metric: Metric, axis: str) -> Crossing:
@@ -392,7 +388,7 @@ def refine(
             raise OutputError(f"--refine: the study does not set {key} by itself; name the varied key with --axis")
         varied = [value for label in results.schedule.labels for own, value in label.settings if own == key]
         whole = all(isinstance(value, int) for value in varied)
-        level = contest.pairs(_sign(declared)).next_level(whole)
+        level = contest.pairs(declared.sign).next_level(whole)
         _make(results, labels, (key, int(level) if whole else level), min(n, FEW), jobs, progress)
         n -= FEW
 

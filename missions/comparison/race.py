@@ -15,7 +15,6 @@ the leader. The interval holds all q that the family does not reject.
 from __future__ import annotations
 
 import itertools
-import statistics as plain
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,7 +26,6 @@ import numpy as np
 from missions.comparison.ranking import (
     Column,
     Rank,
-    across,
     column_ranks,
     columns_of,
     differences_of,
@@ -37,7 +35,7 @@ from missions.comparison.ranking import (
 from missions.comparison.treatments import MISSION_TIME, SIGNIFICANT, SUCCESS, Treatment, treatments_of
 from missions.document import Document
 from missions.errors import OutputError
-from missions.metric import Better, Metric
+from missions.metric import Metric
 from missions.statistics import FEW, Interval, step_down_p
 from missions.sweeps.driver import ReportProgress, sweep
 from missions.sweeps.folder import SweepResults
@@ -89,15 +87,15 @@ def race_study(scenario: str, strategies: Sequence[str], per: Sequence[float], s
 
 def lead_of(column: Column, leader: str, metric: Metric, level: float) -> tuple[str, float, Interval]:
     """Return the least lead of a strategy over another one: that one, the lead, its interval cut to -1..1."""
-    sign = -1.0 if metric.better is Better.HIGHER else 1.0
-    means = {treatment.strategy: plain.fmean(own.values.values()) for treatment, own in column.items()}
+    sign, samples = metric.sign, {treatment.strategy: own for treatment, (own, _) in column.items()}
+    means = {name: own.mean for name, own in samples.items()}
     leads = {name: sign * (1.0 - means[leader] / mean) if mean else 0.0 for name, mean in means.items()}
     runner_up = min(leads.keys() - {leader}, key=lambda name: (leads[name], name))
     least = round(leads[runner_up], 4)
-    repeats = sorted({repeat for own in column.values() if not own.constant for repeat in own.values})
+    repeats = sorted({repeat for own in samples.values() if not own.constant for repeat in own.values})
     if not repeats:
         return runner_up, least, (least, least)
-    rows = {treatment.strategy: across(own.values, own.constant, repeats) for treatment, own in column.items()}
+    rows = {name: own.row(repeats) for name, own in samples.items()}
     pairs = list(itertools.permutations(rows, 2))
     own = [number for number, pair in enumerate(pairs) if pair[0] == leader]
 

@@ -9,25 +9,26 @@ from __future__ import annotations
 import itertools
 import statistics as plain
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from missions.comparison.treatments import (
     SIGNIFICANT,
     SUCCESS,
+    Measured,
     Outcomes,
     Treatment,
     TreatmentColumns,
     measured,
     treatments_of,
-    values_of,
 )
 from missions.errors import OutputError, check_name
 from missions.metric import Better, Metric
 from missions.statistics import FEW, Array, least_p, step_down_p
-from missions.sweeps.folder import SweepResults
+from missions.sweeps.folder import SweepResults, is_bound
 
 ROUNDING = 1e-9  # relative size up to which a difference is rounding
 
@@ -56,18 +57,11 @@ class Rank(TreatmentColumns):
     deterministic: bool = False
 
 
-@dataclass(frozen=True)
-class Contender:
-    """Values and success (1 or 0) of a ranked treatment by repeat; ``constant`` if deterministic."""
+class Contender(NamedTuple):
+    """Values in the metric, and success (1 or 0), of a ranked treatment."""
 
-    values: Mapping[int, float]
-    success: Mapping[int, float]
-    constant: bool = False
-
-    @property
-    def success_rate(self) -> float:
-        """Share of completed runs."""
-        return plain.fmean(self.success.values())
+    of_metric: Measured
+    of_success: Measured
 
 
 Column = Mapping[Treatment, Contender]  # treatments with equal conditions
@@ -88,29 +82,22 @@ class Family:
 def family_of(columns: Sequence[Column]) -> Family:
     """Test all pairs of treatments within each column of equal conditions."""
     own = {treatment: contender for column in columns for treatment, contender in column.items()}
-    repeats = sorted({repeat for contender in own.values() if not contender.constant for repeat in contender.success})
+    successes = {treatment: contender.of_success for treatment, contender in own.items()}
+    repeats = sorted({repeat for sample in successes.values() if not sample.constant for repeat in sample.values})
     pairs = [
         (first, other)
         for column in columns
         for first, other in itertools.combinations(column, 2)
-        if not (own[first].constant and own[other].constant)
+        if not (successes[first].constant and successes[other].constant)
     ]
     if not pairs:
         return Family({}, {})
-    of_metric = {treatment: across(it.values, it.constant, repeats) for treatment, it in own.items()}
-    of_success = {treatment: across(it.success, it.constant, repeats) for treatment, it in own.items()}
-    differences = [
-        differences_of(rows[first], rows[other]) for rows in (of_metric, of_success) for first, other in pairs
-    ]
+    rows = {treatment: [sample.row(repeats) for sample in it] for treatment, it in own.items()}
+    differences = [differences_of(rows[first][part], rows[other][part]) for part in (0, 1) for first, other in pairs]
     p = step_down_p(np.array(differences).T)
     # The first half of the p values is for the metric, the second for success, in the order of pairs.
     names = [frozenset(pair) for pair in pairs]
     return Family(dict(zip(names, p[: len(names)], strict=True)), dict(zip(names, p[len(names) :], strict=True)))
-
-
-def across(values: Mapping[int, float], constant: bool, repeats: Sequence[int]) -> Array:
-    """Values in these repeats, NaN for a missing one; a constant value stands for all."""
-    return np.array([*values.values()] * len(repeats) if constant else [values.get(r, np.nan) for r in repeats])
 
 
 def differences_of(ours: Array, theirs: Array) -> Array:
@@ -129,7 +116,7 @@ def ranks(results: SweepResults, metric: str) -> list[Rank]:
     return [
         rank
         for column in columns
-        if (contenders := without(column, results.bounds))
+        if (contenders := without_bounds(column))
         for rank in column_ranks(contenders, family, declared)
     ]
 
@@ -151,44 +138,41 @@ def columns_of(
     columns: dict[Treatment, dict[Treatment, Contender]] = defaultdict(dict)
     for treatment, runs in treatments.items():
         if (own := measured(runs, metric)).values:
-            contender = Contender(own.values, values_of(runs, success), own.constant)
             conditions = treatment.at(setting) if setting else replace(treatment, strategy="", policy="")
-            columns[conditions][treatment] = contender
+            columns[conditions][treatment] = Contender(own, measured(runs, success))
     return list(columns.values())
 
 
-def without(column: Column, bounds: Collection[str]) -> Column:
+def without_bounds(column: Column) -> Column:
     """Return a column without upper bounds, which no strategy can reach."""
-    return {treatment: own for treatment, own in column.items() if treatment.strategy not in bounds}
+    return {treatment: own for treatment, own in column.items() if not is_bound(treatment.strategy)}
 
 
 def column_ranks(column: Column, family: Family, metric: Metric, level: float = SIGNIFICANT) -> list[Rank]:
     """Ranks of one column by tests at ``level``; higher or lower values of the metric are better."""
-    sign = -1.0 if metric.better is Better.HIGHER else 1.0
-    means = {treatment: plain.fmean(own.values.values()) for treatment, own in column.items()}
     behind = of_less_success(column, family, level)
     scores = {
-        treatment: (1.0 - own.success_rate if treatment in behind else -1.0, sign * means[treatment])
-        for treatment, own in column.items()
+        treatment: (1.0 - success.mean if treatment in behind else -1.0, metric.sign * own.mean)
+        for treatment, (own, success) in column.items()
     }
     # The first key puts treatments of less success last, by success, and leaves all others equal.
     best = min(scores, key=lambda treatment: scores[treatment])
     ranks = []
     for treatment, score in scores.items():
-        p = family.p(treatment, best)
+        (own, success), p = column[treatment], family.p(treatment, best)
         ranks.append(
             Rank(
                 **treatment.columns(),
                 metric=metric.name,
-                n=len(column[treatment].values),
-                success_rate=column[treatment].success_rate,
-                mean=means[treatment],
+                n=len(own.values),
+                success_rate=success.mean,
+                mean=own.mean,
                 rank=sum(other < score for other in scores.values())
                 + (1 + sum(other == score for other in scores.values())) / 2,
                 p_to_best=p,
                 among_best=treatment not in behind and (score == scores[best] if p is None else p >= level),
                 unequal_success=treatment in behind,
-                deterministic=column[treatment].constant,
+                deterministic=own.constant,
             )
         )
     return ranks
@@ -196,12 +180,13 @@ def column_ranks(column: Column, family: Family, metric: Metric, level: float = 
 
 def of_less_success(column: Column, family: Family, level: float = SIGNIFICANT) -> frozenset[Treatment]:
     """Treatments significantly below the highest success rate of a column."""
-    highest = max(own.success_rate for own in column.values())
-    best = [treatment for treatment, own in column.items() if own.success_rate == highest]
+    rates = {treatment: success.mean for treatment, (_, success) in column.items()}
+    highest = max(rates.values())
+    best = [treatment for treatment, rate in rates.items() if rate == highest]
     return frozenset(
         treatment
-        for treatment, own in column.items()
-        if own.success_rate < highest
+        for treatment, rate in rates.items()
+        if rate < highest
         # Deterministic pairs are not tested: their difference is certain, hence p = 0.
         and min(family.of_success.get(frozenset((treatment, other)), 0.0) for other in best) < level
     )

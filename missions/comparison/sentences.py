@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from missions.comparison.table import number
 from missions.comparison.treatments import MISSION_TIME, SIGNIFICANT
 from missions.metric import Metric
 from missions.statistics import FEW, detectable, least_p
+from missions.sweeps.folder import is_bound
 from missions.sweeps.study_file import PER, level_name
 
 MINUS = "\u2212"
@@ -164,12 +165,12 @@ def statements(metric: Metric, rows: Sequence[Comparison]) -> list[Statement]:
     return [wording.of(row) for row in rows if row.diff_to_baseline is not None]
 
 
-def power(metric: Metric, rows: Sequence[Comparison], bounds: Collection[str] = ()) -> str:
+def power(metric: Metric, rows: Sequence[Comparison]) -> str:
     """Return a sentence on the smallest detectable difference of the pairs that all completed; empty without any."""
     found = [
         (row.n_pairs, row.diff_spread)
         for row in rows
-        if row.diff_spread and row.n_pairs_reached in (None, row.n_pairs) and row.strategy not in bounds
+        if row.diff_spread and row.n_pairs_reached in (None, row.n_pairs) and not is_bound(row.strategy)
     ]
     few = sorted({n for n, _ in found if n < FEW})
     sizes = [detectable(spread, n) for n, spread in found if n >= FEW]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from missions.comparison.baseline import Comparison
 from missions.comparison.treatments import SIGNIFICANT, SUCCESS
 from missions.statistics import FEW, MANY, NoInterval, least_p
+from missions.sweeps.folder import is_bound
 
 ALWAYS = ("per", "strategy", "policy", "n", "done", "mean", "p")
 NUMBERS = ("per", "n", "done")
@@ -29,11 +30,11 @@ def interval(mean: float | None, low: float | None, high: float | None) -> str:
     return "-" if mean is None else f"{number(mean)}{bounds}"
 
 
-def _entries(row: Comparison, bounds: Collection[str]) -> dict[str, str]:
+def _entries(row: Comparison) -> dict[str, str]:
     spread = f" ({number(row.least)} to {number(row.largest)})" if row.has_range else ""
     return {
         "per": f"{row.per:g}",
-        "strategy": f"{row.strategy} (bound)" if row.strategy in bounds else row.strategy,
+        "strategy": f"{row.strategy} (bound)" if is_bound(row.strategy) else row.strategy,
         "policy": row.policy,
         "n": str(row.n),
         "done": str(row.n_completed),
@@ -48,12 +49,12 @@ def _entries(row: Comparison, bounds: Collection[str]) -> dict[str, str]:
     }
 
 
-def table(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[list[str], list[list[str]]]:
-    """Return heads and entries of the rows of a metric, without empty columns; ``bounds`` are marked strategies.
+def table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
+    """Return heads and entries of the rows of a metric, without empty columns.
 
     The columns of completed runs and pairs equal the others unless a run did not complete.
     """
-    entries = [_entries(row, bounds) for row in rows]
+    entries = [_entries(row) for row in rows]
     of_completed = ("completed runs", "both completed")
     left_out = () if any(row.is_incomplete for row in rows) else of_completed
     used = [

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import statistics as plain
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
+
+import numpy as np
 
 from missions.errors import OutputError
 from missions.files import dotted
 from missions.metric import Metric
 from missions.statistics import (
+    Array,
     Estimated,
     NoInterval,
     Timed,
@@ -246,6 +249,16 @@ class Measured:
     reached: frozenset[int] | None = None
     horizon: float = 0.0
     constant: bool = False
+
+    @property
+    def mean(self) -> float:
+        """Mean over the repeats."""
+        return plain.fmean(self.values.values())
+
+    def row(self, repeats: Sequence[int]) -> Array:
+        """Return the values in these repeats, NaN for a missing one; a constant value stands for all."""
+        values = self.over(repeats).values
+        return np.array([values.get(repeat, np.nan) for repeat in repeats])
 
     def over(self, repeats: Collection[int]) -> Measured:
         """Return a constant value repeated over ``repeats``, else itself."""

@@ -13,7 +13,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -181,11 +181,6 @@ class SweepResults:
         headline = tuple(name for name, metric in self.metrics.items() if metric.headline)
         return self.file.study.metrics or headline
 
-    @property
-    def bounds(self) -> frozenset[str]:
-        """Upper-bound strategies: shown beside the others, never ranked."""
-        return bounds()
-
     def assumed(self, settings: Mapping[str, str]) -> list[str]:
         """Return the assumptions of channels with these settings (by key), for captions; often none."""
         texts = [
@@ -267,6 +262,12 @@ class SweepResults:
         censored = sum(line["status"] == DONE and not line["summary"]["completed"] for line in lines)
         with_tables = sum(bool(line["tables"]) for line in lines)
         return SweepStatus(len(lines) + remaining, len(lines) - failed, failed, censored, remaining, with_tables)
+
+
+@cache  # lists all shipped strategies, asked for each row
+def is_bound(strategy: str) -> bool:
+    """True for an upper bound: shown beside the other strategies, never ranked."""
+    return strategy in bounds()
 
 
 def run_folder(folder: Path, key: str) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -195,7 +195,7 @@ def compare(
         return
     rows = compared(results, names, baseline)
     _written(rows, out)
-    show([asdict(row) for row in rows], as_json, _comparison_lines(rows, results.bounds))
+    show([asdict(row) for row in rows], as_json, _comparison_lines(rows))
 
 
 def _note_on_state(results: SweepResults) -> None:
@@ -358,12 +358,12 @@ def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator
             yield f"  {own[0].n_missing} runs that did not complete count with the full mission duration"
 
 
-def _comparison_lines(rows: Sequence[Comparison], bounds: Collection[str]) -> Iterator[str]:
+def _comparison_lines(rows: Sequence[Comparison]) -> Iterator[str]:
     from missions.comparison.table import NUMBERS, notes, table
 
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
-        heads, entries = table(own, bounds)
+        heads, entries = table(own)
         right = [number for number, head in enumerate(heads) if head in NUMBERS]
         yield metric
         yield from (f"  {line}".rstrip() for line in aligned([heads, *entries], right))

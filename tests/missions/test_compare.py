@@ -18,7 +18,7 @@ from missions.comparison.baseline import compare
 from missions.comparison.ranking import Contender, column_ranks, family_of, mean_ranks, ranks
 from missions.comparison.sentences import statements
 from missions.comparison.table import number
-from missions.comparison.treatments import Treatment
+from missions.comparison.treatments import Measured, Treatment
 from missions.errors import OutputError
 from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.folder import SweepFolder, SweepResults
@@ -51,7 +51,7 @@ def ranked(values: dict[str, list[float]], done: dict[str, list[float]] | None =
     """Ranks of one column: values, and whether the mission was done, by strategy, in the order of repeats."""
     column = {
         Treatment("s", name, "ack", "bernoulli", 0.1, ()): Contender(
-            dict(enumerate(own)), dict(enumerate(done[name] if done else [1.0] * len(own)))
+            Measured(dict(enumerate(own))), Measured(dict(enumerate(done[name] if done else [1.0] * len(own))))
         )
         for name, own in values.items()
     }

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from missions.comparison.race import Race, RaceLine
 from missions.comparison.ranking import Contender
-from missions.comparison.treatments import Treatment
+from missions.comparison.treatments import Measured, Treatment
 from missions.metric import Better, Metric
 from missions.runs.metrics import CORE_METRICS
 from missions.statistics import FEW
@@ -58,7 +58,7 @@ def raced(
             repeats = range(race.repeats[0.1, name])
             of_repeats = {repeat: own[repeat % len(own)] for repeat in repeats}
             column[Treatment("s", name, "ack", "bernoulli", 0.1, ())] = Contender(
-                of_repeats, dict.fromkeys(repeats, 1.0)
+                Measured(of_repeats), Measured(dict.fromkeys(repeats, 1.0))
             )
         race.look([column], {0.1: [1.0] * made})
     return race.lines[0.1]
@@ -113,7 +113,7 @@ def test_fewer_completions_lose_whatever_the_metric() -> None:
     assert race.advance(100)
     column = {
         Treatment("s", name, "ack", "bernoulli", 0.1, ()): Contender(
-            {n: mean + n for n in range(FEW)}, dict.fromkeys(range(FEW), success)
+            Measured({n: mean + n for n in range(FEW)}), Measured(dict.fromkeys(range(FEW), success))
         )
         for name, mean, success in (("a", 100.0, 0.0), ("b", 200.0, 1.0))
     }

@@ -11,7 +11,7 @@ from scipy import stats
 
 from benchmarks.intervals import SHAPES, coverage, error_rate, race_error
 from missions.comparison.ranking import Contender, column_ranks, family_of
-from missions.comparison.treatments import Treatment
+from missions.comparison.treatments import Measured, Treatment
 from missions.meeting.sequential_tests import sequential_verdict
 from missions.runs.metrics import CORE_METRICS
 from missions.statistics import (
@@ -124,7 +124,8 @@ def test_common_shift_of_a_repeat_and_unit_change_no_p_value() -> None:
     def tested(of: np.ndarray) -> dict[frozenset[Treatment], float]:
         names = [Treatment("s", f"{at}", "ack", "bernoulli", 0.1, ()) for at in range(3)]
         column = {
-            name: Contender(dict(enumerate(of[:, at])), dict.fromkeys(range(8), 1.0)) for at, name in enumerate(names)
+            name: Contender(Measured(dict(enumerate(of[:, at]))), Measured(dict.fromkeys(range(8), 1.0)))
+            for at, name in enumerate(names)
         }
         family = family_of([column])
         for rank in column_ranks(column, family, CORE_METRICS[0]):

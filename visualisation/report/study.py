@@ -193,7 +193,7 @@ def _design(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -
         f"rule, {rule.minimum} to {rule.maximum} repeats."
         if rule
         else "",
-        power(metric, rows, results.bounds),
+        power(metric, rows),
     )
 
 
@@ -215,7 +215,7 @@ def _file_name(metric: str) -> str:
 
 
 def _table(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -> Table:
-    heads, entries = table(rows, results.bounds)
+    heads, entries = table(rows)
     columns = list(zip(*entries, strict=True))
     equal = [n for n, head in enumerate(heads) if head in CONSTANT and len(set(columns[n])) == 1]
     kept = [n for n in range(len(heads)) if n not in equal]

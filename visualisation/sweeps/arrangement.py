@@ -17,6 +17,7 @@ from typing import NamedTuple, TypeVar
 
 from missions.comparison import Comparison, Rank
 from missions.metric import Metric
+from missions.sweeps.folder import is_bound
 from visualisation import style, words
 from visualisation.output import SWEEP_KINDS, DrawingError
 from visualisation.words import REPEAT
@@ -162,7 +163,6 @@ class Arrangement:
     series: tuple[Series, ...]
     titles: Mapping[PanelSettings, str]
     cases: tuple[str, ...] = ()
-    bounds: Collection[str] = ()
 
     def x(self, row: Comparison | Rank) -> float:
         """Return the axis value of a row; cases are numbered from 1."""
@@ -207,8 +207,8 @@ class Arrangement:
         return {series: sorted(own[series[:2]], key=self.x) for series in self.series if series[:2] in own}
 
 
-def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrangement:
-    """Return the arrangement of a study, from the rows of all its configurations; ``bounds`` are upper bounds.
+def arranged(rows: Sequence[Comparison]) -> Arrangement:
+    """Return the arrangement of a study, from the rows of all its configurations.
 
     Raises DrawingError if the configurations share no axis, as in a Latin hypercube of several keys.
     """
@@ -223,7 +223,7 @@ def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrang
             "needs an axis along which several points share the other settings; runs.parquet has all runs"
         )
     titles = dict(zip(combinations, _titles(combinations), strict=True))
-    return Arrangement(axis, follows, _series(rows, bounds), titles, cases, bounds)
+    return Arrangement(axis, follows, _series(rows), titles, cases)
 
 
 def _axis(rows: Sequence[Comparison]) -> str:
@@ -282,12 +282,12 @@ def _combination(row: Comparison | Rank, left_out: Collection[str]) -> PanelSett
     return PanelSettings(row.scenario, row.channel, settings, "" if UNFORESEEN in left_out else row.unforeseen)
 
 
-def _series(rows: Sequence[Comparison], bounds: Collection[str]) -> tuple[Series, ...]:
+def _series(rows: Sequence[Comparison]) -> tuple[Series, ...]:
     strategies = words.short_names(row.strategy for row in rows)
     policies = words.short_names(row.policy for row in rows)
 
     def label(strategy: str, policy: str) -> str:
-        name = f"{strategies[strategy]} (bound)" if strategy in bounds else strategies[strategy]
+        name = f"{strategies[strategy]} (bound)" if is_bound(strategy) else strategies[strategy]
         if len(policies) == 1:
             return name
         return policies[policy] if len(strategies) == 1 else f"{name}, {policies[policy]}"

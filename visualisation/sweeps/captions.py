@@ -10,7 +10,7 @@ from missions.comparison.ranking import are_too_few
 from missions.comparison.treatments import SIGNIFICANT
 from missions.metric import Better, Metric
 from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
-from missions.sweeps.folder import SweepResults
+from missions.sweeps.folder import SweepResults, is_bound
 from visualisation import words
 from visualisation.sweeps.arrangement import RATE, Arrangement, Measure, PanelSettings, of_differences
 
@@ -172,7 +172,7 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
     progress = ", ".join(
         [f"{status.done} of {status.planned} runs done", *(f"{n} {what}" for what, n in counts.items() if n)]
     )
-    bounds = sorted({series.strategy for series in arrangement.series} & results.bounds)
+    bounds = sorted({series.strategy for series in arrangement.series if is_bound(series.strategy)})
     notes = [text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})]
     assumed = f" ({'; '.join(dict.fromkeys(notes))})" if notes else ""
     unranked = f"Not ranked, since a bound: {', '.join(bounds)}. " if bounds else ""

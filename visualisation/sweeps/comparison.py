@@ -85,7 +85,7 @@ class Numbers:
     def arrangement(self) -> Arrangement:
         """Arrangement of all configurations."""
         # By a metric that every run has, so that no configuration is missing.
-        return arranged(self.rows(RANKED), self.results.bounds)
+        return arranged(self.rows(RANKED))
 
     @cached_property  # asked for each figure
     def ranks(self) -> Sequence[Rank]:
