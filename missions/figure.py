@@ -69,6 +69,10 @@ class RunResults(Protocol):
     def scenario_tables(self) -> dict[str, Any]:
         """Resolved scenario as parsed TOML."""
 
+    @property
+    def ended_s(self) -> float:
+        """Time (s) at which the run ended, even if early without success; of one under way, its time."""
+
     def has(self, name: str) -> bool:
         """Return True if the table exists."""
 
@@ -133,17 +137,9 @@ def round_up(value: float) -> float:
     return next(step * size for step in STEPS if value <= step * size)
 
 
-def ended_s(results: RunResults) -> float:
-    """Return the time (s) at which a run ended; the mission time of a failed one is its time limit."""
-    summary = results.summary
-    is_exact = summary.get("completed") or summary.get("is_underway") or not results.has("trajectories")
-    last_s = [] if is_exact else results.table("trajectories")["time_s"][-1:].to_pylist()
-    return float(last_s[0] if last_s else summary.get("mission_time_s") or 0.0)
-
-
 def run_end_s(results: RunResults) -> float:
     """Return the end of the run, at least 1 s, so that it can be an axis."""
-    return max(ended_s(results), 1.0)
+    return max(results.ended_s, 1.0)
 
 
 def draw_counts(

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from exchange.arithmetic import distance
 from missions.errors import OutputError
 from missions.fault import absences
-from missions.figure import RunResults, ended_s
+from missions.figure import RunResults
 from remoras.database import HOME_MARGIN, power_w
 from worldmodel import suggestion
 
@@ -123,7 +123,7 @@ class Causes:
         self._run, self._scenario = run, run.scenario_tables
         self._read: dict[str, Mapping[str, list[Row]]] = {}
         self._decision = self._scenario.get("decision", {})
-        self._end_s = ended_s(run)
+        self._end_s = run.ended_s
         self.vehicles = [vehicle["name"] for vehicle in self._scenario.get("vehicle", ())]
         self._absences: dict[str, list[tuple[float, bool]]] = {name: [] for name in self.vehicles}
         faults = ((row["time_s"], row["vehicle"], row["kind"], row["detail"]) for row in run.rows("faults"))

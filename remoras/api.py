@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from missions.disk import holds_sweep
 from missions.errors import OutputError, check_name
-from missions.figure import ended_s
 from missions.files import dotted, keys_of_options, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
@@ -356,7 +355,7 @@ class Run:
     def __repr__(self) -> str:
         summary = self.summary
         how = "completed" if summary["completed"] else f"not completed: {summary['reason']}"
-        return f"<Run of {summary['scenario']}, seed {summary['seed']}: {how}, {ended_s(self._results):.1f} s>"
+        return f"<Run of {summary['scenario']}, seed {summary['seed']}: {how}, {self._results.ended_s:.1f} s>"
 
     def _repr_html_(self) -> str:
         figures, units = self.summary, self._units()

@@ -21,7 +21,7 @@ from exchange.packets import guid_of
 from exchange.schedule import TdmaSchedule
 from missions.errors import OutputError
 from missions.fault import OVER, absences, kind_of_row
-from missions.figure import RunResults, ended_s
+from missions.figure import RunResults
 from missions.runs.setup import Setup, world_model
 from missions.statements import rows_by_item
 from remoras.activities import Objective
@@ -268,7 +268,7 @@ class Memory:
 
     def __init__(self, results: RunResults, setup: Setup) -> None:
         self._setup = setup
-        self._mission_s = ended_s(results)
+        self._mission_s = results.ended_s
         self._end_s = self._mission_s + (results.summary.get("settling_s") or 0.0)
         self._views = {table: results.table(table.name).to_pylist() for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)

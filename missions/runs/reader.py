@@ -18,11 +18,10 @@ import pyarrow as pa
 
 from missions.disk import MANIFEST
 from missions.errors import ConfigurationError, OutputError
-from missions.figure import ended_s
+from missions.figure import RunResults
 from missions.files import tables_of
 from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun, Metric
 from missions.scenarios.parts import mission_of
-from missions.scenarios.scenario import Scenario
 from remoras.mission import Milestone, Mission
 from remoras.plugins import answer
 from remoras.recorder import TIME, Content
@@ -34,28 +33,8 @@ if TYPE_CHECKING:
     from remoras.fleet.final_exchange import Settled
 
 
-class RunReader(ABC):
-    """Run that serves as ``missions.figure.RunResults`` and ``missions.metric.MeasuredRun``."""
-
-    @property
-    @abstractmethod
-    def summary(self) -> dict[str, Any]:
-        """Metrics and outcome of the run."""
-
-    @property
-    @abstractmethod
-    def manifest(self) -> dict[str, Any]:
-        """Data needed to repeat the run."""
-
-    @property
-    @abstractmethod
-    def scenario(self) -> Scenario:
-        """Resolved scenario."""
-
-    @property
-    @abstractmethod
-    def tables(self) -> tuple[str, ...]:
-        """Names of the tables."""
+class RunReader(RunResults, MeasuredRun, ABC):
+    """Run whose figures and metrics are read from its summary, manifest, scenario and tables."""
 
     @abstractmethod
     def _read(self, name: str) -> pa.Table:
@@ -104,68 +83,58 @@ class RunReader(ABC):
 
     @property
     def mission(self) -> Mission:
-        """Mission of the scenario."""
         return mission_of(self.scenario)
 
     @property
     def milestones(self) -> tuple[Milestone, ...]:
-        """Milestones in time order."""
         return tuple(Milestone(**row) for row in self.summary["milestones"])
 
     @property
     def seed(self) -> int:
-        """Root of all draws."""
         return int(self.summary["seed"])
 
     @property
     def completed(self) -> bool:
-        """True if the mission completed."""
         return bool(self.summary["completed"])
 
     @property
     def reason(self) -> str:
-        """Reason for failure; empty after success."""
         return str(self.summary["reason"])
 
     @property
     def end_s(self) -> float:
-        """Mission time (s); the whole duration if not completed."""
         return float(self.summary["mission_time_s"])
 
     @property
     def ended_s(self) -> float:
-        """Time (s) at which the run ended, even if early without success."""
-        return ended_s(self)
+        is_exact = self.summary.get("completed") or self.summary.get("is_underway") or not self.has("trajectories")
+        # The mission time of a failed run is its time limit.
+        last_s = [] if is_exact else self.table("trajectories")["time_s"][-1:].to_pylist()
+        return float(last_s[0] if last_s else self.summary.get("mission_time_s") or 0.0)
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the mission's whole goal that was achieved, 0..1."""
         return float(self.summary["goal_fraction"])
 
     @property
     def reachable_fraction(self) -> float:
-        """Share achieved, or achievable at the end, 0..1."""
         return float(self.summary["reachable_fraction"])
 
     @property
     def distance_m(self) -> float:
-        """Distance travelled by the whole fleet (m)."""
         return float(self.summary["distance_m"])
 
     @property
     def n_false_beliefs(self) -> int:
-        """Number of wrong beliefs that a peer held a block."""
         return int(self.summary["false_beliefs"])
 
     @property
     def wrong_belief_fraction(self) -> float | None:
-        """Share of wrong beliefs about job holders, 0..1; None without beliefs."""
         fraction = self.summary["wrong_belief_fraction"]
         return None if fraction is None else float(fraction)
 
     @property
     def settled(self) -> Settled | None:
-        """Outcome of the exchange after the mission; None without one."""
         if "settling_s" not in self.summary:
             return None
         from remoras.fleet.final_exchange import Settled  # slow: loads the fleet

@@ -123,7 +123,6 @@ def run(
     """Run a mission scenario and print its summary; write all results with --out."""
     loaded = load(scenario, overrides_of(strategy, policy, channel, network, per, settings))
     from missions.disk import check_output
-    from missions.figure import ended_s
     from missions.runs.results import MemoryResults, write_results
     from missions.runs.run import run as run_scenario
 
@@ -138,7 +137,7 @@ def run(
     if as_json:
         show_json(results.summary)
     else:
-        _print_summary(results.figures, list(_out(results)), ended_s(results))
+        _print_summary(results.figures, list(_out(results)), results.ended_s)
         kept = f"results in {out}; see: remoras plot {as_typed(out)}, or why, replay, report" if out is not None else ""
         print(kept or "all metrics and milestones: add --json, or --out DIR")
     if not finished.completed:

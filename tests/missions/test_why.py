@@ -17,7 +17,6 @@ from zlib import decompress
 import pytest
 
 from missions.errors import OutputError
-from missions.figure import ended_s
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
@@ -407,7 +406,7 @@ def test_each_fact_of_an_answer_is_in_the_tables(name: str) -> None:
             checked(line)
     draw = random.Random(name)
     for vehicle in causes.vehicles:
-        for at_s in (draw.uniform(0.0, ended_s(recorded(name))) for _ in range(12)):
+        for at_s in (draw.uniform(0.0, recorded(name).ended_s) for _ in range(12)):
             answer = why(recorded(name), vehicle, at_s)
             holds_s = max([from_s for from_s in moments[vehicle] if from_s <= at_s], default=None)
             premise = answer.lines[0].text.startswith(f"{vehicle} changed nothing at")
@@ -572,7 +571,7 @@ def test_unknown_names_and_times_are_refused(asked: tuple[Any, ...], message: st
 def test_times_after_the_end_of_a_run_that_ended_early_are_refused() -> None:
     """Its mission time is the whole duration, of which it has no rows."""
     run = recorded("ended early")
-    assert (run.summary["mission_time_s"], ended_s(run)) == (14400.0, 316.0)
+    assert (run.summary["mission_time_s"], run.ended_s) == (14400.0, 316.0)
     assert run.known("AUV00", 316.0).at_s == 316.0
     assert run.knowledge("AUV00")
     for ask in (run.known, partial(why, run)):

@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 from browsing import CHROMIUM, QUIET
 
-from missions.figure import ended_s
 from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
@@ -42,7 +41,7 @@ def data_of(results: Results) -> bytes:
 
 def moments_s(results: Results, n: int = 20) -> list[float]:
     """Random times of a run, in their order."""
-    end_s = ended_s(results)
+    end_s = results.ended_s
     return sorted(random.Random(number).uniform(0.0, end_s) for number in range(n))
 
 

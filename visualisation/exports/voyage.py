@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from missions.figure import Place, ended_s
+from missions.figure import Place
 from visualisation import output
 from visualisation.run_records import Floats, Track, outages, tenures, tracks
 
@@ -95,7 +95,7 @@ class Voyage:
         ended = "completed" if summary["completed"] else f"not completed: {summary['reason']}"
         return {
             **output.about_run(self.results),
-            "ended": f"{ended}, {ended_s(self.results):g} s",
+            "ended": f"{ended}, {self.results.ended_s:g} s",
             "scenario_toml": self.results.manifest["scenario"],
         }
 
@@ -120,7 +120,7 @@ class Voyage:
     @cached_property  # read per vehicle
     def states(self) -> list[RoleState]:
         """States of all vehicles in time order, from 0 s on at every change."""
-        out, end_s = outages(self.results), ended_s(self.results)
+        out, end_s = outages(self.results), self.results.ended_s
         states: list[RoleState] = []
         for vehicle, own in tenures(self.results).items():
             active = [(span, tenure.role, tenure.group) for tenure in own for span in tenure.active]

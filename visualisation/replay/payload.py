@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from missions.figure import Place, RunResults, Tiles, ended_s
+from missions.figure import Place, RunResults, Tiles
 from missions.files import leaves
 from missions.why import Causes
 from visualisation.replay import tables as of_run
@@ -190,7 +190,7 @@ def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | No
     summary, manifest = results.summary, results.manifest
     communication, world = scenario.get("communication", {}), scenario.get("world", {})
     assumed = manifest.get("assumed")
-    goal_fraction, end_s = float(summary.get("goal_fraction") or 0.0), ended_s(results)
+    goal_fraction, end_s = float(summary.get("goal_fraction") or 0.0), results.ended_s
     return {
         **{key: summary.get(key, "") for key in ("scenario", "strategy", "policy")},
         "channel": " ".join([str(summary.get("channel", "")), *([f"({assumed})"] if assumed else [])]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from missions.figure import RunResults, ended_s
+from missions.figure import RunResults
 from visualisation import run_records, words
 
 
@@ -33,5 +33,5 @@ def run_conditions(results: RunResults) -> str:
     return (
         f"Scenario {summary['scenario']}, n = {summary['n_vehicles']} vehicles, seed {summary['seed']}, "
         f"strategy {summary['strategy']}, policy {summary['policy']}, {channel}; "
-        f"{ending} {words.time(ended_s(results))}."
+        f"{ending} {words.time(results.ended_s)}."
     )

@@ -29,6 +29,7 @@ def results(rows: list[tuple[Any, ...]] = ROWS) -> Any:
     return SimpleNamespace(
         summary={"completed": True, "mission_time_s": 100.0, "coverage_fraction": 0.75 if rows else 0.0},
         scenario_tables={"world": {"cell_m": 25.0}},
+        ended_s=100.0,
         table=lambda name: {"coverage": table}[name],
     )
 
