@@ -21,6 +21,7 @@ from exchange.channel import loss
 from missions.errors import ConfigurationFault, one_of
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
+from missions.spans import spans_by
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.events import Host, Observer
@@ -452,14 +453,8 @@ def _spells_s(run: MeasuredRun) -> list[float]:
     decided: dict[tuple[float, str], set[str]] = {}
     for time_s, vehicle, _, name, *_ in run.recorder.rows("activities"):
         decided.setdefault((time_s, vehicle), set()).add(name)
-    since_s: dict[str, float] = {}
-    spells = []
-    for (time_s, vehicle), names in decided.items():
-        if FIXING.name in names:
-            since_s.setdefault(vehicle, time_s)
-        elif vehicle in since_s:
-            spells.append(time_s - since_s.pop(vehicle))
-    return spells + [run.ended_s - began_s for began_s in since_s.values()]
+    fixes = ((vehicle, time_s, FIXING.name in names) for (time_s, vehicle), names in decided.items())
+    return [end - begin for own in spans_by(fixes, run.ended_s).values() for begin, end in own]
 
 
 FEATURE = Feature(

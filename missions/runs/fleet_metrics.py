@@ -10,6 +10,7 @@ from operator import itemgetter
 from missions.fault import EMPTY, OVER, Absence, absence, absences, kind_of_row
 from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun
 from missions.scenarios.scenario import Scenario
+from missions.spans import Span, spans
 from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
 
 
@@ -40,20 +41,15 @@ def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
     return dict(reversed(reached))
 
 
-def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
-    serving: set[tuple[str, str]] = set()
-    since_s = 0.0
-    for time_s, name, group, role, event in run.recorder.rows("roles"):
-        if name != vehicle or (group, role) not in work or event not in ("active", "inactive") or time_s > end_s:
-            continue
-        before = bool(serving)
-        serving = serving | {(group, role)} if event == "active" else serving - {(group, role)}
-        if serving and not before:
-            since_s = time_s
-        elif before and not serving:
-            yield since_s, time_s
-    if serving:
-        yield since_s, end_s
+def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: float) -> list[Span]:
+    def changes() -> Iterator[tuple[float, bool]]:
+        serving: set[tuple[str, str]] = set()
+        for time_s, name, group, role, event in run.recorder.rows("roles"):
+            if name == vehicle and (group, role) in work and event in ("active", "inactive") and time_s <= end_s:
+                serving = serving | {(group, role)} if event == "active" else serving - {(group, role)}
+                yield time_s, bool(serving)
+
+    return spans(changes(), end_s)
 
 
 def job_roles(scenario: Scenario) -> set[tuple[str, str]]:

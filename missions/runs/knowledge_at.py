@@ -23,6 +23,7 @@ from missions.errors import OutputError
 from missions.fault import OVER, absences, kind_of_row
 from missions.figure import RunResults
 from missions.runs.setup import Setup, world_model
+from missions.spans import spans
 from missions.statements import rows_by_item
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
@@ -78,9 +79,9 @@ def lives_of(faults: Iterable[Row], vehicle: str) -> list[RebuiltLife]:
 def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s: float) -> list[float]:
     """Return the times (s) of pruning: the vehicle's frame ends, up to the mission's end."""
     rows = map(itemgetter("time_s", "vehicle", "kind", "detail"), faults)
-    changes = [(since_s, is_absent) for since_s, name, is_absent in absences(rows) if name == vehicle]
+    away = spans((since_s, is_absent) for since_s, name, is_absent in absences(rows) if name == vehicle)
     ends_s = takewhile(lambda time: time <= end_s, (schedule.frame_start_s(frame) for frame in count(1)))
-    return [at_s for at_s in ends_s if not ([False] + [away for since_s, away in changes if since_s <= at_s])[-1]]
+    return [at_s for at_s in ends_s if not any(gap.holds(at_s) for gap in away)]
 
 
 def fill(

@@ -12,9 +12,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from missions.figure import RunResults, run_end_s
+from missions.spans import Span, spans_by
 from visualisation import page, run_records, style, words
 from visualisation.page import DrawnPage, panel_in
-from visualisation.run_records import HEARD, UNREACHED, Floats, Span, outages, spans_by
+from visualisation.run_records import HEARD, UNREACHED, Floats, outages
 from visualisation.runs import captions, news
 from visualisation.shades import SHADES, draw_shades, matrix, name_rows
 

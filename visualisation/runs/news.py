@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.figure import RunResults, round_up, run_end_s
+from missions.spans import Span
 from visualisation import run_records
-from visualisation.run_records import HEARD, UNREACHED, Floats, Ints, Span, array, outages, packet_outcomes
+from visualisation.run_records import HEARD, UNREACHED, Floats, Ints, array, outages, packet_outcomes
 
 Flags = NDArray[np.bool_]
 

@@ -12,10 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults, VehicleLook, run_end_s
+from missions.spans import Span
 from visualisation import run_records, style, words
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage
-from visualisation.run_records import GroupNode, Span, preorder
+from visualisation.run_records import GroupNode, preorder
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.roles import FOLDED_ROW_IN, draw_shares

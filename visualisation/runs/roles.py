@@ -17,9 +17,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults
+from missions.spans import Span, n_at_once
 from visualisation import run_records, style
 from visualisation.page import DrawnPage
-from visualisation.run_records import RoleKey, Span, Tenure, n_at_once
+from visualisation.run_records import RoleKey, Tenure
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.sheet import TITLE_IN, Row, ends_in, fitting, room_in, sheet

@@ -18,8 +18,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from missions.figure import RunResults, run_end_s
+from missions.spans import Span
 from visualisation import page, run_records, style, words
-from visualisation.run_records import MilestoneRow, Span
+from visualisation.run_records import MilestoneRow
 
 TALLEST_IN = 9.0
 AROUND_IN, LINE_IN = 1.1, 0.137  # approximate height of axis, flags and legend, and height of a line of the key

@@ -10,9 +10,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults
+from missions.spans import Span
 from visualisation import page, style, words
 from visualisation.page import DrawnPage
-from visualisation.run_records import COLLIDED, HEARD, LOST, REFUSED, Floats, Span
+from visualisation.run_records import COLLIDED, HEARD, LOST, REFUSED, Floats
 from visualisation.runs import captions, heatmaps, news
 from visualisation.runs.news import RunPackets
 from visualisation.shades import name_rows

@@ -7,19 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from missions.figure import RunResults
+from missions.spans import Span, n_at_once, outside, spans, spans_by
 from visualisation import run_records
 from visualisation.output import unknown
-from visualisation.run_records import (
-    GroupNode,
-    RoleKey,
-    Span,
-    group_nodes,
-    n_at_once,
-    outages,
-    outside,
-    spans,
-    spans_by,
-)
+from visualisation.run_records import GroupNode, RoleKey, group_nodes, outages
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 REFUSED = "refused"

@@ -12,8 +12,9 @@ from synthetic_runs import FICTIONS, Fiction
 
 from exchange.channel.network import network_of
 from missions.runs.results import Results
+from missions.spans import Span
 from visualisation.networks import network_figure
-from visualisation.run_records import COLLIDED, HEARD, LOST, REFUSED, UNREACHED, Ints, Span, packets_refused
+from visualisation.run_records import COLLIDED, HEARD, LOST, REFUSED, UNREACHED, Ints, packets_refused
 from visualisation.runs import heatmaps, news, tdma
 from visualisation.runs.news import RunPackets
 from visualisation.shades import matrix

@@ -7,8 +7,9 @@ from replayed import moments_s
 from synthetic_runs import FICTIONS, FLEET, Fiction, nested
 
 from missions.runs.results import Results
+from missions.spans import Span
 from visualisation.runs import run_picture
-from visualisation.runs.views import ActMark, Span, View, view_of
+from visualisation.runs.views import ActMark, View, view_of
 
 
 def held(view: View, at_s: float) -> set[tuple[str, str, str]]:

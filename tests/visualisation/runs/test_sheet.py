@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 from synthetic_runs import CROWD, Fiction
 
+from missions.spans import Span
 from visualisation import style
-from visualisation.run_records import Span, Tenure
+from visualisation.run_records import Tenure
 from visualisation.runs import htn, roles, run_picture
 from visualisation.runs.sheet import TALLEST_IN, Row, sheet
 

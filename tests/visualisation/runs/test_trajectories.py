@@ -12,8 +12,9 @@ from synthetic_runs import FICTIONS, Fiction
 
 import remoras
 from missions.figure import Layer, Place
+from missions.spans import Span
 from visualisation import DrawingError, run_records
-from visualisation.run_records import Span, Tenure, Track, VehicleFault
+from visualisation.run_records import Tenure, Track, VehicleFault
 from visualisation.runs import run_picture
 from visualisation.runs.trajectories import MOST_NAMED
 
