@@ -17,7 +17,6 @@ mean difference from zero most: near the crossing and least known (Bryan et al. 
 from __future__ import annotations
 
 import itertools
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -45,8 +44,8 @@ from missions.files import dotted
 from missions.metric import Metric
 from missions.statistics import FEW, RESAMPLES, Array, Interval, NoInterval, generator, sign_flips, step_down_p
 from missions.sweeps.driver import ReportProgress, sweep
-from missions.sweeps.folder import CODE_CHANGED, STUDY_TEXT, SweepResults, record_of
-from missions.sweeps.plan import ConfigurationLabel, SweepPlan, seed_of
+from missions.sweeps.folder import CODE_CHANGED, STUDY_TEXT, SweepResults, code_of
+from missions.sweeps.plan import ConfigurationLabel, seed_of
 from missions.sweeps.study import load_study, study_of
 from missions.sweeps.study_file import FAULT, KEY_OF_PER, PER
 
@@ -420,9 +419,7 @@ def _make(
     tables = {"set": file.set, "point": points, "unforeseen": [case.model_dump() for case in cases]}
     raw: dict[str, Any] = {"study": {**design, **kept}, **{name: table for name, table in tables.items() if table}}
     study = study_of(Document.of_tables(raw, f"{results.folder}: refined study"))
-    before = json.loads((results.folder / STUDY).read_text(encoding="utf-8"))
-    now = record_of(SweepPlan(study))
-    if any(before["code"].get(name, value) != value for name, value in now["code"].items()):
+    if any(results.code.get(name, value) != value for name, value in code_of(study).items()):
         changed = CODE_CHANGED.partition(":")[0]
         raise StudyChangedError(f"{results.folder}: {changed}; make the study again to refine it")
     sweep(study, results.folder / REFINED / f"{number:04}", jobs, progress=progress)

@@ -42,16 +42,15 @@ from remoras.strategies import bounds
 
 if TYPE_CHECKING:
     from missions.runs.results import Results
+    from missions.sweeps.study import Study
 
 MOST_TABLE_BYTES = 500_000_000  # limit (bytes) on a study's tables, unless it sets the repeats to keep
 STUDY_TEXT, RUNS, KEPT, LOCK = "study.toml", "runs.parquet", "runs", "lock"
 DAMAGED = "lost or changed since it was written; repeat the sweep with the same --out to restore it"
 MOST_DIFFERENCES = 20
 CODE_CHANGED = "the code that makes the runs has changed: continue with --accept-code, which marks its runs; or "
-DECLARATIONS, CONFIGURATIONS, IDENTITY, OWN = "metrics", "configurations", "id", "own_metrics"
-REPEATS_OF = "repeats_of"  # of each configuration, if not those of the study
+UNCOMPARED = ("id", "metrics", "own_metrics", "configurations", "repeats_of")
 """Keys of the record that may differ when a sweep resumes."""
-UNCOMPARED = (DECLARATIONS, CONFIGURATIONS, IDENTITY, OWN, REPEATS_OF)
 FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
 """Keys that must not differ when a sweep resumes."""
 REPEATS = "study.study.repeats"
@@ -62,12 +61,13 @@ REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
 
 
 class StudyRecord(BaseModel):
-    """Content of ``study.json``, as far as results are read by it."""
+    """Content of ``study.json``; ``repeats_of`` has the repeats of each configuration, if not those of the study."""
 
     id: str = ""
     version: str
     study: StudyFile
     scenario: dict[str, dict[str, Any]] = {}
+    code: dict[str, str] = {}
     metrics: tuple[dict[str, Any], ...]
     own_metrics: tuple[str, ...] = ()
     configurations: tuple[ConfigurationLabel, ...]
@@ -164,6 +164,11 @@ class SweepResults:
     def file(self) -> StudyFile:
         """Study file; raises OutputError as ``schedule``."""
         return self._record.study
+
+    @property
+    def code(self) -> Mapping[str, str]:
+        """Digests and versions of the code that made the runs."""
+        return self._record.code
 
     @cached_property  # asked for each name
     def metrics(self) -> dict[str, Metric]:
@@ -315,10 +320,10 @@ class SweepFolder:
                 raise OutputError(f"--out {folder}: another sweep is writing this folder")
             self._lock = held
             try:
-                record[IDENTITY] = self._make_sure_of_study(record, accept_code)
+                record["id"] = self._make_sure_of_study(record, accept_code)
                 write_synced(folder / STUDY_TEXT, plan.study.text)
                 write_synced(folder / STUDY, json.dumps(record, indent=1))
-                self._ledger = RunLedger(folder / LEDGER, record[IDENTITY])
+                self._ledger = RunLedger(folder / LEDGER, record["id"])
                 lines = self._ledger.lines.items()
                 self._again = {
                     key
@@ -347,7 +352,7 @@ class SweepFolder:
                 f"{of_code}name another folder for --out"
             )
         kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else record
-        identity: str = kept[IDENTITY]
+        identity: str = kept["id"]
         return identity
 
     def append(self, finished: Sequence[FinishedRun]) -> None:
@@ -433,18 +438,22 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
         configuration.source: configuration.scenario.model_dump(mode="json")
         for configuration in reversed(study.configurations)
     }
-    record = {
-        "version": plan.schedule.version,
-        "study": study.file.model_dump(mode="json"),
-        "scenario": scenarios,
-        "code": fingerprint(references(part.scenario for part in study.configurations)),
-        DECLARATIONS: [metric.written() for metric in study.metrics.values()],
-        OWN: list(study.own_metrics),
-        CONFIGURATIONS: [vars(label) for label in plan.schedule.labels],
-    }
-    loaded: dict[str, Any] = json.loads(json.dumps(record))
-    asked = {} if plan.repeats_of is None else {REPEATS_OF: list(plan.repeats_of)}
-    return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded, **asked}
+    record = StudyRecord(
+        version=plan.schedule.version,
+        study=study.file,
+        scenario=scenarios,
+        code=code_of(study),
+        metrics=tuple(metric.written() for metric in study.metrics.values()),
+        own_metrics=study.own_metrics,
+        configurations=plan.schedule.labels,
+    ).model_dump(mode="json", exclude={"id", "repeats_of"})
+    asked = {} if plan.repeats_of is None else {"repeats_of": list(plan.repeats_of)}
+    return {"id": short({name: json.dumps(value) for name, value in record.items()}), **record, **asked}
+
+
+def code_of(study: Study) -> dict[str, str]:
+    """Return digests and versions of the code that makes the runs of a study."""
+    return dict(fingerprint(references(part.scenario for part in study.configurations)))
 
 
 def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False) -> Iterator[str]:
@@ -470,11 +479,11 @@ def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False
         remedy = LACK_IT if key.endswith(OWN_METRICS) else ""
         yield f"{key.removeprefix('study.')}: was {was}, now {now}{remedy}"
     if lost and not breaking:
-        yield f"{len(lost)} of {len(before[CONFIGURATIONS])} configurations are gone"
+        yield f"{len(lost)} of {len(before['configurations'])} configurations are gone"
 
 
 def _digests(record: Mapping[str, Any]) -> set[str]:
-    return {entry["digest"] for entry in record[CONFIGURATIONS]}
+    return {entry["digest"] for entry in record["configurations"]}
 
 
 def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
