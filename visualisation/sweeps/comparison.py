@@ -51,6 +51,8 @@ if TYPE_CHECKING:
 
     from visualisation.page import DrawnPage
 
+    DrawOfWidth = Callable[[float | None], Figure]
+
 MOST_PANELS = 6
 MOST_FIGURES = 8  # maximum number of figures if the user names none
 DIRECTIONS = (Better.HIGHER, Better.LOWER)
@@ -117,12 +119,12 @@ class Numbers:
 
 @dataclass(frozen=True)
 class SweepChart:
-    """Figure to write: suffix of its file name, data, caption, drawing function of a width."""
+    """Figure to write: suffix of its file name, data, whole caption, drawing function of a width."""
 
     title: str
     rows: Sequence[Comparison] | Sequence[Rank] | Sequence[MainEffect]
     caption: str
-    figure: Callable[[float | None], Figure]
+    figure: DrawOfWidth
 
 
 def sweep_pictures(
@@ -134,7 +136,7 @@ def sweep_pictures(
     numbers, (asked,), notes = _prepared(results, [kind], ranked, width_in)
 
     def drawn(chart: SweepChart) -> DrawnPage:
-        return DrawnPage(chart.figure(width_in), _caption(numbers, chart), tuple(notes))
+        return DrawnPage(chart.figure(width_in), chart.caption, tuple(notes))
 
     return {chart.title: partial(drawn, chart) for chart in _charts(asked, numbers)}
 
@@ -262,65 +264,64 @@ def _written(
     for name, chart in charts.items():
         contents.append((f"{name}.{format}", style.rendered(chart.figure(width_in), format, source)))
         contents.append((f"{name}.csv", csv_of(chart.rows)))
-        contents.append((f"{name}.txt", f"{_caption(numbers, chart)}\n".encode()))
+        contents.append((f"{name}.txt", f"{chart.caption}\n".encode()))
     return write_folder(folder, contents)
-
-
-def _caption(numbers: Numbers, chart: SweepChart) -> str:
-    rows = [row for row in chart.rows if not isinstance(row, MainEffect)]
-    if not rows:
-        return f"{chart.caption} {captions.effects_conditions(numbers.results)}"
-    conditions = captions.sweep_conditions(numbers.results, numbers.arrangement, rows)
-    return f"{chart.title}{': ' * bool(chart.title)}{chart.caption} {conditions}"
 
 
 def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
     if kind in FACTORIAL_KINDS:
-        from visualisation.sweeps import charts as drawn
+        from visualisation.sweeps import charts
 
         by, effects = numbers.ranked_by, effects_of(numbers.results, [numbers.ranked_by.name])
-        text = captions.effects_caption(effects, by)
-        yield SweepChart("", effects, text, partial(drawn.effects_figure, effects, by))
+        text = f"{captions.effects_caption(effects, by)} {captions.effects_conditions(numbers.results)}"
+        yield SweepChart("", effects, text, partial(charts.effects_figure, effects, by))
         return
     arrangement = numbers.arrangement
     combinations = list(arrangement.titles)
     together = len(combinations) <= MOST_PANELS and kind not in ("ranking", "overview")
     for group in [combinations] if together else [[combination] for combination in combinations]:
-        title = "" if len(group) == len(combinations) else arrangement.titles[group[0]]
-        chart = _ranking(title, group[0], numbers) if kind == "ranking" else _chart(kind, title, group, numbers)
-        if chart.rows:
-            yield chart
+        drawn = _ranking(group[0], numbers) if kind == "ranking" else _chart(kind, group, numbers)
+        if drawn is not None:
+            rows, text, figure = drawn
+            title = "" if len(group) == len(combinations) else arrangement.titles[group[0]]
+            conditions = captions.sweep_conditions(numbers.results, arrangement, rows)
+            yield SweepChart(title, rows, f"{title}{': ' * bool(title)}{text} {conditions}", figure)
 
 
-def _ranking(title: str, combination: PanelSettings, numbers: Numbers) -> SweepChart:
+def _ranking(combination: PanelSettings, numbers: Numbers) -> tuple[Sequence[Rank], str, DrawOfWidth] | None:
     from visualisation.sweeps import ranking
 
     arrangement, by = numbers.arrangement, numbers.ranked_by
-    own = arrangement.of(combination, numbers.ranks)
-    text = captions.ranking(arrangement, by, own)
-    return SweepChart(title, own, text, partial(ranking.figure, arrangement, own, by.label))
+    if not (own := arrangement.of(combination, numbers.ranks)):
+        return None
+    return own, captions.ranking(arrangement, by, own), partial(ranking.figure, arrangement, own, by.label)
 
 
-def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbers) -> SweepChart:
+def _chart(
+    kind: str, group: Sequence[PanelSettings], numbers: Numbers
+) -> tuple[Sequence[Comparison], str, DrawOfWidth] | None:
+    """Return the data, caption and drawing function of combinations; None without any point."""
     from visualisation.sweeps import charts
 
     arrangement, drawn = numbers.arrangement, [numbers.measure(name) for name in numbers.drawn_by(kind)]
     rows = {shown.metric.name: numbers.rows(shown.metric.name) for shown in drawn}
     picked = (row for of_metric in rows.values() for c in group for row in arrangement.of(c, of_metric))
     own = list({id(row): row for row in picked}.values())
+    if not own or (kind == "differences" and all(row.diff_to_baseline is None for row in own)):
+        return None
     if kind == "overview":
         text = captions.overview_caption(arrangement, own, drawn)
-        return SweepChart(title, own, text, partial(charts.overview, arrangement, group[0], drawn, rows))
+        return own, text, partial(charts.overview, arrangement, group[0], drawn, rows)
     if kind == "trade-off":
         across, up = drawn
         text = captions.trade_off_caption(arrangement, group, own, across, up)
-        return SweepChart(title, own, text, partial(charts.trade_off, arrangement, group, across, up, rows))
+        return own, text, partial(charts.trade_off, arrangement, group, across, up, rows)
     if kind == "differences":
         compared, differences = of_differences(drawn[0], rows[drawn[0].metric.name])
         text = captions.differences_caption(arrangement, group, own, drawn[0])
-        return SweepChart(title, own, text, partial(charts.metric, arrangement, group, differences, compared))
+        return own, text, partial(charts.metric, arrangement, group, differences, compared)
     text = captions.metric_caption(arrangement, group, own, drawn[0])
-    return SweepChart(title, own, text, partial(charts.metric, arrangement, group, own, drawn[0]))
+    return own, text, partial(charts.metric, arrangement, group, own, drawn[0])
 
 
 def _file_name(stem: str, title: str, taken: set[str]) -> str:
