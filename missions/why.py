@@ -22,6 +22,7 @@ from exchange.arithmetic import distance
 from missions.errors import OutputError
 from missions.fault import absences
 from missions.figure import RunResults
+from missions.words import listed
 from remoras.database import HOME_MARGIN, power_w
 from worldmodel import suggestion
 
@@ -178,7 +179,7 @@ class Causes:
         lines = self._of(past[-1]) if past else []
         if is_away:
             faults = [row for row in self._rows("faults")[vehicle] if row["time_s"] == since_s]
-            how = _and([f"{row['kind']}, {row['detail']}" if row["detail"] else row["kind"] for row in faults])
+            how = listed([f"{row['kind']}, {row['detail']}" if row["detail"] else row["kind"] for row in faults])
             until_s = next((_s(end_s) for end_s, _ in self._absences[vehicle] if end_s > since_s), "the end")
             text = f"{vehicle} was out of the mission from {_s(since_s)} to {until_s}: {how}."
             lines.insert(0, Line(text, since_s, vehicle))
@@ -222,7 +223,7 @@ class Causes:
             one["name"] for one in self._run.summary.get("milestones", ())
             if one["vehicle"] == turn.vehicle and abs(one["time_s"] - turn.time_s) < 0.001  # it is rounded there
         ]  # fmt: skip
-        return f" (milestone {_and(names)})" if names else ""
+        return f" (milestone {listed(names)})" if names else ""
 
     def _premise(self, vehicle: str, at_s: float) -> Line:
         """Correct a question about a time without a change: name the nearest one, and whose change it was then."""
@@ -297,7 +298,7 @@ class Causes:
         last = {(row["group"], row["role"]): row["value"] for row in rows}
         if values := [f"{last[role]} as {self._role(*role)}" for role in roles if role in last]:
             said_s = rows[-1]["time_s"]
-            text = f"{vehicle}'s satisfaction, -128 to 127, was {_and(values)} in its slot at {_s(said_s)}."
+            text = f"{vehicle}'s satisfaction, -128 to 127, was {listed(values)} in its slot at {_s(said_s)}."
             yield Line(text, said_s, vehicle)
 
     # Causes --------------------------------------------------------------------------------------
@@ -370,7 +371,7 @@ class Causes:
                 calls = _calls(packet, group, roles)
                 last[name] = f"{name}'s {min(calls)[0]} at {_s(heard_s)}" if calls else ""
         weaker = [text for text in last.values() if text]
-        return f"; weaker: {_and(weaker)}" if weaker else ""
+        return f"; weaker: {listed(weaker)}" if weaker else ""
 
     def _ended(self, turn: Turn) -> Iterator[Line]:
         """Yield why an act ended: its plan or a step of it was over, or the vehicle left the role."""
@@ -535,20 +536,20 @@ class Causes:
             elif row["event"] == "left":
                 held[row["group"], row["role"]].pop(row["peer"], None)
         if own := [self._role(*place) for place in places if vehicle in held[place]]:
-            return f"{vehicle} held {_and(own)}, without a candidate for it at {_s(at_s)}"
+            return f"{vehicle} held {listed(own)}, without a candidate for it at {_s(at_s)}"
         names, groups = [self._role(*place) for place in places], {group: None for group, _ in places}
         reasons = [f"{vehicle} did not hold {' or '.join(names)} at {_s(at_s)}"]
         if not any(vehicle in holders for (group, _), holders in held.items() if group in groups):
             reasons.append(f"it was not in the group {' or '.join(groups)}")
         allowed = next((one.get("playable_roles") for one in self._scenario["vehicle"] if one["name"] == vehicle), None)
         if allowed is not None and not any({role, f"{group}.{role}"} & {*allowed} for group, role in places):
-            reasons.append(f"it was not eligible, its playable_roles are {_and(allowed)}")
+            reasons.append(f"it was not eligible, its playable_roles are {listed(allowed)}")
         refused = [row for row in rows if row["outcome"] != "success" and row["peer"] == vehicle]
         refused = [row for row in refused if (row["group"], row["role"]) in places]
         reasons += [f"refused at {_s(row['time_s'])}: {row['outcome']}" for row in refused[-1:]]
         for place in places:
             most = f", its maximum of {self._roles[place]}" if self._roles[place] == len(held[place]) else ""
-            view = f"in {vehicle}'s view {_and([*held[place]])} held"
+            view = f"in {vehicle}'s view {listed([*held[place]])} held"
             reasons += [f"{view} {self._role(*place)}{most}"] if held[place] else []
         return "; ".join(reasons)
 
@@ -576,7 +577,7 @@ class Causes:
         return f"{acts} ({self._role(row['group'], row['role'])})" if row["role"] else acts
 
     def _names(self, rows: Iterable[Row]) -> str:
-        return _and([self._name(row) for row in rows])
+        return listed([self._name(row) for row in rows])
 
     # Tables, each read once for all answers ------------------------------------------------------
 
@@ -702,10 +703,6 @@ def _calls(packet: Row, group: str, roles: Sequence[str]) -> list[tuple[int, str
     signals = zip(packet["signal_roles"], packet["signal_addressed"], packet["signal_values"], strict=True)
     paths = [f"{group}.{role}" for role in roles]
     return [(value, of.partition(".")[2]) for of, to, value in signals if to in paths and value < 0]
-
-
-def _and(words: Sequence[str]) -> str:
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def _s(time_s: float) -> str:

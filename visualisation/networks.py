@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
-from visualisation import page, style, words
+from missions import words
+from visualisation import page, style
 from visualisation.output import as_csv
 from visualisation.shades import matrix
 

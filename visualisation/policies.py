@@ -16,9 +16,10 @@ from matplotlib.ticker import MultipleLocator
 
 from exchange.study.parameters import BOUND
 from exchange.study.study import KINDS, StudyRow, TrialMean
-from visualisation import output, page, style, words
+from missions import words
+from missions.words import REPEAT
+from visualisation import output, page, style
 from visualisation.output import DrawingError, unknown
-from visualisation.words import REPEAT
 
 BODY_IN, LOADED_BODY_IN = 2.3, 1.75
 LEGEND_COLUMNS = 3

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from visualisation import page, style, words
+from missions import words
+from visualisation import page, style
 from visualisation.output import DrawingError, as_csv
 
 BODY_IN = 2.3

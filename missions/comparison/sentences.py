@@ -14,6 +14,7 @@ from missions.metric import Metric
 from missions.statistics import FEW, detectable, least_p
 from missions.sweeps.folder import is_bound
 from missions.sweeps.study_file import PER, level_name
+from missions.words import from_to, within
 
 MINUS = "\u2212"
 UNITLESS = ("", "1")
@@ -37,7 +38,7 @@ class Wording:
     @property
     def label(self) -> str:
         """Name of the metric within a sentence."""
-        return self.metric.label[:1].lower() + self.metric.label[1:]
+        return within(self.metric.label)
 
     @property
     def unit(self) -> str:
@@ -172,17 +173,16 @@ def power(metric: Metric, rows: Sequence[Comparison]) -> str:
         for row in rows
         if row.diff_spread and row.n_pairs_reached in (None, row.n_pairs) and not is_bound(row.strategy)
     ]
-    few = sorted({n for n, _ in found if n < FEW})
-    sizes = [detectable(spread, n) for n, spread in found if n >= FEW]
-    if not sizes:
-        return f"{few[-1]} pairs or fewer allow no interval and no p below {least_p(few[-1]):.2g}." if few else ""
-    numbers = sorted({n for n, _ in found if n >= FEW})
-    wording = Wording(metric, rows)
+    tested = [(n, spread) for n, spread in found if n >= FEW]
+    if not tested:
+        most = max((n for n, _ in found), default=0)
+        return f"{most} pairs or fewer allow no interval and no p below {least_p(most):.2g}." if most else ""
+    wording, sizes = Wording(metric, rows), [detectable(spread, n) for n, spread in tested]
     low, high = amount(min(sizes)), amount(max(sizes))
-    spreads = [amount(end(spread for n, spread in found if n >= FEW)) for end in (min, max)]
-    n = " to ".join(dict.fromkeys(map(str, (numbers[0], numbers[-1]))))
+    spreads = [amount(end(spread for _, spread in tested)) for end in (min, max)]
     return (
-        f"The smallest difference that n = {n} instances detect with 80 % power in a single paired comparison at 5 % "
-        f"(Student's t, before the step-down correction) is {low} to {high}{wording.unit}, by the observed standard "
-        f"deviations of the paired differences, {spreads[0]} to {spreads[1]}{wording.unit}."
+        f"The smallest difference that n = {from_to(n for n, _ in tested)} instances detect with 80 % power in a "
+        "single paired comparison at 5 % (Student's t, before the step-down correction) is "
+        f"{low} to {high}{wording.unit}, by the observed standard deviations of the paired differences, "
+        f"{spreads[0]} to {spreads[1]}{wording.unit}."
     )

@@ -1,6 +1,7 @@
 """Reports of studies and runs: true statements, the same bytes, no network, valid LaTeX."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -129,6 +130,14 @@ def test_statements_agree_with_the_comparison(tmp_path: Path) -> None:
             assert f"{number(abs(row.diff_to_baseline))} " in text  # as in the table
             assert abs(size) == pytest.approx(abs(row.diff_to_baseline), rel=0.001)
             assert not (low > 0.0 or high < 0.0) or row.p_holm < 0.5
+
+
+@pytest.mark.parametrize(("label", "within"), [("Bytes sent", "bytes sent"), ("SNR of packets", "SNR of packets")])
+def test_statements_keep_abbreviations(tmp_path: Path, label: str, within: str) -> None:
+    results = studied(tmp_path / "sweep", strategies=SEVEN[:2])
+    stated = statements(replace(results.metrics["n_bytes"], label=label), compare(results, ["n_bytes"]))
+    assert stated
+    assert all(f" in {within} at PER " in text for _, text, _ in stated)
 
 
 def test_detectable_difference_is_detected_in_four_of_five_studies() -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from missions import words
 from missions.files import leaves, shown
 from missions.metric import Metric
 from missions.runs.results import Results
-from visualisation import output, run_records, words
+from visualisation import output, run_records
 from visualisation.page import DrawnPage
 from visualisation.report.document import Commands, Items, Part, Picture, Report, Table
 

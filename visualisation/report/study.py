@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from missions import words
 from missions.comparison.baseline import Comparison, compare
 from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.sentences import Statement, effect_statements, power, statements
@@ -17,12 +18,12 @@ from missions.metric import Metric
 from missions.runs.results import Results
 from missions.statistics import FEW, MANY, NoInterval
 from missions.sweeps.folder import STUDY_TEXT, SweepResults
-from visualisation import output, words
+from visualisation import output
 from visualisation.output import FACTORIAL_KINDS, DrawingError
 from visualisation.page import DrawnPage
 from visualisation.report.document import Commands, Items, Part, Picture, Report, Table
 from visualisation.style import COLUMN_IN
-from visualisation.sweeps import sweep_pictures
+from visualisation.sweeps import captions, sweep_pictures
 
 MOST_FIGURES, MOST_STATEMENTS = 6, 40
 CONSTANT = "per", "strategy", "policy", "unforeseen", "settings"  # columns of a table that its caption states if equal
@@ -178,8 +179,7 @@ def _design(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -
         "design", f"Factors of the study {design.name}.", ["factor", "levels", "number"],
         [[name, ", ".join(levels), str(len(levels))] for name, levels in factors.items()], (2,),
     )  # fmt: skip
-    counts = sorted({row.n for row in rows if not row.deterministic})
-    n = " to ".join(dict.fromkeys(map(str, (counts[0], counts[-1])))) if counts else "1"
+    n = words.from_to(row.n for row in rows if not row.deterministic) or "1"
     status = results.status()
     yield words.joined(
         f"The design has {len(results.schedule.labels)} configurations. Runs: {status.progress}; n = {n} "
@@ -281,10 +281,9 @@ def _methods(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) 
         f"{words.named_all('policy', [row.policy for row in rows], 'policies')} and "
         f"{words.named_all('channel', [row.channel for row in rows])}."
     )
-    incomplete = [row for row in rows if row.n_reached is not None and row.n_reached < row.n]
+    incomplete = [row for row in rows if row.is_incomplete]
     if incomplete:
-        ends = sorted({label.duration_s for label in results.schedule.labels})
-        duration = " to ".join(dict.fromkeys(f"{end:g}" for end in (ends[0], ends[-1])))
+        duration = words.from_to(label.duration_s for label in results.schedule.labels)
         yield f"A run that did not complete within {duration} s counts with this duration (restricted mean)."
         if any(row.ci95_low is not None for row in incomplete):
             yield (
@@ -338,10 +337,7 @@ def _limits(
     alone = [row for row in rows if row.deterministic]
     if alone:
         yield f"of {len(rows)} configurations, {words.are(len(alone))} deterministic (n = 1)"
-    assumed = dict.fromkeys(
-        text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})
-    )
-    yield from (f"assumed: {text}" for text in assumed)
+    yield from (f"assumed: {text}" for text in captions.assumptions(results, rows))
     if damaged := len(results.damaged):
         yield f"the tables of {damaged} of {len(results.lines)} runs are damaged or missing"
     yield "the statements hold for the simulated scenarios, channels and levels of this design"

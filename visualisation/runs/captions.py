@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from missions import words
 from missions.figure import RunResults
-from visualisation import run_records, words
+from visualisation import run_records
 
 
 def of_run(results: RunResults, *sentences: str) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 from matplotlib.axes import Axes
 
+from missions import words
 from missions.figure import Figure, Layer, RunResults
-from visualisation import page, run_records, style, words
+from visualisation import page, run_records, style
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage
 from visualisation.runs import captions

@@ -11,9 +11,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from missions import words
 from missions.figure import RunResults, run_end_s
 from missions.spans import Span, spans_by
-from visualisation import page, run_records, style, words
+from visualisation import page, run_records, style
 from visualisation.page import DrawnPage, panel_in
 from visualisation.run_records import HEARD, UNREACHED, Floats, outages
 from visualisation.runs import captions, news

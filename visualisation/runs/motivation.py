@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from missions import words
 from missions.figure import RunResults
-from visualisation import page, style, words
+from visualisation import page, style
 from visualisation.page import DrawnPage
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit

@@ -11,9 +11,10 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from missions import words
 from missions.figure import RunResults, VehicleLook, run_end_s
 from missions.spans import Span
-from visualisation import run_records, style, words
+from visualisation import run_records, style
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage
 from visualisation.run_records import GroupNode, preorder

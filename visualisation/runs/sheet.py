@@ -17,9 +17,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from missions import words
 from missions.figure import RunResults, run_end_s
 from missions.spans import Span
-from visualisation import page, run_records, style, words
+from visualisation import page, run_records, style
 from visualisation.run_records import MilestoneRow
 
 TALLEST_IN = 9.0

@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from missions import words
 from missions.figure import RunResults
 from missions.spans import Span
-from visualisation import page, style, words
+from visualisation import page, style
 from visualisation.page import DrawnPage
 from visualisation.run_records import COLLIDED, HEARD, LOST, REFUSED, Floats
 from visualisation.runs import captions, heatmaps, news

@@ -15,8 +15,9 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
+from missions import words
 from missions.figure import Layer, Mark, Place, PointM, RunResults, run_end_s
-from visualisation import page, run_records, style, words
+from visualisation import page, run_records, style
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage, Label
 from visualisation.run_records import Track, outages

@@ -15,12 +15,13 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
+from missions import words
 from missions.comparison import Comparison, Rank
 from missions.metric import Metric
 from missions.sweeps.folder import is_bound
-from visualisation import style, words
+from missions.words import REPEAT
+from visualisation import style
 from visualisation.output import SWEEP_KINDS, DrawingError
-from visualisation.words import REPEAT
 
 RANKED = "mission_time_s"
 RATE = "completed"  # metric that is a rate, with Wilson intervals

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from missions import words
 from missions.comparison import Comparison, Rank
 from missions.comparison.effects import MainEffect
 from missions.comparison.ranking import are_too_few
@@ -11,7 +12,6 @@ from missions.comparison.treatments import SIGNIFICANT
 from missions.metric import Better, Metric
 from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.sweeps.folder import SweepResults, is_bound
-from visualisation import words
 from visualisation.sweeps.arrangement import RATE, Arrangement, Measure, PanelSettings, of_differences
 
 GOAL = "mission.goal"
@@ -173,8 +173,8 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
         [f"{status.done} of {status.planned} runs done", *(f"{n} {what}" for what, n in counts.items() if n)]
     )
     bounds = sorted({series.strategy for series in arrangement.series if is_bound(series.strategy)})
-    notes = [text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})]
-    assumed = f" ({'; '.join(dict.fromkeys(notes))})" if notes else ""
+    notes = assumptions(results, rows)
+    assumed = f" ({'; '.join(notes)})" if notes else ""
     unranked = f"Not ranked, since a bound: {', '.join(bounds)}. " if bounds else ""
     return (
         f"{_counts(rows)}, master seed {study.seed} (repeat k has the same random draws at all points). "
@@ -186,6 +186,12 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
     )
 
 
+def assumptions(results: SweepResults, rows: Iterable[Comparison | Rank]) -> list[str]:
+    """Return the assumptions of the channels of these rows, once each."""
+    texts = (text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel}))
+    return list(dict.fromkeys(texts))
+
+
 def _of_mission(results: SweepResults) -> str:
     """State duration and faults of the mission, each if all runs share it."""
     durations = {label.duration_s for label in results.schedule.labels}
@@ -195,9 +201,8 @@ def _of_mission(results: SweepResults) -> str:
 
 
 def _counts(rows: Sequence[Comparison | Rank]) -> str:
-    counts = sorted({row.n for row in rows if not row.deterministic})
-    ends = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
-    n = [f"n = {' to '.join(ends)} instance{'s' * (counts[-1] != 1)} per point"] if counts else []
+    counts = {row.n for row in rows if not row.deterministic}
+    n = [f"n = {words.from_to(counts)} instance{'s' * (counts != {1})} per point"] if counts else []
     n += ["n = 1 at deterministic points"] if any(row.deterministic for row in rows) else []
     return "; ".join(n)
 

@@ -19,10 +19,12 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
+from missions import words
 from missions.comparison import Comparison
 from missions.comparison.effects import ALL, MainEffect
 from missions.metric import Metric
-from visualisation import page, style, words
+from missions.words import REPEAT
+from visualisation import page, style
 from visualisation.sweeps.arrangement import (
     POLICIES,
     STRATEGIES,
@@ -32,7 +34,6 @@ from visualisation.sweeps.arrangement import (
     Series,
     policy_place,
 )
-from visualisation.words import REPEAT
 
 BODY_IN, TRADE_OFF_BODY_IN, OVERVIEW_BODY_IN = 2.1, 2.5, 1.45
 LEAST_PANEL_IN = 2.3  # minimum width of a panel with its label; limits panels per row on pages of other widths

@@ -1,4 +1,4 @@
-"""Text of axes and captions."""
+"""Wording of axes, captions, reports and answers."""
 
 from __future__ import annotations
 
@@ -19,8 +19,18 @@ def time(time_s: float) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Join names, as in ``a, b and c``."""
-    return ", ".join(names[:-1]) + f" and {names[-1]}" if len(names) > 1 else names[0]
+    """Join names, as in ``a, b and c``; empty without any."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def from_to(numbers: Iterable[float]) -> str:
+    """Return the least and the greatest number; one of them if they are equal, empty without any.
+
+    >>> from_to([12, 30, 8]), from_to([8.0, 8]), from_to([])
+    ('8 to 30', '8', '')
+    """
+    ordered = sorted(numbers)
+    return " to ".join(dict.fromkeys(f"{number:g}" for number in (*ordered[:1], *ordered[-1:])))
 
 
 def named_all(what: str, names: Iterable[str], several: str = "") -> str:
