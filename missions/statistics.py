@@ -59,8 +59,8 @@ def wilson_interval(successes: int, n: int) -> Interval:
     >>> tuple(round(bound, 4) for bound in wilson_interval(8, 10))  # Brown, Cai and DasGupta 2001, equation 4
     (0.4902, 0.9433)
     """
-    interval = stats.binomtest(successes, n).proportion_ci(CONFIDENCE, method="wilson")
-    return float(interval.low), float(interval.high)
+    low, high = stats.binomtest(successes, n).proportion_ci(CONFIDENCE, method="wilson")
+    return float(low), float(high)
 
 
 def sign_flips(n: int) -> Array:
@@ -243,8 +243,8 @@ def share_interval(count: int, n: int) -> Interval:
     >>> tuple(round(bound, 4) for bound in share_interval(0, 10))  # 1 - 0.025 ** (1 / 10)
     (0.0, 0.3085)
     """
-    interval = stats.binomtest(count, n).proportion_ci(CONFIDENCE, method="exact")
-    return float(interval.low), float(interval.high)
+    low, high = stats.binomtest(count, n).proportion_ci(CONFIDENCE, method="exact")
+    return float(low), float(high)
 
 
 def restricted_interval(timed: Timed) -> Estimated:

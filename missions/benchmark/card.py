@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from missions.benchmark.running import DIGITS, CellRun, Contest, Scored, against, variance_share
@@ -202,7 +203,7 @@ def _made_again(
 
 def _mean_of(values: Sequence[float | None]) -> float | None:
     known = [value for value in values if value is not None]
-    return round(math.fsum(known) / len(known), DIGITS) if known else None
+    return round(fmean(known), DIGITS) if known else None
 
 
 HEADS = ("strategy", "score [95 %]", "completed", "worst cell", "bytes", "wrong beliefs", "instances")

@@ -112,8 +112,7 @@ def _condition(treatment: Treatment, factors: Sequence[str]) -> str:
 
 def _response(samples: Sequence[Measured]) -> Response:
     constant = all(sample.constant for sample in samples)
-    drawn = [set(sample.values) for sample in samples if not sample.constant]
-    repeats = sorted(set.intersection(*drawn)) if drawn else sorted(samples[0].values)
+    repeats = _common_repeats(samples)
     everywhere = [sample.over(repeats) for sample in samples]
     values = {repeat: [sample.values[repeat] for sample in everywhere] for repeat in repeats}
     missing = sum(len(set(repeats) - sample.reached) for sample in everywhere if sample.reached is not None)
@@ -121,8 +120,7 @@ def _response(samples: Sequence[Measured]) -> Response:
 
 
 def _mean_of(responses: Sequence[Response]) -> Response:
-    drawn = [set(response.values) for response in responses if not response.constant]
-    repeats = sorted(set.intersection(*drawn)) if drawn else sorted(responses[0].values)
+    repeats = _common_repeats(responses)
     # A deterministic condition has one value, which holds for every repeat.
     rows = [
         [next(iter(response.values.values())) if response.constant else response.values[repeat] for repeat in repeats]
@@ -132,7 +130,12 @@ def _mean_of(responses: Sequence[Response]) -> Response:
         repeat: [statistics.fmean(column) for column in zip(*(each[number] for each in rows), strict=True)]
         for number, repeat in enumerate(repeats)
     }
-    return Response(values, sum(response.n_missing for response in responses), not drawn)
+    return Response(values, sum(response.n_missing for response in responses), all(own.constant for own in responses))
+
+
+def _common_repeats(parts: Sequence[Measured] | Sequence[Response]) -> list[int]:
+    drawn = [part.values.keys() for part in parts if not part.constant] or [parts[0].values.keys()]
+    return sorted(set.intersection(*map(set, drawn)))
 
 
 def _row(

@@ -6,12 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, Field
-from pydantic_core import PydanticCustomError
+from pydantic import Field
 
 from missions.errors import ConfigurationFault, one_of
-from missions.files import is_number
-from missions.scenarios.faults import DeclaredFault, FaultOfSensors
+from missions.scenarios.faults import DeclaredFault, FaultOfSensors, one_or_two
 from missions.scenarios.knowledge import words_in
 from missions.scenarios.scenario import Scenario
 from remoras.condition import Condition
@@ -22,14 +20,6 @@ from remoras.table import PointM
 from worldmodel import TBox
 
 AN_OFFSET = "a number, or [east, north] for a point"
-
-
-def _off(value: Any) -> Any:
-    # Checked here, since pydantic would report one error for each alternative of the union.
-    numbers = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
-    if value is not None and not all(map(is_number, numbers)):
-        raise PydanticCustomError("offset", "allowed: " + AN_OFFSET)
-    return tuple(value) if isinstance(value, list) else value
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +58,7 @@ class Biased(FaultOfSensors):
     }
 
     attribute: str | None = Field(None, description="attribute of the wrong facts")
-    offset: Annotated[float | PointM | None, BeforeValidator(_off)] = Field(
+    offset: Annotated[float | PointM | None, one_or_two(AN_OFFSET)] = Field(
         None, description="offset of a number, or [east, north] of a point"
     )
 

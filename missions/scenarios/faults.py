@@ -47,12 +47,16 @@ MOST_SHIPPED = 1 << 8  # shipped kinds have lower numbers; plug-in numbers deriv
 COMPULSORY = ("leaves", "detail", "able", "checks", "began_anew")  # hooks of a kind; all have a default
 
 
-def _time(value: Any) -> Any:
-    # Own validation: pydantic would report each member of the union of types.
-    times_s = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
-    if value is not None and not (all(map(is_number, times_s)) and 0 <= times_s[0] <= times_s[-1]):
-        raise PydanticCustomError("time", "allowed: " + A_TIME)
-    return tuple(value) if isinstance(value, list) else value
+def one_or_two(allowed: str, fit: Callable[[Sequence[float]], bool] = lambda numbers: True) -> BeforeValidator:
+    """Return the validator of a number or a pair of them, for which pydantic would report each type of the union."""
+
+    def checked(value: Any) -> Any:
+        numbers = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
+        if value is not None and not (all(map(is_number, numbers)) and fit(numbers)):
+            raise PydanticCustomError("one_or_two", "allowed: {allowed}", {"allowed": allowed})
+        return tuple(value) if isinstance(value, list) else value
+
+    return BeforeValidator(checked)
 
 
 def _kind(name: str) -> str:
@@ -110,7 +114,7 @@ class DeclaredFault(Section):
         description="name of the vehicle; any: drawn among those with a sensor or a role with a job; head of "
         "GROUP: leader of the group as agreed before the mission"
     )
-    at_s: Annotated[float | PointM | None, BeforeValidator(_time)] = Field(
+    at_s: Annotated[float | PointM | None, one_or_two(A_TIME, lambda s: 0 <= s[0] <= s[-1])] = Field(
         None, description="start; [earliest, latest] is drawn uniformly, once per run"
     )
     rate_per_h: Positive | None = Field(

@@ -155,10 +155,9 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
 def _check_depth(record: Record, name: str, own_m: float, track: Track, report: CheckReport) -> None:
     low_m = np.where(record.drained(name, track.time_s), 0.0, own_m)
     high_m = low_m.copy()
-    navigation = record.of("navigation")
-    if navigation.get("drift"):
+    if record.drifts:
         before_m = np.concatenate(([own_m], track.depth_m[:-1]))
-        speed_mps = float(navigation.get("vertical_speed_mps", 0.5))
+        speed_mps = float(record.of("navigation").get("vertical_speed_mps", 0.5))
         most_m = speed_mps * np.diff(track.time_s, prepend=track.time_s[0]) + PLACE_STEP_M
         has_energy = high_m > 0.0
         low_m = np.where(has_energy, np.maximum(0.0, before_m - most_m), low_m)
@@ -232,7 +231,7 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
 
 
 def _check_borders(record: Record, name: str, track: Track, report: CheckReport) -> None:
-    if record.of("current").get("surge") or record.of("navigation").get("drift"):
+    if record.of("current").get("surge") or record.drifts:
         report.skip("borders in surges or under drift", "a vehicle may be where it does not take itself to be")
         return
     (x_min, x_max), (y_min, y_max) = record.of("world")["x_m"], record.of("world")["y_m"]
@@ -250,7 +249,7 @@ def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, floa
     """Return the minimum distance (m) of each pair in one depth layer, and its time (s)."""
     least = {}
     for vehicle, other in combinations(record.tracks, 2):
-        moves = bool(record.of("navigation").get("drift"))  # vehicles then leave their layers to fix their position
+        moves = record.drifts  # vehicles then leave their layers to fix their position
         if not moves and abs(record.vehicles[vehicle]["depth_m"] - record.vehicles[other]["depth_m"]) > LAYER_M:
             continue
         a, b = record.tracks[vehicle], record.tracks[other]

@@ -195,8 +195,8 @@ def link_estimates(results: RunResults) -> LinkEstimates:
             outgoing[peer, vehicle] = estimate
     without = np.zeros((n, POINTS))
     for (_, name), without_it in spans_without(results, end_s).items():
-        for span in without_it if name in number else ():
-            without[number[name]] += (span.start_s <= at_s) & (at_s < span.end_s)
+        if name in number:
+            without[number[name]] += news.is_out(without_it, at_s)
     return LinkEstimates(at_s, incoming, outgoing, without / max(1, n - 1))
 
 

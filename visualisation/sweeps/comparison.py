@@ -55,7 +55,6 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 6
 MOST_FIGURES = 8  # maximum number of figures if the user names none
-DIRECTIONS = (Better.HIGHER, Better.LOWER)
 
 
 class Numbers:
@@ -103,7 +102,7 @@ class Numbers:
     def lacking(self, kind: str) -> str:
         """Return the reason why a kind cannot be drawn; empty if it can."""
         if kind == "ranking":
-            if self.ranked_by.better not in DIRECTIONS:
+            if self.ranked_by.better is Better.NEITHER:
                 return f"{self.ranked_by.name} has no best value"
             if not self.ranks and len(self.arrangement.series) > 1:
                 return "no values"
