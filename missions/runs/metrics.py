@@ -82,10 +82,8 @@ def _powered_s(run: MeasuredRun) -> float:
 def observations_per_min(run: MeasuredRun) -> float:
     """Items of others received per minute that the run lasted, mean over vehicles."""
     n_received = sum(event == "received" for *_, event in run.recorder.rows("knowledge"))
-    ticks = run.recorder.rows("trajectories")
-    minutes = ticks[-1][0] / 60.0 if ticks else 0.0  # a failed run may end long before ``end_s``
-    n_vehicles = len(run.scenario.vehicle)
-    return round(n_received / n_vehicles / minutes, 4) if minutes else 0.0
+    minutes = run.ended_s / 60.0
+    return round(n_received / len(run.scenario.vehicle) / minutes, 4) if minutes else 0.0
 
 
 def delivery_ratio(run: MeasuredRun) -> float | None:
