@@ -19,6 +19,7 @@ from operator import itemgetter
 from typing import Any, NamedTuple
 
 from exchange.arithmetic import distance
+from missions.decisions import Decision, Key, Row, decisions_of, key_of, motivation_of
 from missions.errors import OutputError
 from missions.fault import absences
 from missions.figure import RunResults
@@ -26,8 +27,6 @@ from missions.words import listed
 from remoras.database import HOME_MARGIN, power_w
 from worldmodel import suggestion
 
-Row = Mapping[str, Any]
-Key = tuple[str, str, str, str, tuple[str, ...]]  # group, role, objective, argument, activities
 NEEDED = ("decisions", "packets", "items", "knowledge", "organisation", "satisfaction", "plans", "faults")
 MOST_LINES = 8
 NEAR_S = 1.0
@@ -55,14 +54,6 @@ class Answer:
 
     def __repr__(self) -> str:
         return "\n".join(line.text for line in self.lines)
-
-
-class Decision(NamedTuple):
-    """Weighed activity sets; ``acts`` are the chosen ones, without permanent activities."""
-
-    time_s: float
-    rows: list[Row]
-    acts: dict[Key, Row]
 
 
 class Turn(NamedTuple):
@@ -130,7 +121,7 @@ class Causes:
         faults = ((row["time_s"], row["vehicle"], row["kind"], row["detail"]) for row in run.rows("faults"))
         for since_s, vehicle, is_away in absences(faults):
             self._absences[vehicle].append((since_s, is_away))
-        self._decisions = {name: list(_decisions(self._rows("decisions")[name])) for name in self.vehicles}
+        self._decisions = {name: list(decisions_of(self._rows("decisions")[name])) for name in self.vehicles}
         self._turns = {name: list(self._turns_of(name)) for name in self.vehicles}
 
     def _turns_of(self, vehicle: str) -> Iterator[Turn]:
@@ -320,7 +311,7 @@ class Causes:
     def _occasion(self, turn: Turn, won: Row) -> list[Line]:
         """Return the new step of the plan, and the fact, by which an objective gave an act its stimulus."""
         before = [row for row in (turn.before.rows if turn.before else []) if _is_of(row, won)]
-        if not before or any(_key(row) == _key(won) and row["stimulus"] > 0.0 for row in before):
+        if not before or any(key_of(row) == key_of(won) and row["stimulus"] > 0.0 for row in before):
             return []
         vehicle, at_s = turn.vehicle, turn.time_s
         plans = _until(self._rows("plans")[vehicle], at_s, at_s - self._frame_s)
@@ -406,8 +397,8 @@ class Causes:
                 text = f"{vehicle} left the role {role} at {_s(one['time_s'])}, as {issuer} {how}."
                 yield Line(text, one["time_s"], vehicle)
                 return
-        now = [_key(row) for row in turn.decision.rows if row["stimulus"] > 0.0]
-        if idle := [row for row in turn.ended if _key(row) not in now]:
+        now = [key_of(row) for row in turn.decision.rows if row["stimulus"] > 0.0]
+        if idle := [row for row in turn.ended if key_of(row) not in now]:
             text = f"{vehicle}'s {self._names(idle)} had no stimulus any more at {_s(turn.time_s)}."
             yield Line(text, turn.time_s, vehicle)
 
@@ -510,7 +501,7 @@ class Causes:
         won = next((row for row in acts if not row["role"]), _best(acts))
         if lost["stimulus"] <= 0.0:
             return f"{self._name(lost)} had no stimulus at {_s(at_s)}{self._plan(vehicle, lost, at_s)}"
-        mean = _mean(lost) or (", in no valid combination" if _motivation(lost) else "")
+        mean = _mean(lost) or (", in no valid combination" if motivation_of(lost) else "")
         text = f"{self._name(lost)} had motivation {_value(lost)}{mean} at {_s(at_s)}"
         if won is None:
             return text
@@ -638,25 +629,6 @@ def _by(rows: Iterable[Row], column: str) -> Mapping[str, list[Row]]:
     return found
 
 
-def _key(row: Row) -> Key:
-    return row["group"], row["role"], row["objective"], row["argument"], tuple(row["activities"])
-
-
-def _decisions(rows: Iterable[Row]) -> Iterator[Decision]:
-    """Yield the decisions of a vehicle; of several at one time, the last."""
-    decided: list[list[Row]] = []
-    for row in rows:
-        # Rows of a decision are in the order of its sets, of which permanent ones come first.
-        if not decided or decided[-1][0]["time_s"] != row["time_s"]:
-            decided.append([])
-        elif _key(decided[-1][0]) == _key(row):
-            decided[-1] = []
-        decided[-1].append(row)
-    for of in decided:
-        acts = {_key(row): row for row in of if row["chosen"] and (row["role"] or row["best_mean"] is None)}
-        yield Decision(of[0]["time_s"], of, acts)
-
-
 def _until(rows: Sequence[Any], until_s: float, after_s: float = -math.inf) -> Sequence[Any]:
     """Return the rows, in time order, after ``after_s`` and by ``until_s``."""
     return rows[bisect_right(rows, after_s, key=_time_s) : bisect_right(rows, until_s, key=_time_s)]
@@ -667,18 +639,16 @@ def _time_s(row: Any) -> float:
     return time_s
 
 
-def _motivation(row: Row) -> float:
-    return float(row["own"] + row["external"])
-
-
 def _value(row: Row) -> str:
-    return f"{_motivation(row):.2f}" if _motivation(row) else "0.00 (importance 0)"
+    return f"{motivation_of(row):.2f}" if motivation_of(row) else "0.00 (importance 0)"
 
 
 def _best(rows: Iterable[Row]) -> Row | None:
     """Return the candidate with a stimulus whose best combination has the highest mean; None without one."""
     moved = [row for row in rows if row["stimulus"] > 0.0]
-    return max(moved, key=lambda row: (bool(_motivation(row)), row["best_mean"] or 0.0, _motivation(row)), default=None)
+    return max(
+        moved, key=lambda row: (bool(motivation_of(row)), row["best_mean"] or 0.0, motivation_of(row)), default=None
+    )
 
 
 def _mean(row: Row) -> str:

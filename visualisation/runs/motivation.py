@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
@@ -11,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions import words
+from missions.decisions import Row, decisions_of, motivation_of
 from missions.figure import RunResults
 from visualisation import page, style
 from visualisation.page import DrawnPage
@@ -22,8 +22,6 @@ MOMENTS, BARS = 9, 9  # maximum number of panels, and of activity sets in a pane
 BAR_IN, BESIDE_IN = 0.145, 0.54
 NAME_SHARE = 0.4  # share of a column for names
 HATCH = "//////"
-CANDIDATE = ("group", "role", "objective", "argument", "activities")
-"""Columns that identify a candidate activity set among the rows of one vehicle and time."""
 
 
 class Weighed(NamedTuple):
@@ -31,7 +29,7 @@ class Weighed(NamedTuple):
 
     time_s: float
     vehicle: str
-    rows: list[dict[str, Any]]
+    rows: list[Row]
     margin: float
 
 
@@ -72,15 +70,9 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 def contested(results: RunResults) -> list[Weighed]:
     """Return decisions that rejected an activity set of positive motivation."""
-    weighed: dict[tuple[float, str], list[dict[str, Any]]] = defaultdict(list)
-    for row in results.rows("decisions"):
-        own = weighed[row["time_s"], row["vehicle"]]
-        if any(all(row[name] == other[name] for name in CANDIDATE) for other in own):
-            own.clear()  # it has decided anew at the same time
-        own.append(row)
     cases = []
-    for (time_s, vehicle), rows in weighed.items():
-        rivals = [row for row in rows if not row["chosen"] and row["own"] + row["external"] > 0.0]
+    for time_s, vehicle, rows, _ in decisions_of(results.rows("decisions")):
+        rivals = [row for row in rows if not row["chosen"] and motivation_of(row) > 0.0]
         if rivals:
             moved = [row for row in rows if row["chosen"] or row in rivals]
             moved.sort(key=lambda row: (not row["chosen"], -(row["best_mean"] or 0.0)))
@@ -89,8 +81,8 @@ def contested(results: RunResults) -> list[Weighed]:
     return cases
 
 
-def _ends(row: dict[str, Any]) -> tuple[float, float]:
-    return row["own"] + row["external"], row["best_mean"] or 0.0
+def _ends(row: Row) -> tuple[float, float]:
+    return motivation_of(row), row["best_mean"] or 0.0
 
 
 def _bars(axes: Axes, moment: Weighed, colour: str, room_in: float) -> None:

@@ -180,3 +180,17 @@ def test_closest_decisions_are_drawn_with_rejected_options(tmp_path: Path) -> No
     drawn = run_picture(again, "motivation")
     assert len(drawn.figure.axes) == 2
     assert "The 2 most closely contested, one per choice of a vehicle, of 4 such decisions" in drawn.caption
+
+
+def test_decision_with_two_equal_candidates_is_drawn_whole(tmp_path: Path) -> None:
+    """As of two surveys of a role that differ in no column; only its first candidate begins a decision anew."""
+    run = Fiction().write(tmp_path / "run")
+    single = motivation.contested(run)
+    path = run.folder / "decisions.parquet"
+    table = pq.read_table(path)
+    twice = [number for number in range(table.num_rows) for _ in range(1 + (not table["chosen"][number].as_py()))]
+    pq.write_table(table.take(twice), path)
+    double = motivation.contested(Results(run.folder))
+    assert [one[:2] for one in double] == [one[:2] for one in single]
+    assert [one.margin for one in double] == [one.margin for one in single]
+    assert [len(one.rows) for one in double] == [len(one.rows) + 1 for one in single]
