@@ -58,15 +58,15 @@ def study_report(
     stated = effect_statements(measured, effects) if effects else statements(measured, rows)
     lacking = list(_lacking(results, stated))
     figures, no_figure = _figures(results, name)
-    limits = [*lacking, *no_figure, *_limits(results, measured, rows, stated)]
+    limits = [*lacking, *no_figure, *_limits(results, rows, stated)]
     text = text_of(results.folder / STUDY_TEXT)
     sections: dict[str, Sequence[Part]] = {
         "Question": [_question(text, results, measured)],
         "Scenario": [*_map(results, map_of), *_fleets(results)],
         "Design": list(_design(results, measured, rows)),
-        "Results": [*figures, _effects(effects, measured) if effects else _table(results, measured, rows)],
+        "Results": [*figures, _effects(effects, measured) if effects else _table(measured, rows)],
         "Statistical statements": _stated(stated, measured, rows, bool(effects)),
-        "Methods": [" ".join(_methods(results, measured, rows))],
+        "Methods": [" ".join(_methods(results, rows))],
         "Limits": [Items([_sentence(limit) for limit in limits])],
         "To repeat": [Commands(_commands(text, results.file.study.name, metric))],
     }
@@ -214,7 +214,7 @@ def _file_name(metric: str) -> str:
     return re.sub("[^A-Za-z0-9]+", "-", metric.removesuffix("_s"))
 
 
-def _table(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -> Table:
+def _table(metric: Metric, rows: Sequence[Comparison]) -> Table:
     heads, entries = table(rows)
     columns = list(zip(*entries, strict=True))
     equal = [n for n, head in enumerate(heads) if head in CONSTANT and len(set(columns[n])) == 1]
@@ -271,7 +271,7 @@ def _stated(stated: Sequence[Statement], metric: Metric, rows: Sequence[Comparis
     return [count, *([Items([one.text for one in listed])] if listed else []), rest]
 
 
-def _methods(results: SweepResults, metric: Metric, rows: Sequence[Comparison]) -> Iterator[str]:
+def _methods(results: SweepResults, rows: Sequence[Comparison]) -> Iterator[str]:
     study = results.file.study
     software = _software(results.kept(results.examples[0])) if results.examples else ""
     yield f"Missions were simulated with remoras {results.schedule.version} [@remoras]{software}."
@@ -315,9 +315,7 @@ def _software(run: Results) -> str:
     return f", with {', '.join(listed)}" if listed else ""
 
 
-def _limits(
-    results: SweepResults, metric: Metric, rows: Sequence[Comparison], stated: Sequence[Statement]
-) -> Iterator[str]:
+def _limits(results: SweepResults, rows: Sequence[Comparison], stated: Sequence[Statement]) -> Iterator[str]:
     status = results.status()
     counts = {"did not complete their mission": status.censored, "failed": status.failed}
     if any(counts.values()):

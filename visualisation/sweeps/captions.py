@@ -36,7 +36,7 @@ def metric_caption(
         _restricted(rows),
         _off_scale(rows, COUNTED),
         _cases(arrangement),
-        "" if rate else unequal_work(rows, arrangement),
+        "" if rate else _unequal_work(rows),
         _panels(arrangement, combinations),
     )
 
@@ -73,12 +73,12 @@ def differences_caption(
         _cases(arrangement),
         _restricted(differences),
         _off_scale(differences, COUNTED),
-        unequal_work(rows, arrangement),
+        _unequal_work(rows),
         _panels(arrangement, combinations),
     )
 
 
-def unequal_work(rows: Sequence[Comparison], arrangement: Arrangement) -> str:
+def _unequal_work(rows: Sequence[Comparison]) -> str:
     """Note that success rates differ significantly, so the compared work is unequal."""
     names = dict.fromkeys(row.strategy for row in rows if row.unequal_success)
     if not names:
