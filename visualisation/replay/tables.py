@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from missions.fault import EMPTY
 from missions.statements import rows_by_item
 from missions.why import Line
-from visualisation.run_records import HEARD, LOST, UNREACHED, Floats, Ints, Track, array, joined, packet_outcomes
+from visualisation.run_records import HEARD, UNREACHED, Floats, Ints, Track, array, joined, packet_outcomes
 
 Numbers = NDArray[Any] | Sequence[float]
 
@@ -217,23 +218,16 @@ def add_packets(
     arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
     received, by = _flat(packets["receivers"])
     arrival_s[received, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
-    _leave_out(outcome, arrival_s, names, faults)
+    for fault in faults:  # a packet under way reaches no vehicle whose energy has run out
+        if fault["kind"] == EMPTY:
+            vehicle = names.vehicle(fault["vehicle"])
+            outcome[arrival_s[:, vehicle] > fault["time_s"], vehicle] = UNREACHED
     columns.add("packets.outcome", outcome.ravel())
     packet, receiver = np.nonzero(outcome == HEARD)
     order = np.lexsort((packet, receiver, sender[packet]))
     packet, receiver = packet[order], receiver[order]
     columns.add("packets.delay", arrival_s[packet, receiver] - end_s[packet], 1, TIME_STEP_S)
     _add_contents(columns, names, packets, start_s, sent_items)
-
-
-def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
-    """Correct receptions of vehicles without energy, and of undecodable packets."""
-    for fault in faults:
-        v = names.vehicle(fault["vehicle"])
-        if fault["kind"] == "energy":
-            outcome[arrival_s[:, v] > fault["time_s"], v] = UNREACHED
-        elif fault["kind"] == "bad packet":
-            outcome[(outcome[:, v] == HEARD) & (arrival_s[:, v] == fault["time_s"]), v] = LOST
 
 
 def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, sent_items: SentItems) -> None:
