@@ -286,11 +286,9 @@ def observer_of(joining: Joining) -> MovingWater | None:
 
 def current_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """Yield faults: a current at least as fast as the slowest vehicle, and surges after the end."""
-    table, duration_s = scenario.of_feature(KEY), scenario.scenario.duration_s
+    table: CurrentTable = scenario.of_feature(KEY)
     for number, surge in enumerate(table.surge, 1):
-        if surge.between_s[0] >= duration_s:
-            allowed = f"begins after the end: before scenario.duration_s = {duration_s:g}"
-            yield ConfigurationFault(f"{KEY}.surge.{number}.between_s", "", allowed)
+        yield from scenario.after_end(f"{KEY}.surge.{number}.between_s", surge.between_s[0])
     current, (spread, why) = table.greatest(), slower_by(scenario)
     worst: tuple[float, str] | None = None
     for vehicle in scenario.vehicle:

@@ -91,6 +91,8 @@ REFUSED = [  # scenario, settings, what is said
     (OBJECTS, 'ban=[{issuer="AUV0", vehicle="AUV02", at_s=6.0}]', r"ban\.1\.issuer.*allowed: ASV00.*mean 'AUV0"),
     (OBJECTS, 'ban=[{issuer="AUV00", vehicle="AUV00", at_s=6.0}]', r"ban\.1\.issuer.*cannot exclude itself"),
     (OBJECTS, f"ban=[{{{BAN}, at_s=2e4}}]", r"ban\.1\.at_s.*below scenario\.duration_s = 14400"),
+    (OBJECTS, "current.surge=[{between_s=[2e4, 3e4], lasts_s=9.0}]",
+     r"current\.surge\.1\.between_s.*= \[20000\.0, 30000\.0\]: must be below scenario\.duration_s = 14400"),
     (OBJECTS, f"ban=[{{{BAN}, at_s=9.0, until_s=8.0}}]", r"ban\.1\.until_s.*above at_s = 9"),
     (OBJECTS, f"fault=[{{{BIAS}, offset=[1.0, 0.0]}}]", r"fault\.1\.attribute.*required by kind biased"),
     (OBJECTS, f'fault=[{{{BIAS}, attribute="location", offset=1.0}}]', r"fault\.1\.offset.*a point: \[east, north\]"),
