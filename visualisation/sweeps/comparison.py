@@ -304,9 +304,12 @@ def _chart(
 
     arrangement, drawn = numbers.arrangement, [numbers.measure(name) for name in numbers.drawn_by(kind)]
     rows = {shown.metric.name: numbers.rows(shown.metric.name) for shown in drawn}
-    picked = (row for of_metric in rows.values() for c in group for row in arrangement.of(c, of_metric))
-    own = list({id(row): row for row in picked}.values())
-    if not own or (kind == "differences" and all(row.diff_to_baseline is None for row in own)):
+    of_metrics = [[row for c in group for row in arrangement.of(c, of_metric)] for of_metric in rows.values()]
+    own = [row for of_metric in of_metrics for row in of_metric]
+    # Panels of an overview may be empty, the axes of a trade-off not.
+    if not (any(of_metrics) if kind == "overview" else all(of_metrics)):
+        return None
+    if kind == "differences" and all(row.diff_to_baseline is None for row in own):
         return None
     if kind == "overview":
         text = captions.overview_caption(arrangement, own, drawn)
