@@ -293,7 +293,6 @@ class DecodedPacket(NamedTuple):
     """Packet with the checks that all receivers share.
 
     Attributes:
-        wrong: description of an impossible value; None if all are valid.
         latest_s: time of its newest observation.
         concerns: origins (bit mask) of its items and reports; all nodes for an alarm.
         relays: True if it has items or statuses of other origins.
@@ -303,7 +302,6 @@ class DecodedPacket(NamedTuple):
     """
 
     packet: Packet
-    wrong: str | None
     latest_s: float
     concerns: int
     relays: bool

@@ -223,8 +223,6 @@ class ExchangeManager:
                     f"a fact of {decoded.latest_s:g} s arrives at {now_s:g} s: from the future, beyond a clock "
                     f"tolerance of {self._model.clock_tolerance_s:g} s"
                 )
-            if decoded.wrong is not None:  # the world model would refuse its block
-                raise PeerFault(decoded.wrong)
             # Last of the checks, since it counts the packet as presence of its sender and as a sample of the link.
             met, is_second = self._peers.meet(sender, packet.epoch, frame, data)
         except PeerFault as fault:

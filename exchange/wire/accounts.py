@@ -117,6 +117,6 @@ class AccountCodec:
         block = Block(origin, sequence, time_s, facts, epoch)
         written = self.block_bytes(block)
         # Symbols have no checksum of their own; a wrong solution shows as bytes that no block is encoded by.
-        if reader.is_beyond or data[: len(written)] != written or any(data[len(written) :]):
+        if data[: len(written)] != written or any(data[len(written) :]):
             raise PeerFault(f"the bytes decoded as block {sequence} of node {origin} are not a valid block")
         return block

@@ -20,8 +20,7 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
 Absent sections cost no bits. A truncated packet lacks its end marker and is refused. Ages count from the start of the
 slot. Per origin and epoch, the first sequence of a packet is absolute, the others are steps from their predecessor; see
 `exchange.wire.fragmentcodec` for both codes. A status has no sequence: a whole block is a status if, and only if, all
-its attributes are latest-only. A fragment is relayed unless it belongs to the sender in its present epoch. Values out
-of range are sent exactly.
+its attributes are latest-only. A fragment is relayed unless it belongs to the sender in its present epoch.
 
 The hash covers grammar, TBox and all widths in 32 bits; the packet of frame k carries byte k mod 4, so different
 definitions show within four frames (`exchange.wire.definitions`). The byte is XORed with the higher bits of the frame
@@ -329,8 +328,7 @@ class Codec:
         return Head(sender, epoch, frame)
 
     def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> DecodedPacket:
-        packet, own_row, heard, is_beyond = self._read(data, frame, slot_start_s, era)
-        wrong = self._out_of_range(packet.fragments) if is_beyond else None
+        packet, own_row, heard = self._read(data, frame, slot_start_s, era)
         latest_s, concerns, relays, lives = -math.inf, 0, False, set[Life]()
         items: list[Named | Block] = []
         statuses: list[Block] = []
@@ -346,21 +344,10 @@ class Codec:
         for summary in packet.summary:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
         of_items = tuple(statuses), tuple(items) if lives else ()
-        return DecodedPacket(packet, wrong, latest_s, concerns, relays, *of_items, own_row, heard, frozenset(lives))
+        return DecodedPacket(packet, latest_s, concerns, relays, *of_items, own_row, heard, frozenset(lives))
 
-    def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
-        """Describe the first fact whose value no vehicle can record; None if all are valid."""
-        for fragment in fragments:
-            for fact in fragment.facts:
-                if not (attribute := self._facts.attributes[fact.attribute]).stores(fact.value):
-                    return f"{attribute.name} is {fact.value}, out of its range"
-        return None
-
-    def _read(self, data: bytes, frame: int, slot_start_s: float, era: int) -> tuple[Packet, int, int, bool]:
-        """Return a packet, its own and all acknowledged nodes, and whether a number may be out of range.
-
-        Raises PeerFault for an invalid packet.
-        """
+    def _read(self, data: bytes, frame: int, slot_start_s: float, era: int) -> tuple[Packet, int, int]:
+        """Return a packet, its own and all acknowledged nodes; raise PeerFault for an invalid packet."""
         if self._checksum is not None:  # first: damage must not mark a peer as incompatible
             data = self._checksum.stripped(data, frame)
         if data and data[0] != self._hash_byte(frame, era):
@@ -399,7 +386,7 @@ class Codec:
         if reader.left >= 8 or reader.bits & (1 << reader.left) - 1:
             raise PeerFault("bits left over behind the packet")
         beside = tuple(signals), epoch, frame, tuple(summary), account
-        return Packet(head.sender, acks, tuple(fragments), *beside), own_row, heard, reader.is_beyond
+        return Packet(head.sender, acks, tuple(fragments), *beside), own_row, heard
 
     def _read_acks(self, reader: Reader, sender: int, frame: int) -> tuple[int, int, int]:
         """Decode acknowledgements; return also the nodes acknowledged by the sender, and by any node (bit masks)."""

@@ -1,10 +1,12 @@
 """Numbers, attribute names and facts as bits.
 
-A number that does not fit its width is escaped: all ones, then the exact remainder. Each number has one encoding;
-decoders refuse any other. Attributes that some vehicle needs have short names; an escape precedes the uid of others.
+A time or sequence that does not fit its width is escaped: all ones, then the exact remainder. Each number has one
+encoding; decoders refuse any other. Attributes that some vehicle needs have short names; an escape precedes the uid of
+others.
 
 A fact is subject, attribute, value and optional uncertainty. A value takes ``ceil(log2((max - min) / resolution + 1))``
-bits, the rule of DCCL; one out of range is escaped. A text is its length in bytes, then UTF-8.
+bits, the rule of DCCL; if they are all ones, 7 zeros follow. One out of range has no encoding. A text is its length in
+bytes, then UTF-8.
 """
 
 from __future__ import annotations
@@ -12,11 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 from exchange.errors import ConfigurationError, PeerFault
-from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
-from worldmodel.ontology.fields import bytes_of, decoded_text
+from worldmodel import Attribute, PropertyValue, TBox, Value, ValueKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,23 +46,21 @@ Bits = tuple[int, int]
 Take = Callable[[int], int]
 """Reads the given number of bits of a packet."""
 
+ONES_BITS = 7
+"""Zeros behind a number of all ones; another continuation is reserved for numbers out of range, which are refused."""
 LENGTH_BITS = 6
 LARGEST = 1 << 50
 """Largest magnitude on the wire; a double still separates neighbouring grid steps."""
 
 
 class Reader:
-    """Bit reader, most significant bit first; skips ``n_read`` bits, ``left`` are unread.
+    """Bit reader, most significant bit first; skips ``n_read`` bits, ``left`` are unread."""
 
-    ``is_beyond`` is True once a number outside its attribute's range was read.
-    """
-
-    __slots__ = ("bits", "is_beyond", "left")
+    __slots__ = ("bits", "left")
 
     def __init__(self, data: bytes, n_read: int = 0) -> None:
         self.bits = int.from_bytes(data, "big")
         self.left = 8 * len(data) - n_read
-        self.is_beyond = False
 
     def take(self, size_bits: int) -> int:
         """Read a number; raise PeerFault at the end of the packet."""
@@ -137,25 +135,6 @@ def read_natural(take: Take, width_bits: int) -> int:
     return number if number != (1 << width_bits) - 1 else number + read_rest(take)
 
 
-def whole(number: int, width_bits: int) -> Bits:
-    """Encode a signed number in its width; escape negative and larger ones with a sign bit."""
-    ones = (1 << width_bits) - 1
-    if 0 <= number < ones:
-        return number, width_bits
-    if not -LARGEST <= number <= LARGEST:
-        raise ConfigurationError(f"{number} steps cannot be sent; allowed: {-LARGEST} to {LARGEST}")
-    # -1 maps to 0, so that each number has one code.
-    rest, size_bits = rest_of(number - ones if number >= 0 else -number - 1)
-    return ((ones << 1 | (number < 0)) << size_bits) | rest, width_bits + 1 + size_bits
-
-
-def read_beyond(take: Take, width_bits: int) -> int:
-    """Decode the remainder of an escaped ``whole`` number."""
-    is_below = take(1)
-    rest = read_rest(take)
-    return -rest - 1 if is_below else rest + (1 << width_bits) - 1
-
-
 class AttributeNames:
     """Wire names of attributes 0..n_attributes-1.
 
@@ -205,20 +184,18 @@ class FactCodec:
         self.names = AttributeNames(len(tbox.attributes), exchanged)
         self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
         self._n_values = {ValueKind.LINK: n_instances, ValueKind.TYPE: len(tbox.classes)}
-        self._counts = [self._count_of(attribute) for attribute in tbox.attributes]
-        self._value_bits = [
-            sum(field.size_bits for field in attribute.fields) if attribute.fields else width(count)
-            for attribute, count in zip(tbox.attributes, self._counts, strict=True)
-        ]
+        self._layouts = [self._layout_of(attribute) for attribute in tbox.attributes]
         self.of_all = lru_cache(maxsize=CACHED)(self._of_all)
         """Encode facts, each followed by a continuation bit; return also whether all are latest-only (cached)."""
 
-    def _count_of(self, attribute: Attribute) -> int:
+    def _layout_of(self, attribute: Attribute) -> list[tuple[int, int, int]]:
+        """Return size (bits), number of codes and code before ``ONES_BITS`` (-1 for none) of each number of a value."""
         if attribute.fields:
-            return 0
+            return [(field.size_bits, field.n_values, (1 << field.size_bits) - 1) for field in attribute.fields]
+        n_values = self._n_values.get(attribute.kind) or len(attribute.symbols) or 2
         if attribute.kind is ValueKind.TEXT:
-            return attribute.most_bytes + 1  # its length stands first
-        return self._n_values.get(attribute.kind) or len(attribute.symbols) or 2
+            n_values = attribute.most_bytes + 1  # its length stands first
+        return [(width(n_values), n_values, -1)]
 
     def listing(self) -> list[FieldSize]:
         """List the fields of a fact in wire order."""
@@ -226,8 +203,9 @@ class FactCodec:
         fields.append(("attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged"))
         if names.has_others:
             fields.append(("other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
-        for attribute, bits in zip(self.attributes, self._value_bits, strict=True):
-            fields.append((attribute.name, bits, values_in_words(attribute, self._n_values)))
+        for attribute, layout in zip(self.attributes, self._layouts, strict=True):
+            size_bits = sum(bits for bits, *_ in layout)
+            fields.append((attribute.name, size_bits, values_in_words(attribute, self._n_values)))
         for attribute in self.attributes:
             if (grid := attribute.uncertainty) is not None:
                 fields.append((f"uncertainty of {attribute.name}", 1 + grid.size_bits, "1 where it carries none"))
@@ -254,13 +232,7 @@ class FactCodec:
         if not 0 <= subject < self.n_instances:
             raise ConfigurationError(f"instance {subject} cannot be sent; allowed: 0 to {self.n_instances - 1}")
         attribute, parts = self.attributes[uid], [(subject, self.subject_bits)]
-        parts.append((self.names.names[uid], self.names.sizes[uid]))
-        if attribute.fields:
-            parts.append(_numbers(attribute.name, attribute.fields, value))
-        elif attribute.most_bytes:
-            parts.append(_text(attribute, self._value_bits[uid], value))
-        else:
-            parts.append(self._choice(attribute, value))
+        parts += (self.names.names[uid], self.names.sizes[uid]), self._value(attribute, value)
         if (grid := attribute.uncertainty) is not None:
             parts.append((int(sigma is not None), 1))
             if sigma is not None:
@@ -269,14 +241,23 @@ class FactCodec:
             raise ConfigurationError(f"{attribute.name}: its values carry no uncertainty, not {sigma}")
         return joined(*parts)
 
-    def _choice(self, attribute: Attribute, value: Value) -> Bits:
+    def _value(self, attribute: Attribute, value: Value) -> Bits:
         try:
-            (number,) = attribute.encode(value)
-        except ValueError as error:
+            numbers = attribute.encode(value)
+        except (TypeError, ValueError) as error:
             raise ConfigurationError(f"{attribute.name}: {error}") from None
-        if number >= self._counts[attribute.uid]:
-            raise ConfigurationError(f"{attribute.name}: {number} is outside 0..{self._counts[attribute.uid] - 1}")
-        return number, self._value_bits[attribute.uid]
+        text, text_bits = 0, 0
+        if attribute.most_bytes:  # behind a leading 1
+            text, text_bits = numbers[0], numbers[0].bit_length() - 1
+            numbers = (text_bits // 8,)
+        bits = size_bits = 0
+        for number, (width_bits, n_values, ones) in zip(numbers, self._layouts[attribute.uid], strict=True):
+            if number >= n_values:
+                raise ConfigurationError(f"{attribute.name}: {number} is outside 0..{n_values - 1}")
+            bits, size_bits = bits << width_bits | number, size_bits + width_bits
+            if number == ones:
+                bits, size_bits = bits << ONES_BITS, size_bits + ONES_BITS
+        return bits << text_bits | text & (1 << text_bits) - 1, size_bits + text_bits
 
     # From bits -----------------------------------------------------------------------------------
 
@@ -296,8 +277,7 @@ class FactCodec:
         if subject >= self.n_instances:
             raise PeerFault(f"instance {subject} is not one of {self.n_instances}")
         attribute = self.attributes[uid]
-        value = _read_numbers(attribute.fields, reader) if attribute.fields else self._read_choice(attribute, reader)
-        grid = attribute.uncertainty
+        value, grid = self._read_value(attribute, reader), attribute.uncertainty
         if grid is None or not reader.take(1):
             return PropertyValue(subject, uid, value)
         try:
@@ -305,57 +285,16 @@ class FactCodec:
         except ValueError as error:
             raise PeerFault(f"uncertainty of {attribute.name}: {error}") from None
 
-    def _read_choice(self, attribute: Attribute, reader: Reader) -> Value:
-        number, n_values = reader.take(self._value_bits[attribute.uid]), self._counts[attribute.uid]
-        if number >= n_values:
-            raise PeerFault(f"{attribute.name}: {number} of {n_values}")
+    def _read_value(self, attribute: Attribute, reader: Reader) -> Value:
+        numbers = []
+        for size_bits, n_values, ones in self._layouts[attribute.uid]:
+            number = reader.take(size_bits)
+            if number >= n_values or (number == ones and reader.take(ONES_BITS)):
+                raise PeerFault(f"{attribute.name} has code {number}, out of its range 0..{n_values - 1}")
+            numbers.append(number)
         if attribute.most_bytes:
-            return _read_text(reader, attribute, number)
-        return bool(number) if attribute.kind is ValueKind.BOOLEAN else number
-
-
-def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
-    values: tuple[Any, ...] = value if isinstance(value, tuple) else (value,)
-    if len(values) != len(fields):
-        raise ConfigurationError(f"{name}: {value!r} has not {len(fields)} numbers")
-    parts = []
-    try:
-        for field, number in zip(fields, values, strict=True):
-            if isinstance(number, bool) or not isinstance(number, int | float):
-                raise TypeError(f"{name}: {number!r} is not a number")
-            steps = field.grid.index_of(number)
-            if abs(steps) > LARGEST:
-                raise ConfigurationError(f"{name}: {number} is more than {LARGEST} steps of {field.resolution:g} away")
-            parts.append(whole(steps, field.size_bits))
-    except (ValueError, OverflowError):
-        raise ConfigurationError(f"{name}: {value} is not finite") from None
-    return joined(*parts)
-
-
-def _text(attribute: Attribute, length_bits: int, value: Value) -> Bits:
-    try:
-        data = bytes_of(value, attribute.most_bytes)
-    except ValueError as error:
-        raise ConfigurationError(f"{attribute.name}: {error}") from None
-    return len(data) << 8 * len(data) | int.from_bytes(data, "big"), length_bits + 8 * len(data)
-
-
-def _read_text(reader: Reader, attribute: Attribute, n_bytes: int) -> str:
-    data = reader.take(8 * n_bytes).to_bytes(n_bytes, "big")
-    try:
-        return decoded_text(data, attribute.most_bytes)
-    except ValueError as error:
-        raise PeerFault(f"{attribute.name}: {data!r} is no text: {error}") from None
-
-
-def _read_numbers(fields: Sequence[Field], reader: Reader) -> Value:
-    numbers = []
-    for field in fields:
-        steps = reader.take(field.size_bits)
-        if steps == (1 << field.size_bits) - 1:
-            steps = read_beyond(reader.take, field.size_bits)
-        # Recorded only: an escaped number may be valid, so the codec checks all values of such a packet afterwards.
-        if not 0 <= steps < field.n_values:
-            reader.is_beyond = True
-        numbers.append(field.grid.value_at(steps))
-    return tuple(numbers) if len(numbers) > 1 else numbers[0]  # type: ignore[return-value]
+            numbers = [1 << 8 * numbers[0] | reader.take(8 * numbers[0])]
+        try:
+            return attribute.decode(numbers)
+        except ValueError as error:
+            raise PeerFault(f"{attribute.name}: {error}") from None

@@ -8,6 +8,7 @@ import random
 import re
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -33,6 +34,7 @@ from exchange.packets import Account, Fragment, HolderSet, InfluenceSignal, Item
 from exchange.policy.coding import symbol, symbol_key
 from exchange.policy.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
+from exchange.wire.factcodec import ONES_BITS
 from worldmodel import STATUS, PropertyValue
 
 KEY = bytes(range(16))
@@ -57,12 +59,35 @@ def tells(*values: float, time_s: float = 0.0, frame: int = 0, by: Codec | None 
     return lambda good: (by or codec()).encode(0, 0, said, frame=frame)
 
 
+@cache
+def unbounded() -> Codec:
+    """Codec with places as far as their bits reach; only its definition hash differs."""
+    axis = replace(PLACE, maximum=PLACE.minimum + ((1 << PLACE.size_bits) - 1) * PLACE.resolution)
+    attributes = [replace(each, fields=(axis, axis)) if each.uid == POSITION else each for each in TBOX.attributes]
+    tbox = replace(TBOX, attributes=tuple(attributes))
+    return Codec(tbox, len(instances(N_NODES)), N_NODES, POLICIES["ack"], N_BLOCKS, DURATION_S)
+
+
 def at_place(east_m: float, north_m: float) -> Spoil:
     status = Fragment(0, STATUS, 0.0, (PropertyValue(0, POSITION, (east_m, north_m)),))
-    return lambda good: codec().encode(0, 0, [status])
+    return lambda good: good[:1] + unbounded().encode(0, 0, [status])[1:]
 
 
-OUT = [FIELD.minimum - FIELD.resolution, FIELD.maximum + FIELD.resolution, FIELD.maximum + 1e6 * FIELD.resolution]
+def tells_beyond(excess: int) -> Spoil:
+    """A packet with the largest cell, whose code of all ones is not followed by zeros."""
+    largest = Fragment(0, 0, 0.0, (PropertyValue(bay(3), MAPPED_CELL, FIELD.maximum),))
+    ones, zeros = "1" * FIELD.size_bits, "0" * ONES_BITS
+
+    def spoiled(good: bytes) -> bytes:
+        packet = codec().encode(0, 0, [largest])
+        bits = f"{int.from_bytes(packet, 'big'):0{8 * len(packet)}b}"
+        assert bits.count(ones + zeros) == 1
+        changed = bits.replace(ones + zeros, f"{ones}{excess:0{ONES_BITS}b}")
+        return int(changed, 2).to_bytes(len(packet), "big")
+
+    return spoiled
+
+
 FAR_M = PLACE.maximum + PLACE.resolution
 TABLE: dict[str, tuple[Spoil, float, str | None]] = {
     # what is heard in place of the packet of node 0 in slot 0; when; what the fault says
@@ -78,10 +103,10 @@ TABLE: dict[str, tuple[Spoil, float, str | None]] = {
     "another hash": (lambda good: bytes([good[0] ^ 1]) + good[1:], 1.0, "definition hash differs"),
     "noise": (lambda good: random.Random(4).randbytes(40), 1.0, ""),
     "its own": (lambda good: codec().encode(1, 0, []), 1.0, ""),
-    **{f"cell {value}": (tells(0.0, value), 1.0, f"mappedCell is {value}, out of its range") for value in OUT},
+    **{f"cell beyond by {n}": (tells_beyond(n), 1.0, "mappedCell .*, out of its range") for n in (1, 2, 64, 127)},
     **{f"cell {value}": (tells(0.0, value), 1.0, None) for value in (FIELD.minimum, FIELD.maximum)},
-    "too far east": (at_place(FAR_M, 0.0), 1.0, "position is .*, out of its range"),
-    "too far south": (at_place(0.0, -FAR_M), 1.0, "position is .*, out of its range"),
+    "too far east": (at_place(FAR_M, 0.0), 1.0, "position .*, out of its range"),
+    "too far north": (at_place(0.0, FAR_M), 1.0, "position .*, out of its range"),
     "at the corner": (at_place(PLACE.maximum, PLACE.minimum), 1.0, None),
     "just not of the future": (tells(7.0, time_s=2.0), 1.0, None),
     "of the future": (tells(7.0, time_s=2.1), 1.0, "from the future"),

@@ -176,9 +176,12 @@ def code(codec: Codec, *fragments: Fragment) -> bytes:
 
 ODD: dict[str, tuple[Fragment, str]] = {
     "a symbol of none": (fact_of("classification", 4), "classification: .*outside"),
-    "no number": (fact_of("mappedCell", float("nan")), "mappedCell: .*not finite"),
-    "infinite": (fact_of("mappedCell", float("inf")), "mappedCell: .*not finite"),
-    "too many steps": (fact_of("mappedCell", 1e300), "mappedCell: .*steps"),
+    "no number": (fact_of("mappedCell", float("nan")), "mappedCell: nan is outside"),
+    "infinite": (fact_of("mappedCell", float("inf")), "mappedCell: inf is outside"),
+    "too large": (fact_of("mappedCell", 4096.0), r"mappedCell: 4096\.0 is outside"),
+    "too small": (fact_of("mappedCell", -1.0), r"mappedCell: -1\.0 is outside"),
+    "of another kind": (fact_of("mappedCell", True), "mappedCell: True is not a number"),
+    "too far": (fact_of("position", (0.0, 10_000.5)), r"position: 10000\.5 is outside"),
     "no instance": (fact_of("position", (0.0, 0.0), 8), "instance 8 cannot be sent; allowed: 0 to 7"),
     "before the mission": (Fragment(0, 0, -0.2, cells(4, 1)), r"-0\.2 s"),
     "kept to itself": (Fragment(0, STATUS - 1, 0.0, cells(4, 1)), "block -2 of vehicle 0 is private"),
