@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from exchange.errors import ConfigurationError
 from worldmodel import STATUS, Block, PropertyValue
-from worldmodel.facts import Guid
+from worldmodel.facts import MOST_ITEMS, Guid
 
 MASK_BITS = 8
 """Sequences in the mask of a summary."""
@@ -190,8 +190,8 @@ class Summary(NamedTuple):
         mask: bit k is set if the item ``highest + 2 + k`` is held; the one behind ``highest`` is not.
 
     >>> one = Summary(0, 0, highest=4, mask=0b101)
-    >>> [one.holds(sequence) for sequence in (4, 5, 6, 7, 8, 13, 14)]
-    [True, False, True, False, True, False, None]
+    >>> bin(one.held), bin(one.lacked)
+    ('0b101011111', '0b11111010100000')
     """
 
     origin: int
@@ -203,13 +203,20 @@ class Summary(NamedTuple):
         """True if it covers an item of this number or higher."""
         return self.highest >= sequence or bool(self.mask >> max(0, sequence - self.highest - 2))
 
-    def holds(self, sequence: int) -> bool | None:
-        """Return whether the item is held; None if the summary does not cover it."""
-        if sequence <= self.highest:
-            return True
-        if sequence >= self.highest + 2 + MASK_BITS:
-            return None
-        return sequence > self.highest + 1 and bool(self.mask >> (sequence - self.highest - 2) & 1)
+    @property
+    def is_alarm(self) -> bool:
+        """True for an alarm of a duplicate node id."""
+        return self.highest >= MOST_ITEMS
+
+    @property
+    def held(self) -> int:
+        """Received set, one bit for each sequence; not of an alarm."""
+        return (1 << self.highest + 1) - 1 | self.mask << self.highest + 2
+
+    @property
+    def lacked(self) -> int:
+        """Items not held, of those that the summary covers, one bit for each sequence; not of an alarm."""
+        return ((self.mask ^ FULL_MASK) << 1 | 1) << self.highest + 1
 
 
 class OriginStatement(NamedTuple):

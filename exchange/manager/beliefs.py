@@ -6,7 +6,9 @@ bit c for column c. Acknowledgements add items to those that a node is believed 
 
 Items of an origin and epoch are numbered without gaps. A *summary* of the received set has the highest number below
 the first gap, and a mask of the few items behind it. Only whole blocks count. A receiver believes exactly the content:
-the sender holds the named items and lacks the others within the mask; beliefs about later items stay.
+the sender holds the named items and lacks the others within the mask; beliefs about later items stay. Reports of peers
+(summaries, and those of `exchange.manager.holdings`) are stored by number, so that they also apply to items received
+later.
 
 A summary above the largest possible number is an alarm: two vehicles share that node id, and their items cannot be
 summarised.
@@ -22,7 +24,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from exchange.manager.peers import PeerStates
-from exchange.packets import FULL_MASK, MASK_BITS, Fragment, ItemUid, Life, Named, Summary, joined_block
+from exchange.packets import FULL_MASK, Fragment, ItemUid, Life, Named, Summary, joined_block
 from exchange.policy.acknowledgement import Acknowledgement, PacketLog, members
 from exchange.policy.candidates import Candidate
 from worldmodel import Block, PropertyValue
@@ -87,8 +89,10 @@ class Beliefs:
         """Blocks discarded for lack of their dependencies, until they are received again."""
         self.shared: set[Life] = set()
         """Incarnations with a duplicate node id."""
+        # By incarnation and peer: blocks (set of numbers) that the peer reported as held.
+        self._reported: defaultdict[Life, list[int]] = defaultdict(lambda: [0] * n_nodes)
         self.summaries = Summaries(self, encode)
-        """Summaries of this vehicle and of its peers."""
+        """Summaries that this vehicle sends."""
         if epoch:
             self.begin(me, epoch)
 
@@ -123,7 +127,9 @@ class Beliefs:
         self.ends[origin, epoch] = max(self.ends.get((origin, epoch), 0), sequence + 1)
         if epoch == self.peers.epochs[origin]:
             self.origins[origin] |= 1 << column
-        self.summaries.believe(uid, 1 << column)
+        for peer, numbers in enumerate(self._reported[origin, epoch]):
+            if numbers >> sequence & 1:
+                self.believe(peer, 1 << column)
         return column
 
     def is_whole(self, guid: Guid) -> bool:
@@ -165,16 +171,29 @@ class Beliefs:
             self.held[node] |= new
             self.news[node] |= new
 
-    def deny(self, node: int, life: Life, numbers: int) -> int:
-        """Believe that a node lacks those of its blocks that are whole here; return their numbers (bit set)."""
-        denied = 0
-        for number in members(numbers & (1 << self.ends.get(life, 0)) - 1):
+    def report(self, peers: Iterable[int], life: Life, numbers: int) -> None:
+        """Believe that peers hold these blocks (set of numbers) of an incarnation, as reported."""
+        reported = self._reported[life]
+        for peer in peers:
+            if new := numbers & ~reported[peer]:
+                reported[peer] |= numbers
+                self.believe(peer, self.items(life, new))
+
+    def deny(self, peer: int, life: Life, numbers: int) -> int:
+        """Believe that a peer lacks those of these blocks that are whole here; return the items (set) taken for held.
+
+        Blocks received later count as lacked, too.
+        """
+        self._reported[life][peer] &= ~numbers
+        numbers, denied = numbers & (1 << self.ends.get(life, 0)) - 1, 0
+        for number in members(numbers) if numbers else ():
             items = self.parts.get((*life, number), 0)
             # A block of which the peer holds some parts is no contradiction: it reports whole blocks only.
-            if items and not items & ~self.held[node] and self.is_whole((*life, number)):
-                self.held[node] &= ~items
-                self.news[node] &= ~items
-                denied |= 1 << number
+            if items and not items & ~self.held[peer] and self.is_whole((*life, number)):
+                denied |= items
+        if denied:
+            self.held[peer] &= ~denied
+            self.news[peer] &= ~denied
         return denied
 
     def take(self, items: int, evidence: int | None) -> None:
@@ -215,7 +234,8 @@ class Beliefs:
         """Start a new incarnation of a node, which holds only the items recorded in it."""
         self.peers.begin(node, epoch)
         self.forget(node)
-        self.summaries.forget(node)
+        for reported in self._reported.values():
+            reported[node] = 0
         own = [column for column, uid in enumerate(self.uids) if (uid.origin, uid.epoch) == (node, epoch)]
         self.origins[node] = sum([1 << column for column in own])
         self.held[node] |= self.origins[node]
@@ -239,7 +259,7 @@ class Beliefs:
             self.log.forget(node)
         life = node, self.peers.epochs[node]
         self.shared.add(life)
-        self.summaries.forget()
+        self._reported.clear()
         if not by_alarm:
             self.summaries.raise_alarm(life)
         if is_new or node == self.me:
@@ -319,7 +339,7 @@ def summary_of(life: Life, held: int) -> Summary:
 
 
 class Summaries:
-    """Summaries of one vehicle: its own as they are due, and those of its peers."""
+    """Summaries of one vehicle, as they are due."""
 
     def __init__(self, beliefs: Beliefs, encode: Encode) -> None:
         self._beliefs = beliefs
@@ -327,9 +347,6 @@ class Summaries:
         self._due: dict[Life, None] = {}
         self._told: dict[Life, tuple[Summary, int]] = {}  # last sent and how often in succession; oldest first
         self._alarms: dict[Life, None] = {}
-        self._noted: dict[Life, dict[int, Summary]] = {}  # by incarnation and peer
-
-    # Transmission --------------------------------------------------------------------------------
 
     def raise_alarm(self, life: Life) -> None:
         """Send an alarm of a duplicate node id, whose summaries are no longer sent."""
@@ -367,7 +384,7 @@ class Summaries:
         # First those never sent, then by time of transmission, as ``_take`` moves a summary to the end.
         for life in (*sorted(beliefs.blocks.keys() - told), *told):
             summary = summary_of(life, beliefs.blocks.get(life, 0))
-            is_asked_for = any(summary.holds(sequence) is False for sequence in beliefs.discarded.get(life, ()))
+            is_asked_for = any(summary.lacked >> sequence & 1 for sequence in beliefs.discarded.get(life, ()))
             if life in beliefs.shared or (told.get(life) == (summary, TIMES_TOLD) and not is_asked_for):
                 continue
             _, size_bits = self._encode(summary)
@@ -380,34 +397,3 @@ class Summaries:
         self._due.pop(life, None)
         before, times = self._told.pop(life, (None, 0))
         self._told[life] = summary, min(times + 1, TIMES_TOLD) if before == summary else 1
-
-    # Reception -----------------------------------------------------------------------------------
-
-    def believe(self, uid: ItemUid, items: int) -> None:
-        """Believe that peers hold an item that is new here (as a set) if their summaries cover it."""
-        for peer, summary in self._noted.get((uid.origin, uid.epoch), {}).items():
-            if summary.holds(uid.sequence):
-                self._beliefs.believe(peer, items)
-
-    def forget(self, *peers: int) -> None:
-        """Discard the summaries of these peers (default: all)."""
-        for noted in self._noted.values():
-            for peer in peers or tuple(noted):
-                noted.pop(peer, None)
-
-    def note(self, sender: int, summary: Summary) -> int:
-        """Apply a peer's summary to the beliefs; return the items (set) that it turns out to lack."""
-        beliefs, life = self._beliefs, (summary.origin, summary.epoch)
-        noted = self._noted.setdefault(life, {})
-        known, noted[sender] = noted.get(sender), summary
-        # Blocks below the previous summary are believed already; a summary below it means that the peer discarded some.
-        first = known.highest + 1 if known is not None and known.highest <= summary.highest else 0
-        end = min(summary.highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
-        if first >= end:
-            return 0
-        window, n_held = (1 << end) - (1 << first), min(summary.highest + 1, end)
-        held = (1 << n_held) - 1 | summary.mask << n_held + 1
-        if numbers := held & window:
-            beliefs.believe(sender, beliefs.items(life, numbers))
-        denied = beliefs.deny(sender, life, ~held & window) if ~held & window else 0
-        return beliefs.items(life, denied) if denied else 0

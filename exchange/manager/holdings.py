@@ -1,8 +1,7 @@
 """Holdings reports of one vehicle: its own, those of peers, and coded repairs.
 
 The rules are in `exchange.policy.planning`; `exchange.study.stating` applies them to all nodes at once. Here items have
-names, and reports cover whole blocks by their origin's numbers. Reports of peers are stored by number, so that they
-also apply to items received later.
+names, and reports cover whole blocks by their origin's numbers.
 """
 
 from __future__ import annotations
@@ -71,7 +70,6 @@ class HoldingsReports:
         self._reception = [reception_of(0.0, 0.0)] * self._n_nodes  # by peer, as its last answer leaves it
         self._lacks: dict[int, list[float]] = {}  # by column and peer
         self._learned: dict[int, tuple[int, int, int]] = {}  # by column: slots of last news and report, reports since
-        self._stated: dict[tuple[int, Life], int] = {}  # by peer and incarnation: bit set of blocks held
         self._first: dict[Life, int] = {}  # number of the first block that is not settled here
         # By sender: blocks covered by the symbols of its last packet, expected share delivered by peer.
         self._coded_last: dict[int, tuple[Sequence[Guid], Sequence[float]]] = {}
@@ -296,9 +294,7 @@ class HoldingsReports:
     # Reception -------------------------------------------------------------------------------------
 
     def forget(self, *peers: int) -> None:
-        """Discard the reports of these peers (default: all) after a restart or a duplicate node id."""
-        for of_peer in [of_peer for of_peer in self._stated if not peers or of_peer[0] in peers]:
-            del self._stated[of_peer]
+        """Assume that these peers (default: all) lack everything, after a restart or a duplicate node id."""
         self.miss(*(peers or range(self._n_nodes)))
         self._decoder = Decoder()
 
@@ -317,7 +313,7 @@ class HoldingsReports:
         ``is_answer``: it acknowledges the own last packet, or its loss; ``answers``: the last packets of all nodes.
         ``vouched``: nodes (bit mask) for which third-party acknowledgements of the sender count.
         """
-        packet, lacked = decoded.packet, 0
+        packet, lacked, vouched = decoded.packet, 0, vouched & ~(1 << self._me)
         sender, account = packet.sender, packet.account
         if is_answer:
             self._note_fate(sender, decoded.own >> self._me & 1)
@@ -328,23 +324,24 @@ class HoldingsReports:
             life = statement.life
             if life in self._beliefs.shared or statement.epoch != self._peers.epochs[statement.origin]:
                 continue
-            lacked |= self._deny(sender, statement)
-            self._believe(1 << sender, life, statement.held)
+            unheld = -1 << statement.first & ~statement.held
+            # A mask of full length does not say whether items behind it are held.
+            if statement.length == MOST_STATED:
+                unheld &= (1 << statement.first + statement.length) - 1
+            for column in members(self._beliefs.items(life, unheld)):
+                self._lacks_of(column)[sender] = 1.0
+            lacked |= self._beliefs.deny(sender, life, unheld)
+            self._beliefs.report((sender,), life, statement.held)
             if statement.is_known_to_all:
-                self._believe(vouched, life, (1 << statement.first) - 1)
+                self._beliefs.report(members(vouched), life, (1 << statement.first) - 1)
         for shown in account.holder_sets:
             if (life := (shown.origin, shown.epoch)) not in self._beliefs.shared:
-                self._believe(shown.holders & (vouched | 1 << sender), life, 1 << shown.sequence)
+                self._beliefs.report(members(shown.holders & (vouched | 1 << sender)), life, 1 << shown.sequence)
         return self._decoded(packet, slot, now_s), lacked
 
     def note_news(self, packet: Packet, slot: int) -> None:
         """Record new holders learned from a packet."""
         beliefs = self._beliefs
-        for column in members(beliefs.news[self._me]):
-            uid = beliefs.uids[column]
-            for peer in range(self._n_nodes):
-                if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
-                    beliefs.believe(peer, 1 << column)
         over = self._over(packet) if packet.account.symbols else []
         plain = [beliefs.column_of[fragment.uid] for fragment in packet.fragments if fragment.uid in beliefs.column_of]
         # Last, since known holders lack nothing.
@@ -367,27 +364,6 @@ class HoldingsReports:
         for column, share in (*of_plain, *[(column, shares[peer]) for column in self._columns_held(over)]):
             lacks = self._lacks_of(column)
             lacks[peer] = lack_after(lacks[peer], self._reception[peer], share, is_received)
-
-    def _believe(self, peers: int, life: Life, numbers: int) -> None:
-        """Believe that peers (bit mask) hold blocks of an incarnation (bit mask of numbers)."""
-        for peer in members(peers & ~(1 << self._me)):
-            known = self._stated.get((peer, life), 0)
-            if new := numbers & ~known:
-                self._stated[peer, life] = known | numbers
-                self._beliefs.believe(peer, self._beliefs.items(life, new))
-
-    def _deny(self, sender: int, statement: OriginStatement) -> int:
-        """Believe that a peer lacks what its statement omits; return the items (set) believed held before."""
-        life, beliefs, unheld = statement.life, self._beliefs, -1 << statement.first & ~statement.held
-        # A mask of full length does not say whether items behind it are held.
-        if statement.length == MOST_STATED:
-            unheld &= (1 << statement.first + statement.length) - 1
-        for column in members(beliefs.items(life, unheld)):
-            self._lacks_of(column)[sender] = 1.0
-        denied = beliefs.deny(sender, life, unheld)
-        if denied:
-            self._stated[sender, life] = self._stated.get((sender, life), 0) & ~denied
-        return beliefs.items(life, denied)
 
     def _decoded(self, packet: Packet, slot: int, now_s: float) -> tuple[Named, ...]:
         """Return the items recovered from the symbols of this and earlier packets."""

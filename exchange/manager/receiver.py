@@ -21,7 +21,6 @@ from exchange.packets import (
 )
 from exchange.policy.acknowledgement import members
 from worldmodel import STATUS, Block, WorldModel
-from worldmodel.facts import MOST_ITEMS
 
 if TYPE_CHECKING:
     from exchange.manager.holdings import HoldingsReports
@@ -144,8 +143,10 @@ class Receiver:
         beliefs, peers, lacked = self._beliefs, self._peers, 0
         for summary in packet.summary:
             origin, epoch = life = summary[:2]
-            if life not in beliefs.shared:
-                lacked |= beliefs.summaries.note(packet.sender, summary)
+            # An alarm, even of an incarnation that this vehicle does not know, says nothing about items.
+            if life not in beliefs.shared and not summary.is_alarm:
+                beliefs.report((packet.sender,), life, summary.held)
+                lacked |= beliefs.deny(packet.sender, life, summary.lacked)
                 if not self._repeats and (peers.away >> origin & 1 or epoch != peers.epochs[origin]):
                     self._interests.adopt(beliefs.orphans(life), now_s)
         return lacked
@@ -189,7 +190,7 @@ class Receiver:
             noticed.append((self._me, False))
         epochs = self._peers.epochs
         for summary in packet.summary:
-            if summary.highest >= MOST_ITEMS and summary.epoch == epochs[summary.origin]:
+            if summary.is_alarm and summary.epoch == epochs[summary.origin]:
                 noticed.append((summary.origin, True))
         new = [node for node, by_alarm in noticed if self.doubt(node, packet.frame, now_s, by_alarm)]
         return new[0] if new else None

@@ -58,7 +58,6 @@ from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, 
 from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCH_MASK, Before, FragmentCodec, Packing, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
-from worldmodel.facts import MOST_ITEMS
 
 GRAMMAR = 2
 """Version of the layout; increase it with every change, since the hash covers widths only."""
@@ -342,7 +341,7 @@ class Codec:
                 items.append(name_of_item(fragment))
                 lives.add((fragment.origin, fragment.epoch))
         for summary in packet.summary:
-            concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
+            concerns |= -1 if summary.is_alarm else 1 << summary.origin
         of_items = tuple(statuses), tuple(items) if lives else ()
         return DecodedPacket(packet, latest_s, concerns, relays, *of_items, own_row, heard, frozenset(lives))
 

@@ -1,8 +1,12 @@
-"""Summaries of received sets: content and number of transmissions."""
+"""Summaries of received sets: content, number of transmissions, effect on beliefs."""
 
+import pytest
+
+from benchmarks.manager_fleet import SLOT_S, ManagerFleet, cells
 from exchange.manager.beliefs import TIMES_TOLD, Beliefs, Summaries
-from exchange.packets import Summary
+from exchange.packets import Fragment, ItemUid, Summary
 from exchange.policy.policies import ACK
+from worldmodel.facts import MOST_ITEMS
 
 LIFE = (2, 0)
 
@@ -41,3 +45,15 @@ def test_a_discard_beyond_the_summary_mask_is_not_reported() -> None:
     told(queue, 20)
     beliefs.give_up([(*LIFE, 15)])
     assert told(queue, 20) == 0
+
+
+@pytest.mark.parametrize(("highest", "holds"), [(0, True), (-1, False), (MOST_ITEMS, False)])
+def test_a_summary_counts_for_items_received_later_but_an_alarm_does_not(highest: int, holds: bool) -> None:
+    """Node 0 reports on the second incarnation of node 2, of which node 1 hears afterwards."""
+    fleet, uid = ManagerFleet(3), ItemUid(2, 0, 0, 1)
+    fleet.deliver(1, fleet.codec.encode(0, 0, summary=[Summary(2, 1, highest, 0)]), 1.0)
+    start_s = 2.0 * SLOT_S
+    item = Fragment(2, 0, 0.0, cells(3, 1), epoch=1)
+    data = fleet.codec.encode(2, 0, [item], epoch=1, slot_start_s=start_s)
+    assert fleet.deliver(1, data, start_s + 1.0).items == (uid,)
+    assert fleet.managers[1].believes(0, uid) is holds
