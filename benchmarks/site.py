@@ -124,7 +124,7 @@ class Measured:
     def loss(self, number: int, excess_db: float) -> float:
         """Loss of a full packet on a link, by so much above the budget."""
         bits = self.deployment.modem.payload_bits
-        return float(self.plain.shifted(float(excess_db)).loss_at(self.ranges_m[number], bits))
+        return float(self.plain.loss_at(self.ranges_m[number], bits, float(excess_db)))
 
     @cached_property
     def excesses_db(self) -> Array:

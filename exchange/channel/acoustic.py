@@ -20,7 +20,6 @@ from exchange.channel.link import LinkModel
 from exchange.channel.link_budget import (
     Budget,
     BudgetLinks,
-    Links,
     francois_garrison_db_per_km,
     noise_in_band_db,
     sound_speed_mps,
@@ -28,7 +27,7 @@ from exchange.channel.link_budget import (
 )
 from exchange.channel.models import ChannelModel, Deployment, SettingFault
 from exchange.channel.modems import Modem
-from exchange.channel.site import Site, SiteLinks, SiteMean, SiteTable
+from exchange.channel.site import Site, SiteLinks, SiteTable
 
 Curve = Sequence[tuple[float, float]]
 """In-band signal-to-noise ratio (dB, rising) and packet error rate of a whole frame."""
@@ -54,9 +53,9 @@ class MeasuredLinks(BudgetLinks):
 
     curve: Curve
 
-    def loss_at(self, range_m: float, size_bits: int) -> float:
+    def loss_at(self, range_m: float, size_bits: int, excess_db: float = 0.0) -> float:
         """Return the loss probability of a packet that is received as a whole."""
-        per = per_at(self.curve, self.budget.effective_snr_db(range_m))
+        per = per_at(self.curve, self.budget.snr_db(range_m, excess_db) - self.budget.margin_db)
         # The logarithm in ``block_loss`` is infinite for a certain loss.
         return per if per in (0.0, 1.0) else block_loss(per, size_bits / self.frame_bits)
 
@@ -71,9 +70,9 @@ class AcousticLinks(BudgetLinks):
     modulation: Modulation
     fading: Fading
 
-    def loss_at(self, range_m: float, size_bits: int) -> float:
+    def loss_at(self, range_m: float, size_bits: int, excess_db: float = 0.0) -> float:
         """Return the loss probability of a packet that is received as a whole."""
-        ebn0 = power_of_10(self.budget.ebn0_db(range_m) / 10.0)
+        ebn0 = power_of_10(self.budget.ebn0_db(range_m, excess_db) / 10.0)
         return packet_loss(self.modulation, self.fading, size_bits, self.frame_bits, ebn0)
 
 
@@ -117,24 +116,22 @@ class AcousticChannel(ChannelModel):
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Return the links of the fleet's modem; only the site is random."""
-        links = self._plain_links(deployment)
+        return self.links(deployment, seed)
+
+    def links(self, deployment: Deployment, seed: int | None = None) -> BudgetLinks | SiteLinks:
+        """Return the links; without a seed those by range and size alone, averaged over the site if there is one."""
+        links = self._plain_links(deployment.modem, self.budget(deployment))
         if self.site is None or not self.site.is_on:
             return links
-        return SiteLinks(links, Site.drawn(self.site, len(deployment.nodes), seed), SiteMean.over(links, self.site))
+        site = None if seed is None else Site.drawn(self.site, len(deployment.nodes), seed)
+        return SiteLinks(links, self.site.levels_db(), site)
 
-    def links(self, deployment: Deployment) -> Links:
-        """Return the links by range and size alone, averaged over the site if there is one."""
-        links = self._plain_links(deployment)
-        return links if self.site is None or not self.site.is_on else SiteMean.over(links, self.site)
-
-    def _plain_links(self, deployment: Deployment) -> BudgetLinks:
-        modem = deployment.modem
+    def _plain_links(self, modem: Modem, budget: Budget) -> BudgetLinks:
         if modem.per_at_snr:
-            return MeasuredLinks(self.budget(deployment), modem.frame_bits, modem.per_at_snr)
+            return MeasuredLinks(budget, modem.frame_bits, modem.per_at_snr)
         if modem.modulation is None:
             raise ValueError(f"modem {modem.name} has no modulation")
-        modulation, fading = Modulation(modem.modulation), Fading(self.fading)
-        return AcousticLinks(self.budget(deployment), modem.frame_bits, modulation, fading)
+        return AcousticLinks(budget, modem.frame_bits, Modulation(modem.modulation), Fading(self.fading))
 
     def mean_per(self, deployment: Deployment) -> float:
         """Return the mean loss of a full packet over ranges from 0 to the declared one."""

@@ -7,8 +7,8 @@ and Francois and Garrison (1982); noise by Coates (1989) from the curves of Wenz
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Protocol, Self
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 from exchange.arithmetic import exp, log, log10, power_of_10
 from exchange.channel.link import Transmission
@@ -139,38 +139,26 @@ class Budget:
         """Return the transmission loss."""
         return transmission_loss_db(range_m, self.spreading, self.absorption_db_per_km)
 
-    def snr_db(self, range_m: float) -> float:
-        """Return the in-band signal-to-noise ratio."""
-        return self.source_level_db - self.loss_db(range_m) - self.noise_db + self.directivity_db
+    def snr_db(self, range_m: float, excess_db: float = 0.0) -> float:
+        """Return the in-band signal-to-noise ratio; ``excess_db`` is that of a link above the budget."""
+        return self.source_level_db - self.loss_db(range_m) - self.noise_db + (self.directivity_db + excess_db)
 
-    def effective_snr_db(self, range_m: float) -> float:
-        """Return the in-band signal-to-noise ratio less the margin."""
-        return self.snr_db(range_m) - self.margin_db
-
-    def ebn0_db(self, range_m: float) -> float:
-        """Return Eb/N0: the effective in-band ratio times B / R."""
-        return self.effective_snr_db(range_m) + 10.0 * log10(self.band_hz / self.rate_bps)
+    def ebn0_db(self, range_m: float, excess_db: float = 0.0) -> float:
+        """Return Eb/N0: the in-band ratio less the margin, times B / R."""
+        return self.snr_db(range_m, excess_db) - self.margin_db + 10.0 * log10(self.band_hz / self.rate_bps)
 
 
-class Links(Protocol):
-    """Links with losses from range and size alone."""
+@dataclass(frozen=True)
+class BudgetLinks(ABC):
+    """Links of one modem in one sea, with losses from range and size alone."""
+
+    budget: Budget
+    frame_bits: int
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """Return the probability that at least one frame of the packet is lost."""
         return self.loss_at(range_m, packet.size_bits)
 
-    def loss_at(self, range_m: float, size_bits: int) -> float:
-        """Return the loss probability of a packet that is received as a whole."""
-
-
-@dataclass(frozen=True)
-class BudgetLinks(Links):
-    """Links of one modem in one sea."""
-
-    budget: Budget
-    frame_bits: int
-
-    def shifted(self, excess_db: float) -> Self:
-        """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
-        budget = replace(self.budget, directivity_db=self.budget.directivity_db + excess_db)
-        return replace(self, budget=budget)
+    @abstractmethod
+    def loss_at(self, range_m: float, size_bits: int, excess_db: float = 0.0) -> float:
+        """Return the loss probability of a packet that is received as a whole; ``excess_db`` as of ``Budget``."""

@@ -26,7 +26,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from exchange.arithmetic import PI, exp, normal_quantile, sincos
 from exchange.channel import loss
 from exchange.channel.link import Transmission
-from exchange.channel.link_budget import BudgetLinks, Links
+from exchange.channel.link_budget import BudgetLinks
 
 WAVES = 24
 LEVELS = 32
@@ -64,6 +64,11 @@ class SiteTable(BaseModel):
     def is_on(self) -> bool:
         """True if the site affects links."""
         return self.spread_db > 0.0 or self.receiver_db > 0.0
+
+    def levels_db(self) -> tuple[float, ...]:
+        """Return equiprobable differences of links from the budget, by their distribution over places."""
+        spread_db = math.sqrt(self.spread_db * self.spread_db + self.receiver_db * self.receiver_db)
+        return tuple(spread_db * normal_quantile((number + 0.5) / LEVELS) for number in range(LEVELS))
 
 
 class Wave(NamedTuple):
@@ -125,36 +130,22 @@ class Site:
         return self.spread_db(a, b, now_s) - self.receivers_db[receiver]
 
 
-@dataclass(frozen=True)
-class SiteMean(Links):
-    """Links averaged over a site, for unknown places; ``levels`` are equiprobable."""
-
-    levels: Sequence[Links]
-
-    @classmethod
-    def over(cls, links: BudgetLinks, table: SiteTable) -> SiteMean:
-        """Return the mean of links over a site."""
-        spread_db = math.sqrt(table.spread_db * table.spread_db + table.receiver_db * table.receiver_db)
-        excesses_db = [spread_db * normal_quantile((number + 0.5) / LEVELS) for number in range(LEVELS)]
-        return cls([links.shifted(excess_db) for excess_db in excesses_db])
-
-    def loss_at(self, range_m: float, size_bits: int) -> float:
-        """Return the loss probability of a packet that is received as a whole."""
-        return math.fsum(links.loss_at(range_m, size_bits) for links in self.levels) / len(self.levels)
-
-
 @dataclass(frozen=True, slots=True)
 class SiteLinks:
-    """Links of one run at a site; ``mean`` is used for packets without positions."""
+    """Links at a site; without a drawn ``site``, or positions, the mean over equiprobable ``levels_db``."""
 
     links: BudgetLinks
-    site: Site
-    mean: SiteMean
+    levels_db: Sequence[float]
+    site: Site | None = None
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
         """Return the probability that at least one frame of the packet is lost."""
-        if not packet.positions_m:
-            return self.mean.loss_at(range_m, packet.size_bits)
+        if self.site is None or not packet.positions_m:
+            return self.loss_at(range_m, packet.size_bits)
         a, b = packet.positions_m[packet.sender], packet.positions_m[receiver]
-        excess_db = self.site.excess_db(a, b, receiver, packet.start_s)
-        return self.links.shifted(excess_db).loss_at(range_m, packet.size_bits)
+        return self.links.loss_at(range_m, packet.size_bits, self.site.excess_db(a, b, receiver, packet.start_s))
+
+    def loss_at(self, range_m: float, size_bits: int) -> float:
+        """Return the mean loss probability of a packet that is received as a whole."""
+        losses = (self.links.loss_at(range_m, size_bits, excess_db) for excess_db in self.levels_db)
+        return math.fsum(losses) / len(self.levels_db)
