@@ -58,11 +58,6 @@ def state_key(seed: int, trial: int) -> int:
     return slot_key(trial_key(seed, trial), STATES)
 
 
-def link_draw(key: int, sender: int, receiver: int) -> int:
-    """Return the number of `link_uniform` in units of 2^-53."""
-    return mixed(key + (sender << 16) + receiver + 1) >> 11 & _LOW_53
-
-
 def link_uniform(key: int, sender: int, receiver: int) -> float:
     """Return the uniform number in [0, 1) of a link in a slot with this key."""
     return ((mixed(key + (sender << 16) + receiver + 1) >> 11) & _LOW_53) * 2.0**-53

@@ -38,22 +38,22 @@ MOST_PASSED = 16
 """Reports of an item's holders after the last news about them."""
 
 
-def names_bits(n_nodes: int) -> int:
-    """Bits that distinguish as many nodes."""
+def width(n_values: int) -> int:
+    """Bits that distinguish ``n_values`` values: 1 -> 0, 2 -> 1, 5 -> 3."""
     bits = 0
-    while 1 << bits < n_nodes:
+    while 1 << bits < n_values:
         bits += 1
     return bits
 
 
 def statement_bits(n_nodes: int, number_bits: int, length: int) -> int:
     """Size of a usual statement with a mask of ``length`` bits, presence bit included."""
-    return 2 + names_bits(n_nodes) + number_bits + LENGTH_BITS + length
+    return 2 + width(n_nodes) + number_bits + LENGTH_BITS + length
 
 
 def holder_set_bits(n_nodes: int, number_bits: int) -> int:
     """Size of a usual holder set, presence bit included."""
-    return 1 + names_bits(n_nodes) + number_bits + n_nodes
+    return 1 + width(n_nodes) + number_bits + n_nodes
 
 
 LEAST_LACK = 0.02

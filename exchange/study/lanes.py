@@ -21,7 +21,7 @@ from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_type_hint
 import numpy as np
 from numpy.typing import NDArray
 
-from exchange.channel.loss import link_draw, slot_key, trial_key
+from exchange.channel.loss import link_uniform, slot_key, trial_key
 
 Ints: TypeAlias = NDArray[np.int64]
 Floats: TypeAlias = NDArray[np.float64]
@@ -61,8 +61,8 @@ class Case(NamedTuple):
     Nodes 0 to `n_sources` - 1 have as many columns each. `rate` is 0 for a batch: every column is an item of slot 0,
     and a stage is reached when all items reach it. Under Poisson load it is the mean number of new items per node and
     slot; items generated in the window are followed to their end, while generation continues. `p_none` is exp(-rate),
-    `least_heard` the least `link_draw` of a packet that is not lost, `number_bits` the size of a sequence, for policies
-    that report received sets (`states`). `knows_all` marks the bound.
+    `number_bits` the size of a sequence, for policies that report received sets (`states`). `knows_all` marks the
+    bound.
     """
 
     n_nodes: int
@@ -84,7 +84,7 @@ class Case(NamedTuple):
     window_start: int = 0
     window_end: int = 1
     max_slots: int = 0
-    least_heard: int = 0
+    p_loss: float = 0.0
     seed: int = 0
     first_trial: int = 0
 
@@ -189,7 +189,7 @@ def draw_word(case: Case, key: int, frame_slot: int, first: int, n_slots: int) -
         key_of_slot = slot_key(key, frame_slot + owner)
         for node in range(case.n_nodes):
             if node != owner:
-                heard = int(link_draw(key_of_slot, owner, node) >= case.least_heard)
+                heard = int(link_uniform(key_of_slot, owner, node) >= case.p_loss)
                 word |= heard * lane_bit(n * case.n_nodes + node)
     return word
 

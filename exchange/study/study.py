@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from exchange.arithmetic import exp
 from exchange.errors import ConfigurationError
 from exchange.policy.acknowledgement import Acknowledgement
-from exchange.policy.planning import names_bits
+from exchange.policy.planning import width
 from exchange.policy.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits
 from exchange.study import compiler, lanes
 from exchange.study.compiler import SlotLoop
@@ -153,12 +153,12 @@ def case_of(study: ExchangeStudy, policy: AckPolicy, p_loss: float) -> Case:
         p_none=exp(-load.rate),
         item_bits=study.item_bits,
         symbol_bits=study.item_bits + SYMBOL_MORE_BITS,
-        number_bits=names_bits(math.ceil(expected_items) + 1),  # as in a vehicle
+        number_bits=width(math.ceil(expected_items) + 1),  # as in a vehicle
         capacity_bits=lanes.NEVER if study.capacity_bits is None else study.capacity_bits,
         window_start=window_start,
         window_end=window_end,
         max_slots=study.max_slots,
-        least_heard=math.ceil(p_loss * 2.0**53),
+        p_loss=p_loss,
         seed=study.seed,
     )
 

@@ -52,9 +52,10 @@ from exchange.packets import (
     name_of_item,
 )
 from exchange.policy.acknowledgement import fields
+from exchange.policy.planning import width
 from exchange.policy.policies import AckPolicy, bits_beside, header_bits
 from exchange.wire.accounts import AccountCodec
-from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, padded, read_natural, width
+from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, padded, read_natural
 from exchange.wire.fragmentcodec import EPOCH_BITS, EPOCH_MASK, Before, FragmentCodec, Packing, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from exchange.errors import ConfigurationError, PeerFault
+from exchange.policy.planning import width
 from worldmodel import Attribute, PropertyValue, TBox, Value, ValueKind
 
 
@@ -87,11 +88,6 @@ def padded(string: Bits) -> bytes:
     bits, size_bits = string
     padding = -size_bits % 8
     return (bits << padding).to_bytes((size_bits + padding) // 8, "big")
-
-
-def width(n_values: int) -> int:
-    """Bits that distinguish ``n_values`` values: 1 -> 0, 2 -> 1, 5 -> 3."""
-    return (n_values - 1).bit_length()
 
 
 def rest_of(number: int) -> Bits:

@@ -12,7 +12,8 @@ from operator import itemgetter
 
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Fragment, Life
-from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, read_natural, width
+from exchange.policy.planning import width
+from exchange.wire.factcodec import Bits, FactCodec, FieldSize, Reader, joined, natural, read_natural
 from worldmodel import EPOCHS, STATUS, Field
 from worldmodel.facts import MOST_ITEMS
 

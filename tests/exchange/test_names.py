@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.errors import PeerFault
-from exchange.wire.factcodec import AttributeNames, width
+from exchange.policy.planning import width
+from exchange.wire.factcodec import AttributeNames
 
 
 class Taker:

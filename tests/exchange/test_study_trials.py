@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from exchange.channel.loss import link_draw, link_uniform, slot_key, trial_key, uniform
+from exchange.channel.loss import link_uniform, slot_key, trial_key, uniform
 from exchange.errors import ConfigurationError
 from exchange.policy.acknowledgement import Acknowledgement
 from exchange.policy.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, POLICIES, STATING, AckPolicy, policy_fault
@@ -130,16 +130,6 @@ def test_reception_is_drawn_per_sender_and_receiver() -> None:
         heard = lanes.draw_word(case, trial_key(5, 3), slot - slot % 5, slot % 5, 1)
         drawn = [j for j in range(5) if j != slot % 5 and uniform(5, 3, slot, slot % 5, j) >= 0.4]
         assert heard == sum(1 << j for j in drawn)
-
-
-@given(SEEDS, st.integers(0, 1 << 40), st.integers(0, 63), st.integers(0, 63), st.floats(0.0, 1.0))
-def test_a_threshold_divides_draws_where_the_probability_does(seed, slot, sender, receiver, p_loss):
-    key = slot_key(trial_key(seed, 0), slot)
-    draw, number = link_draw(key, sender, receiver), link_uniform(key, sender, receiver)
-    assert draw * 2.0**-53 == number
-    for p in (p_loss, number, np.nextafter(number, 0.0), np.nextafter(number, 1.0)):
-        case = case_of(ExchangeStudy(), PAPER_POLICIES["ack"], p)
-        assert (draw >= case.least_heard) == (number >= p)
 
 
 # Machine code ---------------------------------------------------------------------------------------------------------
