@@ -87,7 +87,7 @@ class Socket:
     def heard_start_s(self, peers: Iterable[Address], wait_s: float, speed: float) -> float | None:
         """Return the start of the peers' mission by ``time.monotonic``; None after ``wait_s`` (s)."""
         known, until_s = frozenset(peers), time.monotonic() + wait_s
-        while self.wait(max(0.0, until_s - time.monotonic())):
+        while (left_s := until_s - time.monotonic()) > 0.0 and self.wait(left_s):
             datagram = self.take()
             if datagram is not None and datagram[1] in known and (opened := _opened(datagram[0])) is not None:
                 return time.monotonic() - opened[0] / speed
@@ -123,10 +123,13 @@ class UdpDriver:
 
     def receive(self, until_s: float) -> list[TimedPacket]:
         """Return the packets of peers; wait until ``until_s`` for the first."""
-        while self._is_open and self._port.wait(self._pace.wait_s(until_s)):
-            if packets := self._taken():
-                return packets
-        return []
+        packets: list[TimedPacket] = []
+        left_s = math.inf
+        # Other datagrams may arrive first: wait for the rest of the time.
+        while self._is_open and not packets and left_s > 0.0:
+            left_s = self._pace.wait_s(until_s)
+            packets = self._taken() if self._port.wait(left_s) else []
+        return packets
 
     def _taken(self) -> list[TimedPacket]:
         packets: list[TimedPacket] = []

@@ -70,6 +70,27 @@ def test_datagrams_of_unknown_senders_are_skipped() -> None:
         assert driver.receive(pace.now_s + 0.2) == []
 
 
+class Flooded(Socket):
+    """Port with a datagram of an unknown sender at any time; a caller that takes more than 1000 never ends."""
+
+    n_taken = 0
+
+    def wait(self, wait_s: float) -> bool:
+        return True
+
+    def take(self) -> tuple[bytes, tuple[str, int]]:
+        self.n_taken += 1
+        assert self.n_taken <= 1000
+        return HEAD.pack(MAGIC, 700.0) + b"data", ("192.0.2.1", 47000)
+
+
+def test_a_flood_of_datagrams_does_not_delay_the_next_slot() -> None:
+    pace = Paced(time.monotonic() - FAR_S)
+    driver = UdpDriver(port := Flooded(), [("127.0.0.1", 47000)], pace, lambda size_bits: AIR_S)
+    assert driver.receive(pace.now_s - 1.0) == []
+    assert port.heard_start_s([("127.0.0.1", 47000)], 0.0, 1.0) is None
+
+
 def test_a_missing_peer_causes_no_error() -> None:
     driver, _, peer, pace = pair()
     peer.close()
