@@ -278,26 +278,24 @@ def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, faults
 def check_fit(store: Store, block: Block) -> CheckResult:
     """Check the fit of a block of valid form, as defined in the module docstring."""
     masks = store.index.masks
+    fit: _Fit | None = None
     for fact in block.facts:
         attribute = store.tbox.attributes[fact.attribute]
-        if attribute.kind is ValueKind.TYPE or not masks.get(fact.subject, 0) >> attribute.domain & 1:
-            break
-        if attribute.range_class is not None and not masks.get(fact.target, 0) >> attribute.range_class & 1:
-            break
-    else:  # subjects and targets are known to have the required classes
-        return SOUND
-    fit = _Fit(store, block)
-    for fact in block.facts:
-        attribute = store.tbox.attributes[fact.attribute]
+        range_class = attribute.range_class
+        is_known = attribute.kind is not ValueKind.TYPE and masks.get(fact.subject, 0) >> attribute.domain & 1
+        # Usual case: subject and target are known to have the required classes.
+        if is_known and (range_class is None or masks.get(fact.target, 0) >> range_class & 1):
+            continue
+        fit = fit or _Fit(store, block)
         if attribute.kind is ValueKind.TYPE:
             fit.retype(fact)
             continue
         fit.require(fact.subject, attribute.domain, FaultCode.DOMAIN, attribute)
-        if attribute.range_class is not None:
-            fit.require(fact.target, attribute.range_class, FaultCode.LINK_CLASS, attribute)
-    if fit.found:
-        return CheckResult(_faults(block, fit.found))
-    return CheckResult(missing=tuple(fit.missing)) if fit.missing else SOUND
+        if range_class is not None:
+            fit.require(fact.target, range_class, FaultCode.LINK_CLASS, attribute)
+    if fit is None:
+        return SOUND
+    return CheckResult(_faults(block, fit.found)) if fit.found else CheckResult(missing=tuple(fit.missing))
 
 
 class _Fit:
