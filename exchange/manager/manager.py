@@ -140,7 +140,6 @@ class ExchangeManager:
         """``renew(now_s) -> Renewal``: evaluate all items again after a change of needs."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_sent = 0
-        self._left_to_relays = 0  # item set suspended for the packet under construction
         self._due_to_statuses = 0  # accumulated bits that statuses may take before items
         self._is_for_large = False  # the next packet without reserve for statuses starts with large items
         self.n_faults = 0
@@ -299,10 +298,11 @@ class ExchangeManager:
         signals_bits = len(signals) * codec.signal_bits
         # ``_room_bits`` assumes the largest header; a smaller one leaves its bits to the sections.
         room_bits = self._room_bits + codec.spare_bits(self._me, frame) - signals_bits - summary_bits
+        account_bits = left_out = 0
         if (reports := self._receiver.reports) is not None:
-            room_bits -= self._let_plan(reports, room_bits)
-        packing = codec.packing(self._me, self._epoch, start_s, room_bits)
-        chosen = self.queue.choose(packing, now_s)
+            account_bits, left_out = self._let_plan(reports, room_bits)
+        packing = codec.packing(self._me, self._epoch, start_s, room_bits - account_bits)
+        chosen = self.queue.choose(packing, now_s, left_out)
         if self._summarises and not summary:
             summary, summary_bits = self._beliefs.summaries.spare(packing.left_bits)
             packing.left_bits -= summary_bits
@@ -316,8 +316,6 @@ class ExchangeManager:
         header, (fragments, sizes) = codec.encode_acks(self._me, acks, frame), packing.wired()
         n_acks = header[0].bit_count()
         if reports is not None:
-            # ``_let_plan`` suspended all items outside of the plan, which would not count as open until the next slot.
-            self.queue.rest(self._left_to_relays)
             said_bits = sum([candidate.size_bits for candidate in chosen if candidate.column == STATUS_COLUMN])
             self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
             header = joined(header, reports.section(content, slot, packing.left_bits))
@@ -338,16 +336,15 @@ class ExchangeManager:
             tuple([(node, PARKED) for node in absent]),
         )
 
-    def _let_plan(self, reports: HoldingsReports, room_bits: int) -> int:
-        """Plan the packet, suspend all other items; return the size of the holdings section.
+    def _let_plan(self, reports: HoldingsReports, room_bits: int) -> tuple[int, int]:
+        """Plan the packet; return the size of the holdings section, and the items (set) left out.
 
         Statuses are not planned. Their share of the capacity is their share of the queue by priority times size, as
         under the additive rule, accumulated over packets; at most half of a packet, once the smallest of them fits.
         Otherwise they compete with planned items for the capacity beside the section.
         """
         queue = self.queue
-        self._left_to_relays = queue.resting if self.relaying is not None else 0
-        statuses, others_weight = queue.statuses, queue.items_weight
+        statuses, others_weight, candidates = queue.statuses, queue.items_weight, queue.open & ~queue.resting
         status_bits = sum([candidate.size_bits for candidate in statuses])
         weight = sum([candidate.priority * candidate.size_bits for candidate in statuses])
         kept_bits, large_first = 0, False
@@ -359,9 +356,8 @@ class ExchangeManager:
                 kept_bits = 0
         if not kept_bits:
             large_first, self._is_for_large = self._is_for_large, not self._is_for_large
-        chosen, account_bits = reports.plan(queue.open & ~self._left_to_relays, room_bits - kept_bits, large_first)
-        queue.rest(queue.open & ~chosen)
-        return account_bits
+        chosen, account_bits = reports.plan(candidates, room_bits - kept_bits, large_first)
+        return account_bits, candidates & ~chosen
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""

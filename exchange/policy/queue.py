@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, insort
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import Protocol
@@ -183,15 +183,22 @@ class Queue:
 
     # What goes out -------------------------------------------------------------------------------
 
-    def choose(self, room: Room, now_s: float) -> list[Candidate]:
-        """Fill the packet of an own slot at ``now_s``; return its entries, most valuable first."""
+    def choose(self, room: Room, now_s: float, left_out: int = 0) -> list[Candidate]:
+        """Fill the packet of an own slot at ``now_s``; return its entries, most valuable first.
+
+        Items ``left_out`` (set) by the plan of the packet are not sent, and gain no value in this slot.
+        """
         if self._limits.outside or self._limits.deadlines:
             self._update(now_s)
+        unplanned = self._set_aside(left_out) if left_out else []
         # Weights grow before the choice, as in the cooperation paper (section IV, steps 5 to 7).
         self._n_slots += 1
         moment, unsaid = Moment(now_s, self._n_slots), dict[Unsaid, int]()
         heads, chosen = list[Head](), list[Candidate]()
-        n_waiting = n_repeated = n_passed = n_too_large = 0
+        n_passed = n_too_large = n_repeated = 0
+        n_waiting = len(unplanned)
+        for candidate in unplanned:
+            n_repeated += candidate.n_sent > 0
         for line in self._sendable(now_s, unsaid):
             n_waiting, n_repeated = n_waiting + len(line.entries), n_repeated + line.n_repeated
             heappush(heads, self._head(line, 0, moment))
@@ -223,21 +230,35 @@ class Queue:
         if not chosen and not unsaid:
             unsaid[Unsaid.NOTHING_OPEN] = 1
         self.unsaid = unsaid
+        self._note_sent(chosen, moment)
+        for candidate in unplanned:
+            candidate.since_slot = self._n_slots
+            self._place(candidate)
+        return chosen
+
+    def _set_aside(self, items: int) -> list[Candidate]:
+        """Take items (set) inside out of their lines; return them."""
+        candidates = [self._items[column] for column in members(items) if column in self._items]
+        for candidate in candidates:
+            self._leave(candidate)
+        return candidates
+
+    def _note_sent(self, chosen: Iterable[Candidate], moment: Moment) -> None:
+        """Record the entries of a packet; queue those again that need an acknowledgement, with value 0."""
         self._sent.clear()
         for candidate in chosen:
             candidate.note_sent(moment)
             if candidate.terms.blackout_s:
-                self._blackout_s[candidate.about] = now_s
+                self._blackout_s[candidate.about] = moment.now_s
             if candidate.column == STATUS_COLUMN:
                 continue
-            if candidate.terms.acknowledged:  # queue again with value 0
+            if candidate.terms.acknowledged:
                 self._place(candidate)
                 self._sent[candidate.column] = candidate
             else:
                 self._let_go(candidate)
                 self._end(candidate)
-                self._tell(candidate, Expired.SENT_ONCE, now_s)
-        return chosen
+                self._tell(candidate, Expired.SENT_ONCE, moment.now_s)
 
     def _sendable(self, now_s: float, unsaid: dict[Unsaid, int]) -> list[Line]:
         """Return the lines of which candidates may be sent; count the others in ``unsaid``."""

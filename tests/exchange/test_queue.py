@@ -278,3 +278,16 @@ def test_a_suspended_item_is_outstanding_and_unsent_until_resumed(rule):
     assert sorted(said(queue, 3)) == [0, 1]
     queue.drop(2)
     assert (queue.open, queue.resting) == (0b011, 0)
+
+
+@pytest.mark.parametrize("rule", VALUE_RULES.values(), ids=VALUE_RULES)
+def test_items_outside_of_the_plan_of_a_packet_wait_for_the_next(rule):
+    """They are not left to a relay: the reason is their lower value, or that they were sent before."""
+    queue = Queue(rule)
+    for column in range(3):
+        take(queue, column)
+    assert [one.column for one in queue.choose(FixedRoom(SIZE_BITS), 0.0, left_out=0b110)] == [0]
+    assert queue.unsaid == {Unsaid.LOWER_VALUE: 2}
+    assert [one.column for one in queue.choose(FixedRoom(SIZE_BITS), 1.0, left_out=0b101)] == [1]
+    assert (queue.unsaid, queue.open, queue.resting) == ({Unsaid.WAITING: 1, Unsaid.LOWER_VALUE: 1}, 0b111, 0)
+    assert sorted(said(queue, 3, 2.0)) == [0, 1, 2]
