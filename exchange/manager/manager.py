@@ -126,7 +126,7 @@ class ExchangeManager:
         self.parking = True
         """True if items do not wait for a peer whose silence exceeds loss; it resynchronises at its next packet."""
         if not policy.repeat:
-            self._receiver.relaying = Relaying(beliefs, self._receiver)
+            self._receiver.relaying = Relaying(beliefs, self._interests, model)
         if codec.accounts is not None:
             from exchange.manager.holdings import HoldingsReports
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -68,8 +67,6 @@ class Receiver:
         self._repeats = repeats
         self._carrier_evidence = carrier_evidence
         self._frame_s = frame_s
-        self._relayed = 0  # origins relayed (bit mask)
-        self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses relayed
         self.reports: HoldingsReports | None = None
         """Holdings reports; None without the policy."""
         self.relaying: Relaying | None = None
@@ -79,7 +76,8 @@ class Receiver:
         """Add a new item and queue it if this vehicle sends it; return its column."""
         column, origin, beliefs = self._beliefs.add(item, entry), item.fragment.origin, self._beliefs
         is_own = origin == self._me and beliefs.origins[origin] >> column & 1
-        if self._repeats or is_own or self._relayed >> origin & 1:
+        is_relayed = self.relaying is not None and self.relaying.origins >> origin & 1
+        if self._repeats or is_own or is_relayed:
             self._interests.take(column, now_s)
         return column
 
@@ -122,9 +120,8 @@ class Receiver:
                 if recovered:
                     beliefs.take(self._take_in(recovered, taken, now_s), None)
             lacked |= self._take_summaries(packet, now_s) if packet.summary else 0
-        for status in decoded.statuses if self._relayed else ():
-            if self._relayed >> status.origin & 1 and self._is_news(status):
-                self._interests.take_status(status)
+        if self.relaying is not None and self.relaying.origins:
+            self.relaying.pass_on(decoded.statuses)
         if has_begun or met is Met.BACK:
             self._catch_up(sender, now_s)
         elif lacked:
@@ -161,27 +158,6 @@ class Receiver:
             if fragment.origin not in (packet.sender, self._me):
                 evidence.append((fragment.origin, min(fragment.time_s, now_s)))
         return tuple(evidence)
-
-    def _is_news(self, status: Block) -> bool:
-        """True once per status newer than the known one, which other nodes may have rejected."""
-        slot = status.facts[0].subject, status.facts[0].attribute
-        known = self._model.latest(*slot)
-        newest_s = max(-math.inf if known is None else known.block.time_s, self._passed_on_s.get(slot, -math.inf))
-        if newest_s >= status.time_s:
-            return False
-        self._passed_on_s[slot] = status.time_s
-        return True
-
-    def relay(self, origins: int, now_s: float) -> None:
-        """Relay items of these origins (bit mask) until the next call.
-
-        Peers have poor links to these origins. The newest status of each is relayed once.
-        """
-        self._relayed = origins
-        for origin in members(origins):
-            self._interests.adopt(members(self._beliefs.lacked(self._beliefs.origins[origin])), now_s)
-        if origins:  # the node that should send these may have poor links as well
-            self._interests.adopt(self._beliefs.orphans(of_others=True), now_s)
 
     def _twin(self, packet: Packet, is_second: bool, now_s: float) -> int | None:
         """Return a duplicate node id if this packet is the first evidence; else None."""

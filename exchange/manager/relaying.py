@@ -17,12 +17,16 @@ that at its last transmission.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
+
 from exchange.manager.beliefs import Beliefs
+from exchange.manager.interests import Interests
 from exchange.manager.peers import HEARD, LOST
-from exchange.manager.receiver import Receiver
 from exchange.packets import Packet
 from exchange.policy.acknowledgement import members
 from exchange.policy.planning import KEPT, loss_of
+from worldmodel import Block, WorldModel
 
 LOOK_FRAMES = 4
 """TDMA frames between evaluations of link loss."""
@@ -37,12 +41,16 @@ AGED = 4.0
 class Relaying:
     """Relaying of one vehicle: origins it relays, peers it leaves to other relays."""
 
-    def __init__(self, beliefs: Beliefs, receiver: Receiver) -> None:
+    def __init__(self, beliefs: Beliefs, interests: Interests, model: WorldModel) -> None:
         self._me = beliefs.me
         self._nodes = range(beliefs.n_nodes)
         self._beliefs = beliefs
         self._peers = beliefs.peers
-        self._receiver = receiver
+        self._interests = interests
+        self._model = model
+        self.origins = 0
+        """Origins (bit mask) whose items and statuses this vehicle relays, until the next evaluation."""
+        self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses relayed
         self.rows: list[list[int]] = [[] for _ in self._nodes]
         """Acknowledgement rows since the last evaluation, by peer."""
         # As `LossEstimate`, a thousand links in a fleet of 32 nodes: by receiver and sender, and by receiver.
@@ -68,8 +76,7 @@ class Relaying:
             others, weight = lost_of[:receiver] + lost_of[receiver + 1 :], self._weight[receiver]
             least, most = min(least, loss_of(min(others), weight)), max(most, loss_of(max(others), weight))
         if FAVOUR * (1.0 - most) >= 1.0 - least:  # no link is that much better than another
-            self.left = []
-            self._receiver.relay(0, now_s)
+            self.left, self.origins = [], 0
             return
         lost = [[loss_of(n, self._weight[receiver]) for n in self._lost[receiver]] for receiver in self._nodes]
         worth = [[1.0 - max(lost[node][other], lost[other][node]) for other in self._nodes] for node in self._nodes]
@@ -82,7 +89,27 @@ class Relaying:
         cut_off = [(peer, path) for peer, path in ways if worth[peer][path[-1]] > FAVOUR * worth[peer][self._me]]
         # Any node of the path will do: each that passes on an item has it on its way to the peer.
         self.left = [(peer, by) for peer, path in cut_off for by in path]
-        self._receiver.relay(relayed, now_s)
+        self.origins = relayed
+        for origin in members(relayed):
+            self._interests.adopt(members(self._beliefs.lacked(self._beliefs.origins[origin])), now_s)
+        if relayed:  # the node that should send orphaned items may have poor links as well
+            self._interests.adopt(self._beliefs.orphans(of_others=True), now_s)
+
+    def pass_on(self, statuses: Iterable[Block]) -> None:
+        """Relay statuses of these origins, the newest of each property once."""
+        for status in statuses:
+            if self.origins >> status.origin & 1 and self._is_news(status):
+                self._interests.take_status(status)
+
+    def _is_news(self, status: Block) -> bool:
+        """True once per status newer than the known one, which other nodes may have rejected."""
+        slot = status.facts[0].subject, status.facts[0].attribute
+        known = self._model.latest(*slot)
+        newest_s = max(-math.inf if known is None else known.block.time_s, self._passed_on_s.get(slot, -math.inf))
+        if newest_s >= status.time_s:
+            return False
+        self._passed_on_s[slot] = status.time_s
+        return True
 
     def note(self, packet: Packet) -> None:
         """Record which items, with earlier ones of their origins, the sender of a packet passes on."""

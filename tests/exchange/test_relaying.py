@@ -151,7 +151,6 @@ def test_an_item_without_an_observed_relay_is_not_suspended(has_relayed: bool) -
         cut |= {(1, 2), (2, 1)}  # it passes that on from now on
         fleet.pass_frames(3)
     fleet.managers[1].leave_out("relaying")
-    fleet.managers[1]._receiver.relay(0, fleet.now_s)
     uid = fleet.maps(0, cell=7)
     assert times_said(fleet, 12, uid) == 12
     assert fleet.managers[0].relaying.left == [(2, 0), (2, 1)]
