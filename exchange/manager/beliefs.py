@@ -32,6 +32,8 @@ from worldmodel.facts import MOST_ITEMS, Guid
 
 Encode = Callable[[Summary], tuple[int, int]]
 """Encoding of a summary: its bits, as a number, and their count."""
+MOST_AHEAD = 1 << 12
+"""Blocks beyond the known ones of an origin that reports may name; bounds the memory that a corrupt report takes."""
 ADDRESSED_SHARE = 10
 """Divisor of an item's priority once all nodes it is addressed to hold it."""
 
@@ -174,6 +176,7 @@ class Beliefs:
     def report(self, peers: Iterable[int], life: Life, numbers: int) -> None:
         """Believe that peers hold these blocks (set of numbers) of an incarnation, as reported."""
         reported = self._reported[life]
+        numbers &= (1 << self.ends.get(life, 0) + MOST_AHEAD) - 1
         for peer in peers:
             if new := numbers & ~reported[peer]:
                 reported[peer] |= numbers
