@@ -107,23 +107,16 @@ def noise_in_band_db(low_khz: float, high_khz: float, shipping: float, wind_mps:
     return 10.0 * log10(total * 1000.0 * step / 3.0)
 
 
-def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km: float) -> float:
-    """Return the loss re 1 m; ``spreading`` is the exponent: 1 cylindrical, 1.5 practical, 2 spherical.
-
-    >>> round(transmission_loss_db(1000.0, 1.5, 6.1048), 2)
-    51.1
-    """
-    # The law of spreading is relative to 1 m, and has no limit towards 0.
-    away_m = max(range_m, 1.0)
-    return spreading * 10.0 * log10(away_m) + absorption_db_per_km * away_m / 1000.0
-
-
 @dataclass(frozen=True, slots=True)
 class Budget:
     """Parameters of the signal-to-noise ratio of a link, except its range.
 
-    Levels are in dB re 1 uPa, of the source at 1 m, of noise in the band. ``margin_db`` is the shortfall of the
-    receiver against its modulation or curve.
+    Levels are in dB re 1 uPa, of the source at 1 m, of noise in the band. ``spreading`` is the exponent: 1 cylindrical,
+    1.5 practical, 2 spherical. ``margin_db`` is the shortfall of the receiver against its modulation or curve.
+
+    >>> sea = Budget(170.0, 80.0, 0.0, spreading=1.5, absorption_db_per_km=6.1048, band_hz=5000.0, rate_bps=640.0)
+    >>> round(sea.loss_db(1000.0), 2)
+    51.1
     """
 
     source_level_db: float
@@ -136,8 +129,10 @@ class Budget:
     margin_db: float = 0.0
 
     def loss_db(self, range_m: float) -> float:
-        """Return the transmission loss."""
-        return transmission_loss_db(range_m, self.spreading, self.absorption_db_per_km)
+        """Return the transmission loss re 1 m."""
+        # The law of spreading has no limit towards 0.
+        away_m = max(range_m, 1.0)
+        return self.spreading * 10.0 * log10(away_m) + self.absorption_db_per_km * away_m / 1000.0
 
     def snr_db(self, range_m: float, excess_db: float = 0.0) -> float:
         """Return the in-band signal-to-noise ratio; ``excess_db`` is that of a link above the budget."""

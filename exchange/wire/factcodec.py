@@ -11,7 +11,7 @@ bytes, then UTF-8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -28,18 +28,6 @@ class FieldSize:
     field: str
     size_bits: int
     note: str = ""
-
-
-def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> str:
-    """Describe an attribute's values; ``n_values`` has the numbers of instances and classes."""
-    if attribute.kind in n_values:
-        nouns = "instances" if attribute.kind is ValueKind.LINK else "classes"
-        return f"one of {n_values[attribute.kind]} {nouns}"
-    if attribute.symbols:
-        return " or ".join(attribute.symbols)
-    if attribute.most_bytes:
-        return f"length of a text, then its bytes, at most {attribute.most_bytes}"
-    return "; ".join(dict.fromkeys(map(str, attribute.fields))) or "true or false"
 
 
 Bits = tuple[int, int]
@@ -200,8 +188,11 @@ class FactCodec:
         if names.has_others:
             fields.append(("other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
         for attribute, layout in zip(self.attributes, self._layouts, strict=True):
-            size_bits = sum(bits for bits, *_ in layout)
-            fields.append((attribute.name, size_bits, values_in_words(attribute, self._n_values)))
+            note = "length, then " + attribute.in_words if attribute.most_bytes else attribute.in_words
+            if attribute.kind in self._n_values:
+                nouns = "instances" if attribute.kind is ValueKind.LINK else "classes"
+                note = f"one of {self._n_values[attribute.kind]} {nouns}"
+            fields.append((attribute.name, sum(bits for bits, *_ in layout), note))
         for attribute in self.attributes:
             if (grid := attribute.uncertainty) is not None:
                 fields.append((f"uncertainty of {attribute.name}", 1 + grid.size_bits, "1 where it carries none"))

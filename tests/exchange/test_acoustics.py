@@ -30,7 +30,6 @@ from exchange.channel.link_budget import (
     noise_in_band_db,
     sound_speed_mps,
     thorp_db_per_km,
-    transmission_loss_db,
 )
 
 FSK, FSK_C, PSK, DPSK = Modulation.FSK_NONCOHERENT, Modulation.FSK_COHERENT, Modulation.PSK, Modulation.DPSK
@@ -124,8 +123,9 @@ def test_the_link_budget(band_khz, source_db, spreading, snr_db_at_km):
 
 def test_transmission_loss_by_hand():
     """2 km: 15 log10(2000) = 49.515 dB and 2 * 6.1048 dB."""
-    assert transmission_loss_db(2000.0, 1.5, 6.1048) == pytest.approx(49.51545 + 12.2096, rel=CLOSE)
-    assert transmission_loss_db(0.0, 1.5, 6.1048) == transmission_loss_db(1.0, 1.5, 6.1048)
+    budget = Budget(185.0, 80.0, 0.0, 1.5, 6.1048, 5000.0, 100.0)
+    assert budget.loss_db(2000.0) == pytest.approx(49.51545 + 12.2096, rel=CLOSE)
+    assert budget.loss_db(0.0) == budget.loss_db(1.0)
 
 
 # Bits ---------------------------------------------------------------------------------------------

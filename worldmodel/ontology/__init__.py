@@ -91,19 +91,9 @@ def terms_of(tbox: TBox) -> tuple[Term, ...]:
         if c.iri != str(OWL.Thing)
     }
     of_attribute: dict[OntologyClass | Attribute, str] = {
-        a: f"attribute of {tbox.classes[a.domain].name}: {_values(tbox, a)}"
+        a: f"attribute of {tbox.classes[a.domain].name}: "
+        f"{a.in_words if a.range_class is None else tbox.classes[a.range_class].name}"
         for a in tbox.attributes
         if a.uid != TYPE_UID
     }
     return (*terms(of_class), *terms(of_attribute))
-
-
-def _values(tbox: TBox, attribute: Attribute) -> str:
-    if attribute.range_class is not None:
-        return tbox.classes[attribute.range_class].name
-    if attribute.symbols:
-        return " or ".join(attribute.symbols)
-    if attribute.most_bytes:
-        return f"text of at most {attribute.most_bytes} bytes"
-    both = " east and north" if len(attribute.fields) > 1 else ""
-    return "; ".join(dict.fromkeys(map(str, attribute.fields))) + both if attribute.fields else "true or false"

@@ -73,6 +73,16 @@ class Attribute:
     most_bytes: int = field(default=0, repr=False)
     drift: float = field(default=0.0, repr=False)
 
+    @property
+    def in_words(self) -> str:
+        """Description of its values, other than types and links."""
+        if self.symbols:
+            return " or ".join(self.symbols)
+        if self.most_bytes:
+            return f"text of at most {self.most_bytes} bytes"
+        both = " east and north" if len(self.fields) > 1 else ""
+        return "; ".join(dict.fromkeys(map(str, self.fields))) + both if self.fields else "true or false"
+
     def encode(self, value: Value) -> tuple[int, ...]:
         """Return the integers of ``value``, one per field; raises TypeError or ValueError."""
         kind = self.kind
