@@ -7,7 +7,7 @@ names, and reports cover whole blocks by their origin's numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from operator import mul
+from operator import itemgetter, mul
 from typing import TYPE_CHECKING
 
 from exchange.errors import PeerFault
@@ -17,6 +17,7 @@ from exchange.packets import (
     DecodedPacket,
     Fragment,
     HolderSet,
+    ItemUid,
     Life,
     Named,
     OriginStatement,
@@ -69,7 +70,7 @@ class HoldingsReports:
         self._confirmed = self._told = 0  # item sets
         self._reception = [reception_of(0.0, 0.0)] * self._n_nodes  # by peer, as its last answer leaves it
         self._lacks: dict[int, list[float]] = {}  # by column and peer
-        self._learned: dict[int, tuple[int, int, int]] = {}  # by column: slots of last news and report, reports since
+        self._news: dict[int, tuple[int, ItemUid, int]] = {}  # by column: rank of its holder set, name, reports since
         self._first: dict[Life, int] = {}  # number of the first block that is not settled here
         # By sender: blocks covered by the symbols of its last packet, expected share delivered by peer.
         self._coded_last: dict[int, tuple[Sequence[Guid], Sequence[float]]] = {}
@@ -222,9 +223,9 @@ class HoldingsReports:
 
     def _holder_sets(self, slot: int, left_bits: int) -> Iterator[HolderSet]:
         """Yield holder sets within the remaining capacity, in order of ``holder_set_rank``."""
-        beliefs, uids, news = self._beliefs, self._beliefs.uids, self._learned
-        for column in sorted(news, key=lambda column: (holder_set_rank(*news[column][:2]), uids[column])):
-            origin, sequence, _, epoch = uids[column]
+        beliefs, news = self._beliefs, self._news
+        for column, (_, uid, n_passed) in sorted(news.items(), key=itemgetter(1)):
+            origin, sequence, _, epoch = uid
             guid = origin, epoch, sequence
             if column not in news or guid[:2] in beliefs.shared or not beliefs.is_whole(guid):
                 continue
@@ -235,11 +236,10 @@ class HoldingsReports:
                 left_bits -= self._accounts.holder_set(holder_set, self._me)[1]
                 if left_bits < 0:
                     return
-                learned, _, n_passed = news[column]
                 for part in members(items):
                     news.pop(part, None)
                 if n_passed + 1 < MOST_PASSED:
-                    news[column] = learned, slot, n_passed + 1
+                    news[column] = holder_set_rank(slot, slot), uid, n_passed + 1
                 yield holder_set
 
     def _note_sent(
@@ -347,7 +347,7 @@ class HoldingsReports:
         # Last, since known holders lack nothing.
         self._note_brought(packet.sender, plain, over, len(packet.account.symbols))
         for items in beliefs.news.values():
-            self._learned |= dict.fromkeys(members(items), (slot, -1, 0))
+            self._news |= {column: (holder_set_rank(slot, -1), beliefs.uids[column], 0) for column in members(items)}
 
     def _note_fate(self, peer: int, received: int) -> None:
         """Update link and lack estimates by a peer's acknowledgement of the own last packet."""
