@@ -136,10 +136,3 @@ def bytes_of(text: object, most_bytes: int) -> bytes:
     if len(data) > most_bytes:
         raise ValueError(f"{text!r} takes {len(data)} bytes of UTF-8; allowed: at most {most_bytes}")
     return data
-
-
-def decoded_text(data: bytes, most_bytes: int) -> str:
-    """Decode a text from UTF-8; raises ValueError if it is invalid or longer than ``most_bytes``."""
-    text = data.decode()
-    bytes_of(text, most_bytes)
-    return text

@@ -16,7 +16,7 @@ from typing import cast
 
 from worldmodel.errors import unknown_name
 from worldmodel.ontology.axioms import NO_AXIOMS, Axioms, CompiledAxioms
-from worldmodel.ontology.fields import Field, Value, bytes_of, decoded_text
+from worldmodel.ontology.fields import Field, Value, bytes_of
 
 TYPE_UID = 0
 _POINT = re.compile(r"POINT \((\S+) (\S+)\)")
@@ -110,15 +110,16 @@ class Attribute:
         return (value,)
 
     def decode(self, indices: Sequence[int]) -> Value:
-        """Return the value of the integers ``indices``."""
+        """Return the value of the integers ``indices``; raises ValueError for an invalid one."""
         if self.kind is ValueKind.NUMBER:
             return self.fields[0].decode(indices[0])
         if self.kind is ValueKind.POINT:
             east, north = self.fields
             return (east.decode(indices[0]), north.decode(indices[1]))
         if self.kind is ValueKind.TEXT:
-            data = indices[0].to_bytes((indices[0].bit_length() + 7) // 8, "big")
-            return decoded_text(data[1:], self.most_bytes)
+            text = indices[0].to_bytes((indices[0].bit_length() + 7) // 8, "big")[1:].decode()
+            bytes_of(text, self.most_bytes)  # refuses an invalid text
+            return text
         return bool(indices[0]) if self.kind is ValueKind.BOOLEAN else indices[0]
 
     def quantise(self, value: Value) -> Value:
