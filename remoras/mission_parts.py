@@ -56,7 +56,8 @@ class SocialPart(Protocol):
         * ``("objective", "Group.Role.Objective")``: its argument, once valid;
         * ``("formed", group)``: the group exists; ``("formation", group)``: number of formations at run time;
         * ``("given", "Group.Mission")``: assigned; ``("hasMission", group)``: the newest; ``("data", vehicle)``: data;
-        * ``("instances", class)``: names of known instances, asserted or inferred.
+        * ``("instances", class)``: names of known instances, asserted or inferred;
+        * ``("job", name)``: the job, reduced to its remainder, once known to exist.
 
         A step ``AssignObjective`` runs until its effects hold, and fails if its role becomes vacant.
         """

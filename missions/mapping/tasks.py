@@ -281,7 +281,7 @@ def activity_domain(jobs: Mapping[str, Job]) -> Domain:
         return {("gatheredAt", objective.group): ANY}
 
     def job(facts: FactsLike, objective: Objective, data: VehicleData) -> Expected | None:
-        return expected_of(jobs[objective.argument], data, facts.get(("position", data.name)) or data.start_m)
+        return expected_of(facts, objective.argument, data)
 
     def unknown(facts: FactsLike, objective: Objective, data: VehicleData) -> None:
         return None

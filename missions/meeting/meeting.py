@@ -71,9 +71,16 @@ def entrusted(orders: Callable[[str, str], list[Task]]) -> list[Method]:
     ]
 
 
-def expected_of(job: Job, data: VehicleData, at_m: Point) -> Expected | None:
-    """Expected time (s) and energy (J) of a job at survey speed; None if unable to do it."""
-    after = job.after(Outlook(0.0, at_m), data)
+def last_known_m(facts: FactsLike, data: VehicleData) -> Point:
+    """Last known position of a vehicle; its start before any."""
+    at_m: Point | None = facts.get(("position", data.name))
+    return data.start_m if at_m is None else at_m
+
+
+def expected_of(facts: FactsLike, job: str, data: VehicleData) -> Expected | None:
+    """Expected time (s) and energy (J) of what is left of a job, at survey speed; None if not known, or unable."""
+    left: Job | None = facts.get(("job", job))
+    after = None if left is None else left.after(Outlook(0.0, last_known_m(facts, data)), data)
     return None if after is None else Expected(after.free_s, after.free_s * data.power_w(data.survey_speed_mps))
 
 
@@ -187,11 +194,11 @@ class Meeting:
             if not holders:
                 return None
             data: VehicleData = facts.get(("data", holders[0]))
-            at_m: Point = facts.get(("position", holders[0])) or data.start_m
             if objective == RENDEZ_VOUS:
-                time_s = distance(at_m, self.rally_points_m[argument]) / data.transit_speed_mps
+                way_m = distance(last_known_m(facts, data), self.rally_points_m[argument])
+                time_s = way_m / data.transit_speed_mps
                 return Expected(time_s, time_s * data.power_w(data.transit_speed_mps))
-            return expected_of(self.jobs[argument], data, at_m)
+            return expected_of(facts, argument, data)
 
         forming = (
             Operator(FORM_GROUP, is_to_come, lambda facts, group: {("formed", group): True}),

@@ -242,9 +242,7 @@ class PandoraMission(JobMission):
                 name,
                 (lambda facts, job, data: True) if name in FINDING else is_placed,
                 lambda facts, job, data: effects(job, name),
-                expected=lambda facts, job, data: expected_of(
-                    self._parts[job], data, facts.get(("position", data.name)) or data.start_m
-                ),
+                expected=expected_of,
             )
 
         def by_kind(facts: FactsLike, job: str, data: VehicleData) -> list[Task]:

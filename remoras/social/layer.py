@@ -101,6 +101,8 @@ class OwnFacts:
                 return social.view.formation(subject) or default
             case "data":
                 return social.database[subject]
+            case "job":
+                return social.workload.left(subject)
             case "instances":
                 return beliefs.instances(subject)
             case "isA":

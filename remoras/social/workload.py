@@ -143,6 +143,10 @@ class Workload:
         is_able = left is None or left.is_able(self.database[self._me])
         return is_able and (self._me, job) not in self.unable
 
+    def left(self, job: str) -> Job | None:
+        """Return a job reduced by known facts to its remainder; None while it is not known to exist."""
+        return jobs_left({job: self._jobs[job]}, self._beliefs)[0].get(job)
+
     def why_not(self, job: str) -> str:
         """Describe the blocking conditions of a job."""
         known = self._left.get(job, self._jobs[job])

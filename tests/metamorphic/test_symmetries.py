@@ -29,11 +29,11 @@ def text_of(scenario: str) -> str:
     return shipped()[scenario].read_text(encoding="utf-8")
 
 
-def of(text: str, tmp_path: Path, strategy: str, per: float) -> Run:
-    """A run of a scenario that is written out as a file."""
+def of(text: str, tmp_path: Path, strategy: str, per: float, *keys: str) -> Run:
+    """A run of a scenario that is written out as a file, with further keys set."""
     file = tmp_path / "scenario.toml"
     file.write_text(text, encoding="utf-8")
-    return run(load(str(file), [("--set", f"strategy.name={strategy}"), ("--set", f"channel.per={per}")]))
+    return run(load(str(file), [("--set", key) for key in (f"strategy.name={strategy}", f"channel.per={per}", *keys)]))
 
 
 def renamed(found: Any) -> Any:
@@ -145,3 +145,14 @@ def test_translating_the_world_translates_the_tracks(strategy: str, tmp_path: Pa
         assert (now_s, name) == (then_s, other)
         off_m = math.hypot(then_x_m - x_m - east_m, then_y_m - y_m - north_m)
         assert off_m <= TOLERANCE_M, (now_s, name)
+
+
+@pytest.mark.parametrize(("scenario", "job"), [("minehunting-contacts", "revisit 1"), ("recovery-field", "lift 1")])
+def test_translating_the_world_keeps_the_expected_efforts(scenario: str, job: str, tmp_path: Path) -> None:
+    """It fails if the effort of a job whose place is found at run time is reckoned from any other place."""
+    text, keys = text_of(scenario), ("scenario.duration_s=900.0",)
+    before, after = (of(one, tmp_path, "remoras", 0.2, *keys).recorder.plans for one in (text, shifted(text)))
+    assert any(row[8].endswith(f"{job})") and row[11] for row in before)
+    for (*step, time_s, energy_j), (*other, then_s, then_j) in zip(before, after, strict=True):
+        assert other[1:] == step[1:]
+        assert (then_s, then_j) == (pytest.approx(time_s), pytest.approx(energy_j))
