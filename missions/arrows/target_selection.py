@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from exchange.arithmetic import distance
 from exchange.channel.link import Transmission
-from missions.arrows.belief_map import Array, CellGrid, Chart, halved, look_information, summed
+from missions.arrows.belief_map import Array, CellGrid, Chart, halved, look_information, summed, total_of
 from missions.arrows.detectors import ANOMALY, unidentified
 from missions.arrows.scenario import ArrowsScenario
 from remoras.beliefs import Known
@@ -174,6 +174,22 @@ class Leg(NamedTuple):
     takes_s: float
 
 
+class _Part(NamedTuple):
+    """Leg of a route: its information (bits), time (s), squared distances of all cells (m2), and end."""
+
+    bits: float
+    takes_s: float
+    off2: Array
+    to_m: Point
+
+    @classmethod
+    def of(cls, legs: tuple[Array, Array, Array], number: int, x_m: Array, y_m: Array) -> _Part:
+        """Return the part of that number."""
+        totals, takes_s, off2 = legs
+        to_m = float(x_m[number]), float(y_m[number])
+        return cls(float(totals[number]), float(takes_s[number]), off2[number], to_m)
+
+
 class Return(NamedTuple):
     """Return into contact: time until reception (s), and extra time to resume from there (s)."""
 
@@ -277,7 +293,7 @@ class Choosing:
         # Rollout of the greedy choice (Bertsekas, Tsitsiklis and Wu, Journal of Heuristics 3, 1997): each of the best
         # targets starts a route that is continued greedily. The stable sort keeps ties in the order of cells.
         firsts = np.argsort(-legs[0] / legs[1], kind="stable")[:N_FIRST]
-        rates = [self._rate(grid, bits, legs, int(first), x_m, y_m) for first in firsts]
+        rates = [self._rate(grid, bits, _Part.of(legs, first, x_m, y_m), x_m, y_m) for first in firsts]
         best = int(firsts[int(np.argmax(rates))])
         sites = self._sites(chart, self._left(chart, held), track, legs[2][best], now_s)
         return Leg((float(x_m[best]), float(y_m[best])), sites, float(legs[1][best]))
@@ -289,28 +305,54 @@ class Choosing:
         for detector, gains in bits.items():
             range_m = self.ranges_m[detector]
             total += halved(np.where(off2 <= range_m * range_m, gains, 0.0))
-        dx_m, dy_m = x_m - at_m[0], y_m - at_m[1]
-        return total, np.sqrt(dx_m * dx_m + dy_m * dy_m) / self.speed_mps + TURN_S, off2
+        return total, self._takes_s(at_m, x_m, y_m), off2
 
-    def _rate(
-        self,
-        grid: CellGrid,
-        bits: Mapping[int, Array],
-        legs: tuple[Array, Array, Array],
-        leg: int,
-        x_m: Array,
-        y_m: Array,
-    ) -> float:
-        total, takes_s = 0.0, 0.0
-        for number in range(N_LEGS):
-            total, takes_s = total + float(legs[0][leg]), takes_s + float(legs[1][leg])
-            if number == N_LEGS - 1:
-                break
-            off2 = legs[2][leg]
-            bits = {d: np.where(off2 <= self.ranges_m[d] * self.ranges_m[d], 0.0, gains) for d, gains in bits.items()}
-            legs = self._legs(grid, bits, (float(x_m[leg]), float(y_m[leg])), x_m, y_m)
-            leg = int(np.argmax(legs[0] / legs[1]))
+    def _takes_s(self, at_m: Point, x_m: Array, y_m: Array) -> Array:
+        dx_m, dy_m = x_m - at_m[0], y_m - at_m[1]
+        return np.asarray(np.sqrt(dx_m * dx_m + dy_m * dy_m) / self.speed_mps + TURN_S)
+
+    def _rate(self, grid: CellGrid, bits: Mapping[int, Array], part: _Part, x_m: Array, y_m: Array) -> float:
+        total, takes_s = part.bits, part.takes_s
+        for _ in range(N_LEGS - 1):
+            bits = {d: np.where(part.off2 <= self.ranges_m[d] * self.ranges_m[d], 0.0, of) for d, of in bits.items()}
+            part = self._next(grid, bits, part.to_m, x_m, y_m)
+            total, takes_s = total + part.bits, takes_s + part.takes_s
         return total / takes_s
+
+    def _next(self, grid: CellGrid, bits: Mapping[int, Array], at_m: Point, x_m: Array, y_m: Array) -> _Part:
+        """Return the first leg with most information per time; sum only legs that may have it."""
+        most = total_of([_most_along(grid, of, self.ranges_m[d], at_m, x_m, y_m) for d, of in bits.items()])
+        rates = most / self._takes_s(at_m, x_m, y_m)
+        likely = int(np.argmax(rates))
+        totals, takes_s, _ = self._legs(grid, bits, at_m, x_m[likely : likely + 1], y_m[likely : likely + 1])
+        may_win = rates >= totals[0] / takes_s[0]
+        x_m, y_m = x_m[may_win], y_m[may_win]
+        legs = self._legs(grid, bits, at_m, x_m, y_m)
+        return _Part.of(legs, int(np.argmax(legs[0] / legs[1])), x_m, y_m)
+
+
+def _most_along(grid: CellGrid, gains: Array, range_m: float, at_m: Point, x_m: Array, y_m: Array) -> Array:
+    """Upper bound of the sum of ``gains`` within ``range_m`` of each straight path, shape (points,).
+
+    In each row of cells the path is within two parallels of it and within its rectangle, both wider by the range.
+    """
+    sums = np.zeros((grid.n_rows, grid.n_columns + 1))
+    np.cumsum(gains.reshape(grid.n_rows, grid.n_columns), axis=1, out=sums[:, 1:])
+    range_m *= 1.0 + 1e-6  # more than errors of rounding, as the last term
+    east_m, north_m = (x_m - at_m[0])[:, None], (y_m - at_m[1])[:, None]
+    up_m = (grid.y_m[:: grid.n_columns] - at_m[1])[None, :]
+    # A path along a row, or of length 0, has parallels that meet it nowhere.
+    slope = np.where(north_m == 0.0, 1e-9, north_m)
+    half_m = range_m * np.maximum(np.sqrt(east_m * east_m + north_m * north_m), 1e-9) / np.abs(slope)
+    middle_m = up_m * east_m / slope
+    west_m = np.maximum(middle_m - half_m, np.minimum(east_m, 0.0) - range_m) + (at_m[0] - grid.west_m)
+    until_m = np.minimum(middle_m + half_m, np.maximum(east_m, 0.0) + range_m) + (at_m[0] - grid.west_m)
+    first = np.clip(np.ceil(west_m / grid.cell_m - 0.5), 0, grid.n_columns).astype(int)
+    end = np.clip(np.floor(until_m / grid.cell_m + 0.5), first, grid.n_columns).astype(int)
+    is_beside = (up_m < np.minimum(north_m, 0.0) - range_m) | (up_m > np.maximum(north_m, 0.0) + range_m)
+    rows = np.arange(grid.n_rows)[None, :]
+    within = np.where(is_beside, 0.0, sums[rows, end] - sums[rows, first])
+    return halved(within) + 1e-9 * summed(sums[:, -1])
 
 
 def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import Facts, mission
 
+from missions.arrows import target_selection
 from missions.arrows.behaviours import HELD_S, Held
 from missions.arrows.target_selection import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, goes_on
 from remoras.picture import Peers
@@ -63,6 +64,21 @@ def test_cells_just_searched_have_no_information_for_a_while() -> None:
     near = list(SEA.grid.near((200.0, 300.0), 60.0))
     assert (CHOOSING.information(chart, (), track, 30.0)[0][near] == 0.0).all()
     assert (CHOOSING.information(chart, (), track, 61.0)[0][near] > 0.0).all()
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(-100.0, 1300.0), st.floats(-100.0, 900.0), st.sampled_from((15.0, 60.0, 150.0)), st.integers(0, 99))
+def test_choice_equals_that_among_all_routes(x_m: float, y_m: float, range_m: float, seed: int) -> None:
+    """Routes that are not summed, by a bound of their information, could not win."""
+    chart, choosing = SEA.chart(), Choosing({0: range_m, 1: 40.0}, {0: 60.0, 1: 60.0}, 1.5, 1.0, 150.0)
+    shares = np.random.default_rng(seed).random(chart.prior.shape) ** 8.0 + 1e-6
+    chart.prior = shares / shares.sum(axis=0)
+    chart.add("contact", ())
+    asked = chart, (), Trail(choosing, chart.grid), (x_m, y_m), None, 0.0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(target_selection, "_most_along", lambda *of: np.full(len(of[-1]), math.inf))
+        among_all = choosing.choose(*asked)
+    assert choosing.choose(*asked) == among_all
 
 
 @given(st.floats(0.0, 1200.0), st.floats(0.0, 800.0), st.floats(0.0, 500.0))
