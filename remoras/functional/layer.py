@@ -368,7 +368,7 @@ class FunctionalLayer:
         rests_on = basis(self.picture, performed)
         if due := self._due(rests_on, spare):
             self._ask(due, performed)
-        self._rests_on = None if waits or self.positioning is not None else rests_on
+        self._rests_on = None if waits else rests_on
         if self._advancing and not _are_close(progress := self._progress(), self.progress):
             self.progress = progress
         is_hindered = waits or body.contacts_m  # by another vehicle, which will move

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, note, settings
+from hypothesis import strategies as st
 from stress.schedules import Schedule, schedules
 from stress.trial import judge
 
@@ -54,6 +55,13 @@ def check(schedule: Schedule) -> None:
 @settings(max_examples=1, **LAW)
 @given(schedules(needs=("loss", "restarts")))
 def test_deadlines_change_no_table(schedule: Schedule) -> None:
+    check(schedule)
+
+
+@settings(max_examples=1, **LAW)
+@given(schedules(needs=("loss", "mute"), given=st.just(("navigation.drift=0.03",))))
+def test_deadlines_change_no_table_where_positions_err(schedule: Schedule) -> None:
+    """A fix moves the place where a vehicle believes to be."""
     check(schedule)
 
 
