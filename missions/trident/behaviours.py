@@ -19,6 +19,7 @@ from remoras.behaviours import (
     DUE,
     FAILED,
     IDLE,
+    UNDUE,
     Approach,
     Behaviour,
     Perception,
@@ -45,7 +46,7 @@ class AwaitingPartner(Standing):
     """Wait for the service of another vehicle."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        return IDLE
+        return UNDUE
 
 
 class Escorting(Behaviour):
@@ -130,7 +131,8 @@ class Surveying(Behaviour):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending while lanes remain; fails if passed tiles stay blank."""
         if self._asked is not None and not self._is_asked(picture.facts, *self._asked):
-            return IDLE
+            was_requested = self._asked[0] in picture.facts.values(("requestedOf", self._block.name))
+            return IDLE if was_requested else UNDUE
         now_s, charted = picture.body.now_s, self._charted(picture.facts)
         self._follow(motion, charted, performed)
         if self._lane is None:
