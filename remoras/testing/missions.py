@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from missions.metric import NOT_APPLICABLE
 from missions.runs.assembly import assemble
 from missions.runs.metrics import metrics_of
 from missions.runs.results import summary
-from missions.runs.run import Run, run
+from missions.runs.run import Run, result_of
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario, load
 from missions.scenarios.parts import mission_class
@@ -61,7 +61,7 @@ def _passed(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
     except PluginError as error:
         raise AssertionError(f"{reference}: {error}") from error
     table = scenario.scenario.model_copy(update={"mission": reference})
-    scenario = scenario.model_copy(update={"scenario": table})
+    scenario = scenario.model_copy(update={"scenario": table}).for_seed(SEED)
     assert isinstance(scenario, mission.Scenario), f"the scenario is no {mission.Scenario.__name__}"
     yield "has all compulsory parts"
     setup = resolved(scenario)
@@ -75,12 +75,11 @@ def _passed(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
         yield f"not checked, since they have no activity before some fact is known: {', '.join(waiting)}"
     if polled:
         yield f"asked at every decision, since they state no deadline (until_s): {', '.join(polled)}"
-    first = check_repeats(setup, scenario)
+    first, last = check_repeats(setup, scenario)
     yield "the mission does not change, and two missions of one scenario behave alike"
     check_truth_only_watches(setup, first)
     yield "truth does not affect vehicles"
-    finished = run(scenario, SEED)
-    check_results(finished)
+    check_results(last)
     yield "results are complete: metrics, tables, completion or the reason why not"
     check_free_of_hashes(scenario)
     yield "the same seed gives the same rows in another process"
@@ -160,7 +159,7 @@ class InitialFacts:
 def check_activities(setup: Setup) -> tuple[list[str], list[str]]:
     """Check the activity sets; return names of sets without deadlines, and of objectives that wait for a fact."""
     mission, knowledge, polled, waiting = setup.mission, InitialFacts(setup), set[str](), set[str]()
-    kinds = set[tuple[object, ...]]()  # those that differ in their arguments alone are checked once per vehicle
+    kinds = set[tuple[object, ...]]()  # arguments, names and places apart: each is checked once
     for objective in dict.fromkeys((*mission.founding_objectives(), *assigned_objectives(setup))):
         players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
         pursuits = [Pursuit(data, mission) for data in players]
@@ -178,7 +177,8 @@ def check_activities(setup: Setup) -> tuple[list[str], list[str]]:
                 groups = tuple(setup.agreement.organisation.groups)
                 try:
                     made = partial(_behaviour, mission, activities.activities[0], data)
-                    kind = objective.name, activities.name, data.name, type(made())
+                    alike = replace(data, name="", node=0, start_m=(0.0, 0.0), depth_m=0.0)
+                    kind = objective.name, activities.name, alike, type(made())
                     if kind not in kinds and not check_behaviour(made, data, others, groups):
                         polled.add(activities.name)
                     kinds.add(kind)
@@ -196,17 +196,21 @@ def _behaviour(mission: Mission, activity: Activity, data: VehicleData) -> Any:
 # Runs
 
 
-def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
-    """Check determinism of repeated runs and of a second mission object, and its immutability."""
+def check_repeats(setup: Setup, scenario: Scenario) -> tuple[Rows, Run]:
+    """Check determinism of repeated runs and of a second mission object, and its immutability.
+
+    Return the rows, and the run of the second mission object.
+    """
     first = recorded_rows(finished(setup).recorder)
     before = parts_of(setup.mission, "mission")
     again = recorded_rows(finished(setup).recorder)
     changed = difference(before, parts_of(setup.mission, "mission"))
     assert not changed, f"a run changes the mission, which all vehicles and runs share: {changed}"
     _same(first, again, "two runs of one mission object differ")
-    other = recorded_rows(finished(resolved(scenario)).recorder)
-    _same(first, other, "from_scenario makes two missions of one scenario that differ")
-    return first
+    another = resolved(scenario)
+    fleet = finished(another)
+    _same(first, recorded_rows(fleet.recorder), "from_scenario makes two missions of one scenario that differ")
+    return first, result_of(another, SEED, fleet, 0.0)
 
 
 def finished(setup: Setup, truth: Any = None) -> Fleet:
