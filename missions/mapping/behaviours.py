@@ -273,7 +273,8 @@ class ZigzagExploring(Behaviour):
         survey, positions_m = self._survey, picture.peers.positions_m
         others_m = [survey.across_m(positions_m[name]) for name in self._others if name in positions_m]
         if self._begun or not others_m:
-            way, self._sure_m = part.fastest(motion.position_m, self._data)
+            speeds_mps = self._data.transit_speed_mps, self._speed_mps
+            way, self._sure_m = part.fastest(motion.position_m, self._swath_m, *speeds_mps)
             return way
 
         def preference(way: Way) -> tuple[float, float]:

@@ -323,17 +323,16 @@ class SurveyJob:
             part = self.parts[cells] = replace(self, ground=self.on, cells=cells)
         return part
 
-    def fastest(self, position_m: Point, data: VehicleData) -> tuple[Way | None, float]:
+    def fastest(
+        self, position_m: Point, swath_m: float, transit_mps: float, survey_mps: float
+    ) -> tuple[Way | None, float]:
         """Return the fastest path over the remaining cells, and the distance (m) within which it surely stays so.
 
-        None if the vehicle cannot survey them.
+        None if no row covers a remaining cell.
         """
-        swath, survey_mps = swath_m(data), mapping_speed_mps(data)
-        if swath <= 0.0 or survey_mps <= 0.0 or data.depth_limit_m < self.depth_m:
-            return None, math.inf
-        (x_m, y_m), transit_mps = position_m, data.transit_speed_mps
+        x_m, y_m = position_m
         soonest, least_s, next_s = None, math.inf, math.inf
-        for way in self.on.survey(swath).ways(self.bits):
+        for way in self.on.survey(swath_m).ways(self.bits):
             dx_m, dy_m = way.first_m[0] - x_m, way.first_m[1] - y_m
             way_s = math.sqrt(dx_m * dx_m + dy_m * dy_m) / transit_mps + way.length_m / survey_mps
             if way_s < least_s:
@@ -347,11 +346,14 @@ class SurveyJob:
         """Outlook after this survey; None if unable: no sensor, too deep, or no row over an open cell."""
         if not self.bits:
             return outlook
-        way, _ = self.fastest(outlook.position_m, data)
+        swath, survey_mps, transit_mps = swath_m(data), mapping_speed_mps(data), data.transit_speed_mps
+        if swath <= 0.0 or survey_mps <= 0.0 or data.depth_limit_m < self.depth_m:
+            return None
+        way, _ = self.fastest(outlook.position_m, swath, transit_mps, survey_mps)
         if way is None:
             return None
-        way_s = distance(outlook.position_m, way.first_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + way.length_m / mapping_speed_mps(data), way.last_m)
+        way_s = distance(outlook.position_m, way.first_m) / transit_mps
+        return Outlook(outlook.free_s + way_s + way.length_m / survey_mps, way.last_m)
 
 
 def swaths_of(
