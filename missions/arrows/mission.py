@@ -113,6 +113,7 @@ class ArrowsMission(JobMission):
     group_missions = ("Search",)
     objective, kind = SEARCHING, "SearchArea"
     other_objectives = (IDENTIFYING, DIRECTING)
+    collective = (DIRECTING,)
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
         "acoustic": AcousticSettings, "magnetic": MagneticSettings, "optical": ClassifyingCameraSettings,
@@ -235,9 +236,6 @@ class ArrowsMission(JobMission):
             for name in (directing if role.head else (SEARCHING, IDENTIFYING))
         ]
         return [*super().founding_objectives(), *founding]
-
-    def is_individual(self, objective: Objective) -> bool:
-        return objective.name in (SEARCHING, IDENTIFYING)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
         if objective.name in OBJECTIVES:

@@ -168,7 +168,7 @@ def unseen_by_sonar(scenario: JobScenario) -> Iterator[ConfigurationFault]:
 class HelpMission(JobMission):
     """Mission of jobs some of which need help, see the module."""
 
-    other_objectives = (HELPING,)
+    other_objectives = collective = (HELPING,)
     help_activity: ClassVar[str] = HELPING
     help_by: ClassVar[tuple[type[Help], str]]
     """Class of ``Help``, and the attribute of the reported job."""
@@ -181,9 +181,6 @@ class HelpMission(JobMission):
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision by leaders; helping by all initially assigned roles."""
         return [*super().founding_objectives(), *self.meeting.objectives(HELPING)]
-
-    def is_individual(self, objective: Objective) -> bool:
-        return objective.name != HELPING and super().is_individual(objective)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
         if objective.name != HELPING:

@@ -242,6 +242,7 @@ class MappingMission(JobMission):
     group_missions = MISSIONS
     delegating_mission = SUPERVISION
     objective = "Exploring"
+    collective = ("Positioning",)
     needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in STATED_OBJECTIVES))
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"), FINDS_WORDS, FORMATION_WORDS)
     sensors = SENSORS
@@ -337,9 +338,6 @@ class MappingMission(JobMission):
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision of the groups by their leaders, and the inspections, which need no order."""
         return [*super().founding_objectives(), *inspecting(self.groups.values(), self._inspections)]
-
-    def is_individual(self, objective: Objective) -> bool:
-        return objective.name not in (*OBJECTIVES, "Positioning")
 
     def activity_sets(
         self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point

@@ -293,6 +293,8 @@ class JobMission(Mission):
     """Objective and activity of every role with a job; suffix of ``objective...``."""
     other_objectives: ClassVar[tuple[str, ...]] = ()
     """Further objectives of its roles, beside those of the meeting."""
+    collective: ClassVar[tuple[str, ...]] = ()
+    """Objectives that need interaction, beside those of the meeting."""
     kind: ClassVar[str] = "Job"
 
     def __init__(self, scenario: Any) -> None:
@@ -378,7 +380,7 @@ class JobMission(Mission):
             return [Task(ALLOCATE_ROLES, (group,)), *tasks, Task(MEET, (group,))]
 
         return [
-            Method("stay together", lambda facts, group: [], together, ()),
+            Method.fixed("stay together", applicable=together),
             Method("work, then meet", work, lambda facts, group: bool(self._unfinished(facts, group)), WORKING),
             Method("meet", lambda facts, group: [Task(MEET, (group,))], uses=(MEET,)),
         ]
@@ -408,7 +410,7 @@ class JobMission(Mission):
         return self.meeting.founding_objectives()
 
     def is_individual(self, objective: Objective) -> bool:
-        return objective.name not in OBJECTIVES
+        return objective.name not in (*OBJECTIVES, *self.collective)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
         if objective.name in OBJECTIVES:

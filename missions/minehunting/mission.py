@@ -88,6 +88,7 @@ class MinehuntingMission(JobMission):
     Scenario = MinehuntingScenario
     group_missions = ("Minehunting",)
     objective = "Viewing"
+    collective = (ANALYSING,)
     needs = (*JobMission.needs, "objectiveViewing", DONE_BY, *URGENCY)
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SnippetSonarSettings}
@@ -135,8 +136,7 @@ class MinehuntingMission(JobMission):
 
         self._firsts = tuple(view(name, 0).of(name) for name in contacts_m)
         self._revisits = tuple(view(name, n) for n, name in enumerate(numbered("revisit", settings.revisits), 1))
-        self._views = {each.name: each for each in (*self._firsts, *self._revisits)}
-        return self._views.values()
+        return (*self._firsts, *self._revisits)
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
@@ -147,7 +147,7 @@ class MinehuntingMission(JobMission):
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        return len(self._views)
+        return len(self.jobs)
 
     @property
     def places(self) -> Sequence[Place]:
@@ -169,13 +169,10 @@ class MinehuntingMission(JobMission):
 
     def groups_of(self, subject: str) -> Collection[str] | None:
         """Return an empty set for revisits: every vehicle needs their requests. Else None."""
-        return () if subject in self._views and self._views[subject].number else None
+        return () if any(view.name == subject for view in self._revisits) else None
 
     def founding_objectives(self) -> Sequence[Objective]:
         return [*super().founding_objectives(), *self.meeting.objectives(ANALYSING, of_leaders=True)]
-
-    def is_individual(self, objective: Objective) -> bool:
-        return objective.name != ANALYSING and super().is_individual(objective)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: PointM) -> Pursuit:
         if objective.name != ANALYSING:

@@ -284,9 +284,6 @@ class TridentMission(JobMission):
         """Supervision by leaders; service by all initially assigned roles."""
         return [*super().founding_objectives(), *self.meeting.objectives(SERVING)]
 
-    def is_individual(self, objective: Objective) -> bool:
-        return objective.name in (WORKING, SERVING)
-
     @property
     def activity_domain(self) -> Domain:
         """Decomposition of work into steps bound to services."""
