@@ -479,3 +479,8 @@ def first_s(results: RunResults) -> dict[str, float]:
 def mean_of_all_s(times_s: Collection[float], n_all: int, run: MeasuredRun) -> float:
     """Mean time (s) over ``n_all``; undone items count with the mission's duration."""
     return (math.fsum(times_s) + (n_all - len(times_s)) * run.scenario.scenario.duration_s) / n_all
+
+
+def n_stated(run: MeasuredRun, attribute: str) -> int:
+    """Number of statements about an attribute."""
+    return sum(row[5] == attribute for row in run.recorder.rows("items"))

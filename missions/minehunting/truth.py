@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from missions.figure import Declared, Figure, Mark, RunResults, Style, run_end_s
 from missions.meeting.meeting import Meeting
-from missions.meeting.truth import JOBS, JobTruth, mean_of_all_s
+from missions.meeting.truth import JOBS, JobTruth, mean_of_all_s, n_stated
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.minehunting.imagery import CLASSIFIED, MINE, REVISITS, ROCK, STRIPS, Minefield
 from remoras.mission import FleetView, Milestone
@@ -92,15 +92,10 @@ def wrong_fraction(run: MeasuredRun) -> float | Absent:
     return sum(wrong) / len(wrong) if wrong else NOT_APPLICABLE
 
 
-def n_revisits(run: MeasuredRun) -> int:
-    """Number of requested views."""
-    return sum(row[5] == REVISITS for row in run.recorder.rows("items"))
-
-
 METRICS = (
     Metric("mean_classified_s", "s", Better.LOWER, "mean time until classification", mean_classified_s, headline=True),
     Metric("wrong_fraction", "", Better.LOWER, "misclassified contacts", wrong_fraction, headline=True),
-    Metric("n_revisits", "", Better.LOWER, "requested revisits", n_revisits),
+    Metric("n_revisits", "", Better.LOWER, "requested revisits", lambda run: n_stated(run, REVISITS)),
 )
 
 

@@ -126,7 +126,6 @@ class Surveying(Behaviour):
         self._lane: Lane | None = None
         self._is_on_lane = False
         self._blank_s = 0.0
-        self._looked_s = math.inf
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending while lanes remain; fails if passed tiles stay blank."""
@@ -141,8 +140,7 @@ class Surveying(Behaviour):
                 return DUE._replace(concludes=(Observation(((self._block.name, "surveyedAgain", self._n_again),)),))
             return DONE if self._asked is None else IDLE
         if performed and self._is_on_lane and not self._n_again:
-            self._note_yield(motion, charted, max(0.0, now_s - self._looked_s))
-        self._looked_s = now_s
+            self._note_yield(motion, charted, now_s - picture.body.decided_s)
         if self._blank_s > self._patience_s:
             return BEYOND_IT
         if self._is_on_lane and performed:

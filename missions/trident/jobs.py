@@ -226,10 +226,10 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
         return bool(facts.get(("reacquiredBy", candidate)) == data.name)
 
     fix = [
-        Method("seen again", _nothing, is_seen, ()),
-        Method("on the way", _nothing, is_fixed, ()),
+        Method.fixed("seen again", applicable=is_seen),
+        Method.fixed("on the way", applicable=is_fixed),
         Method("there", ranges, uses=(RANGING,)),
-        Method("without", _nothing, uses=()),
+        Method.fixed("without"),
     ]
     pursue = [
         Method("survey it", surveys, is_block, (SURVEYING,)),
@@ -306,10 +306,6 @@ def _operators(matching: Matching) -> list[Operator]:
 def _is_open(facts: FactsLike, recovery: str) -> bool:
     chosen = facts.get(("chosen", recovery))
     return chosen is not None and facts.get(("verdict", chosen)) not in ("decoy", "absent")
-
-
-def _nothing(facts: FactsLike, *args: Any) -> list[Task]:
-    return []
 
 
 def _unknown(facts: FactsLike, *args: Any) -> None:

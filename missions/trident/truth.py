@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from exchange.arithmetic import distance
 from missions.figure import Figure, Layer, RunResults, Style, run_end_s
 from missions.meeting.meeting import Meeting
-from missions.meeting.truth import JobTruth
+from missions.meeting.truth import JobTruth, n_stated
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.trident.jobs import WORKING
 from missions.trident.scenario import ChoreographyTable, MessageTable, TridentScenario
@@ -253,11 +253,6 @@ def charted_fraction(run: MeasuredRun) -> float:
     """Share of all tiles truly charted."""
     n_tiles = sum(len(block.tiles) for block in cast(Site, run.mission.world(run.seed)).blocks)
     return len({row[2:4] for row in run.recorder.rows(CHARTED.name)}) / n_tiles if n_tiles else 1.0
-
-
-def n_stated(run: MeasuredRun, attribute: str) -> int:
-    """Number of statements about an attribute."""
-    return sum(row[5] == attribute for row in run.recorder.rows("items"))
 
 
 def n_violations(run: MeasuredRun) -> int | Absent:
