@@ -280,11 +280,8 @@ def activity_domain(jobs: Mapping[str, Job]) -> Domain:
     def met(facts: FactsLike, objective: Objective, data: VehicleData) -> Mapping[Hashable, Any]:
         return {("gatheredAt", objective.group): ANY}
 
-    def job(facts: FactsLike, objective: Objective, data: VehicleData) -> Expected | None:
+    def left(facts: FactsLike, objective: Objective, data: VehicleData) -> Expected | None:
         return expected_of(facts, objective.argument, data)
-
-    def unknown(facts: FactsLike, objective: Objective, data: VehicleData) -> None:
-        return None
 
     def either(name: str, activity: str, when: Callable[..., bool], otherwise: str) -> list[Method]:
         return [
@@ -294,10 +291,10 @@ def activity_domain(jobs: Mapping[str, Job]) -> Domain:
 
     return Domain.of(
         [
-            Operator("ZigzagExploring", has_sensor, done, expected=job),
-            Operator("Inspecting", is_found, done, expected=job),
-            Operator("Mapping", has_sensor, met, expected=unknown),
-            Operator("Positioning", expected=unknown, lasts=True),
+            Operator("ZigzagExploring", has_sensor, done, expected=left),
+            Operator("Inspecting", is_found, done, expected=left),
+            Operator("Mapping", has_sensor, met, expected=None),
+            Operator("Positioning", expected=None, lasts=True),
         ],
         {
             f"{PURSUE}Exploring": either("zigzag", "ZigzagExploring", explorable, "nothing left to explore"),

@@ -293,20 +293,16 @@ def _operators(matching: Matching) -> list[Operator]:
         return {("handledBy", candidate): ANY, ("recoveredBy", job): ANY}
 
     return [
-        Operator(STANDING_BY, lasts=True, expected=_unknown),
-        Operator(SURVEYING, effects=lambda facts, block, *of: {("surveyedBy", block): ANY}, expected=_unknown),
-        Operator(RANGING, effects=lambda facts, vehicle, *of: {("fixedOn", vehicle): True}, expected=_unknown),
-        Operator(REACQUIRING, is_localised, identified, expected=_unknown),
-        Operator(MISSING, effects=lambda facts, job, candidate: {("verdict", candidate): "absent"}, expected=_unknown),
-        Operator(HOLDING, is_found, held, expected=_unknown),
-        Operator(HANDLING, is_held, handled, expected=_unknown),
+        Operator(STANDING_BY, lasts=True, expected=None),
+        Operator(SURVEYING, effects=lambda facts, block, *of: {("surveyedBy", block): ANY}, expected=None),
+        Operator(RANGING, effects=lambda facts, vehicle, *of: {("fixedOn", vehicle): True}, expected=None),
+        Operator(REACQUIRING, is_localised, identified, expected=None),
+        Operator(MISSING, effects=lambda facts, job, candidate: {("verdict", candidate): "absent"}, expected=None),
+        Operator(HOLDING, is_found, held, expected=None),
+        Operator(HANDLING, is_held, handled, expected=None),
     ]
 
 
 def _is_open(facts: FactsLike, recovery: str) -> bool:
     chosen = facts.get(("chosen", recovery))
     return chosen is not None and facts.get(("verdict", chosen)) not in ("decoy", "absent")
-
-
-def _unknown(facts: FactsLike, *args: Any) -> None:
-    """Return None: duration unknown."""

@@ -93,13 +93,13 @@ class Operator:
 
     ``applicable`` is evaluated by the planner, and again at the start. ``effects`` are facts by key; None: unknown from
     then on, ANY: any known value. The task ends when they hold, without effects at once; if it ``lasts``, only when the
-    plan drops it. ``expected(facts, *args)`` is evaluated at the start; None if unknown.
+    plan drops it. ``expected(facts, *args)`` is evaluated from the start until it is not None, which means unknown.
     """
 
     name: str
     applicable: Callable[..., bool] = always
     effects: Callable[..., Mapping[Key, Any]] = nothing
-    expected: Callable[..., Expected | None] = at_once
+    expected: Callable[..., Expected | None] | None = at_once
     lasts: bool = False
 
     @property

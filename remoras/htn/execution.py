@@ -173,8 +173,8 @@ class Execution:
 
     def _expect(self, place: int, facts: FactsLike) -> None:
         branch = self.branches[place]
-        if branch.expected is None:
-            branch.expected = self._operator(branch).expected(facts, *branch.task.args)
+        if branch.expected is None and (expected := self._operator(branch).expected) is not None:
+            branch.expected = expected(facts, *branch.task.args)
             self.version += branch.expected is not None
 
     def _end(self, place: int) -> None:
