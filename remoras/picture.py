@@ -18,7 +18,7 @@ class Body:
 
     ``now_s`` is the last motion tick, ``decided_s`` the decision before this one. ``battery`` is the share of energy
     left, ``reserve`` that for the way home, margin included. ``outside_m``: distance outside the area of operations.
-    ``last_yield_s``: last detection by own sensors. ``contacts_m``: sonar contacts, without identity. ``settled_s``:
+    ``last_yield_s``: last facts of own sensors. ``contacts_m``: sonar contacts, without identity. ``settled_s``:
     start of the stay near one place. ``sensors_on``: names of sensors switched on, working or not; ``answering``: of
     those that report to work, on or off. ``uncertainty_m`` bounds the position error; ``n_fixes`` counts fixes.
     """

@@ -350,7 +350,7 @@ class FunctionalLayer:
         if self.positioning is not None:
             pose = self.positioning.pose(pose)
         sensed = self.sensors.look(pose, now_s)
-        if sensed:
+        if any(one.observation.facts for one in sensed):
             body.last_yield_s = now_s
         return sensed
 
