@@ -32,6 +32,8 @@ SHIPPED = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisa
 
 GROUP = "remoras.plugins"
 """Group of entry points."""
+RAISED: Final = (Exception, SystemExit)
+"""Exceptions of plug-in code; interruptions by the user pass."""
 INSTALLED_KINDS = ("strategy", "mission", "sensor", "metric", "figure", "channel", "policy", "fault", "feature")
 
 
@@ -99,7 +101,7 @@ def named_object(reference: str) -> Any:
         with asked_for(module):
             imported = importlib.import_module(module)
             named = getattr(imported, name, None)
-    except Exception as error:  # plug-in code may raise anything
+    except RAISED as error:
         raise PluginError(f"package.module:object that can be imported ({named_error(error)})") from error
     if named is None:
         from worldmodel import suggestion  # loaded for mistyped names only
@@ -134,7 +136,7 @@ def instance_of(loaded: Any, name: str) -> Any:
         return loaded
     try:
         return loaded()
-    except Exception as error:  # plug-in code may raise anything
+    except RAISED as error:
         why = f"{name} raised {named_error(error)}"
         raise PluginError(f"a class that needs no arguments, or an object; {why}") from error
 
@@ -211,7 +213,7 @@ def _shortened(text: str) -> str:
     return text if len(text) <= LONGEST_TEXT else text[:LONGEST_TEXT] + "..."
 
 
-def named_error(error: Exception) -> str:
+def named_error(error: BaseException) -> str:
     """Return kind and text of an exception, and its place in a user's file: the last line called there.
 
     >>> print(named_error(ValueError("too deep")))
@@ -236,7 +238,7 @@ def broken_promise(who: str, part: str, expected: str, result: object) -> Plugin
     strategy mine: form returned None; expected: an Organisation
     """
     came = f"returned {_shortened(repr(result))}"
-    if isinstance(result, Exception):
+    if isinstance(result, RAISED):
         came = f"raised {named_error(result)}"
     return PluginError(f"{who}: {part} {came}; expected: {expected}")
 
@@ -250,7 +252,7 @@ def answer(
         sound = isinstance(value, is_expected) if isinstance(is_expected, type) else is_expected(value)
     except PluginError:
         raise
-    except Exception as error:  # plug-in code may raise anything
+    except RAISED as error:
         raise broken_promise(who, part, expected, error) from error
     if not sound:
         raise broken_promise(who, part, expected, value)

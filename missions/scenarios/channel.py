@@ -34,7 +34,7 @@ from missions.files import is_number
 from missions.scenarios.communication import modem_in
 from missions.scenarios.features import used_in
 from remoras.errors import PluginError
-from remoras.plugins import answer, faults_of, known_or_named, named_error, refuse, refuse_other
+from remoras.plugins import RAISED, answer, faults_of, known_or_named, named_error, refuse, refuse_other
 from remoras.table import NotNegative, Section, Sparse
 from worldmodel import suggestion
 
@@ -272,7 +272,7 @@ def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[C
         yield from map(_as_configured, faults)
         if name not in CHANNELS:
             yield from _trial_faults(name, settings, deployment)
-    except Exception as error:  # user code may raise anything
+    except RAISED as error:
         allowed = f"its checks of settings raised {named_error(error)}"
         yield ConfigurationFault("channel.name", "", allowed)
 

@@ -29,7 +29,7 @@ from remoras.database import AUVDatabase
 from remoras.errors import PluginError
 from remoras.htn import Domain
 from remoras.mission import ELEMENTARY_TASKS, Mission
-from remoras.plugins import answer, named_error
+from remoras.plugins import RAISED, answer, named_error
 from remoras.recorder import Recorder
 from remoras.strategies import faults_of_settings
 from remoras.work import Job, vehicles_taken
@@ -51,7 +51,7 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
     try:
         made = mission.from_scenario(scenario)
         jobs: Mapping[str, Job] = made.jobs
-    except Exception as error:  # user code may raise anything
+    except RAISED as error:
         cause = f"raised {named_error(error)}"
         allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but {cause}"
         yield ConfigurationFault("scenario.mission", "", allowed)

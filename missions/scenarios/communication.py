@@ -20,7 +20,7 @@ from missions.errors import ConfigurationFault, one_of
 from missions.files import is_file, shown
 from missions.scenarios.features import with_features
 from remoras.errors import PluginError
-from remoras.plugins import faults_of, instance_of, known_or_named, named_error, refuse
+from remoras.plugins import RAISED, faults_of, instance_of, known_or_named, named_error, refuse
 from remoras.table import NotNegative, Section, Sparse
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ def communication_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
     except PluginError as error:
         yield ConfigurationFault("communication.policy", "", str(error))
         return
-    except Exception as error:  # user code may raise anything
+    except RAISED as error:
         allowed = f"its carries must answer for every bit of a header, but raised {named_error(error)}"
         yield ConfigurationFault("communication.policy", "", allowed)
         return

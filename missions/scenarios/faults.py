@@ -34,7 +34,7 @@ from remoras.errors import PluginError
 from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group, Organisation
-from remoras.plugins import answer, faults_of, known_or_named, named_error, refuse, refuse_other
+from remoras.plugins import RAISED, answer, faults_of, known_or_named, named_error, refuse, refuse_other
 from remoras.table import PointM, Positive, Section
 from worldmodel import suggestion
 
@@ -340,7 +340,7 @@ def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFa
     """Return the faults reported by a plug-in's hook, or a fault if the hook raises."""
     try:
         faults = list(asked())
-    except Exception as error:  # user code may raise anything
+    except RAISED as error:
         reason = f"its {hook} must take every scenario whose tables are well-formed, but raised"
         return [ConfigurationFault(key, "", f"{reason} {named_error(error)}")]
     if all(isinstance(fault, ConfigurationFault) for fault in faults):
@@ -359,7 +359,7 @@ def draw_faults(
                 # A trial with every vehicle finds a failing hook before the run.
                 fault.befalling(data, 0.0)
             able = [data.name for data in fault.able(database, groups)]
-        except Exception as error:  # user code may raise anything
+        except RAISED as error:
             text = str(error) if isinstance(error, PluginError) else f"raised {named_error(error)}"
             yield ConfigurationFault(f"{KEY}.{number}.kind", shown(fault.kind), text)
             continue

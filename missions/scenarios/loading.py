@@ -35,7 +35,7 @@ from missions.scenarios.parts import mission_class, strategy_named, with_files_f
 from missions.scenarios.scenario import About, Scenario
 from remoras.errors import PluginError
 from remoras.mission import Mission
-from remoras.plugins import named_error
+from remoras.plugins import RAISED, named_error
 from remoras.strategies import parameters
 
 
@@ -85,7 +85,7 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     faults += more
     try:
         completed: Scenario = mission.completed(with_abilities(scenario, mission))
-    except Exception as error:  # user code may raise anything
+    except RAISED as error:
         raise document.error([*faults, _raised(error)], options) from None
     # In three stages: each assumes that the stage before has found no faults.
     faults += cross_faults(completed, mission) if not faults else ()

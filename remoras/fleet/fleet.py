@@ -13,7 +13,7 @@ from remoras.fleet.traffic import Medium, Traffic
 from remoras.fleet.vehicle import Vehicle
 from remoras.motion.avoidance import SEPARATION_M
 from remoras.motion.separation import Separation
-from remoras.plugins import broken_promise
+from remoras.plugins import RAISED, broken_promise
 from remoras.process import rare_collections
 from remoras.recorder import Recorder
 from remoras.truth import FleetView, HolderCount, Truth
@@ -124,11 +124,14 @@ class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
 
     def _observe(self, now_s: float) -> None:
         if self._nature is not None:
-            self._nature(self.view, now_s)
+            try:
+                self._nature(self.view, now_s)
+            except RAISED as error:
+                raise broken_promise("the mission", "nature", "a function of fleet view and time", error) from error
         if not self.completed:
             try:
                 self.completed = self.truth.observe(self.view, now_s)
-            except Exception as error:  # plug-in code may raise anything
+            except RAISED as error:
                 raise broken_promise("the mission's truth", "observe", "True or False", error) from error
 
     # Interface for events ------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from remoras.motion.attraction import GuidanceTable, Pulls
 from remoras.motion.avoidance import Bounds, Neighbour, nearest_within
 from remoras.motion.separation import NEAR_M
 from remoras.picture import Picture
-from remoras.plugins import answer, broken_promise
+from remoras.plugins import RAISED, answer, broken_promise
 from remoras.recorder import Table
 from remoras.sensor import NEVER_QUIET, Observation, Pose, Quiet, QuietFrom, Sensor
 from remoras.work import Point
@@ -143,7 +143,7 @@ class Sensing:
                 if not returned and returned is not None:
                     continue
                 observations = tuple(returned)
-            except Exception as error:
+            except RAISED as error:
                 raise broken_promise(self._where(name), "sense", OBSERVATIONS, error) from error
             if not all(isinstance(observation, Observation) for observation in observations):
                 raise broken_promise(self._where(name), "sense", OBSERVATIONS, observations)
@@ -435,7 +435,7 @@ class FunctionalLayer:
         for index in due:
             try:
                 perceived = self._behaviours[index].perceive(motion, picture, index in performed)
-            except Exception as error:
+            except RAISED as error:
                 raise self._broken(index, "perceive", PERCEPTION, error) from error
             if not (
                 isinstance(perceived, Perception) and _is_share(perceived.stimulus) and _is_time(perceived.until_s)
@@ -465,7 +465,7 @@ class FunctionalLayer:
         for index in self._advancing:
             try:
                 progress[index] = self._perceived[index].progress(self.believed, self.picture)
-            except Exception as error:  # plug-in code may raise anything
+            except RAISED as error:
                 raise self._broken(index, "the advance of perceive", PROGRESS, error) from error
         return progress
 
@@ -543,7 +543,7 @@ class FunctionalLayer:
                 x_m, y_m = self._sound_target_m = reference[0]
                 sound = math.isfinite(x_m + y_m)
                 self._allowed_m = nearest_within(self._bounds_m, self._sound_target_m)
-        except Exception as error:
+        except RAISED as error:
             raise self._broken(index, "reference", REFERENCE, error) from error
         if not sound:
             raise self._broken(index, "reference", REFERENCE, reference)

@@ -17,7 +17,7 @@ from missions.scenarios.fleet import sensor_settings
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.plugins import named_error
+from remoras.plugins import RAISED, named_error
 from remoras.recorder import TABLES, TIME, VEHICLE, Row, Table
 from remoras.sensor import Observation, Pose, Quiet, Sensor, SensorSettings
 from remoras.testing.behaviours import difference, parts_of
@@ -129,7 +129,7 @@ def _checked_table(sensor: Sensor) -> Table | None:
 def _sensed(sensor: Sensor, pose: Pose, world: Any, now_s: float) -> tuple[list[Observation], Quiet]:
     try:
         sensed = sensor.sense(pose, world, now_s)
-    except Exception as error:  # plug-in code may raise anything
+    except RAISED as error:
         raise AssertionError(f"t = {now_s} s: sense raised {named_error(error)}") from error
     is_list = isinstance(sensed, Sequence) and all(isinstance(observation, Observation) for observation in sensed)
     assert is_list, f"t = {now_s} s: sense returned {sensed!r}, expected a list of Observation or a Quiet"

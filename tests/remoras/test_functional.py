@@ -141,7 +141,7 @@ class Answering(Shore):
         self._made = made
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Any:
-        if isinstance(self._made, Exception):
+        if isinstance(self._made, BaseException):
             raise self._made
         return self._made
 
@@ -160,12 +160,12 @@ class Saying:
 
     def _answer(self, number: int) -> Any:
         answer = self._answers[number]
-        if isinstance(answer, Exception):
+        if isinstance(answer, BaseException):
             raise answer
         return answer
 
 
-@pytest.mark.parametrize("made", [None, "homing", KeyError("rally")])
+@pytest.mark.parametrize("made", [None, "homing", KeyError("rally"), SystemExit(0)])
 def test_an_object_that_is_no_behaviour_is_refused(made: Any) -> None:
     says = "mission Answering, activity Homing: behaviour_for (returned|raised) .*; expected: a Behaviour"
     with pytest.raises(PluginError, match=says):
@@ -182,6 +182,7 @@ def test_an_object_that_is_no_behaviour_is_refused(made: Any) -> None:
         (Perception(1.0, until_s=math.nan), "returned .*; expected: a Perception, stimulus 0..1, until_s no NaN"),
         (Perception("much"), r"returned Perception\(stimulus='much'.*; expected: a Perception, stimulus 0..1"),  # type: ignore[arg-type]
         (KeyError("AUV01"), "raised KeyError: 'AUV01'"),
+        (SystemExit(0), "raised SystemExit: 0"),
     ],
 )
 def test_a_wrong_perception_is_one_clear_message(perception: Any, says: str) -> None:
@@ -200,6 +201,7 @@ def test_a_wrong_perception_is_one_clear_message(perception: Any, says: str) -> 
         (Reference((0.0, 0.0), 1.0, -5.0), "returned Reference"),
         (Reference(None, 1.0), "raised TypeError"),  # type: ignore[arg-type]
         (ZeroDivisionError("no way"), "raised ZeroDivisionError: no way"),
+        (SystemExit(0), "raised SystemExit: 0"),
     ],
 )
 def test_a_wrong_reference_is_one_clear_message(reference: Any, says: str) -> None:
@@ -315,12 +317,17 @@ def test_a_quiet_sensor_is_read_again_at_its_time_or_distance() -> None:
 
 @pytest.mark.parametrize(
     ("answer", "says"),
-    [(None, "raised TypeError"), (["deep"], r"returned \('deep',\)"), (OSError("wet"), "raised OSError: wet")],
+    [
+        (None, "raised TypeError"),
+        (["deep"], r"returned \('deep',\)"),
+        (OSError("wet"), "raised OSError: wet"),
+        (SystemExit(0), "raised SystemExit: 0"),
+    ],
 )
 def test_a_wrong_observation_is_one_clear_message(answer: Any, says: str) -> None:
     class Broken(DepthSounder):
         def sense(self, pose: Pose, world: Any, now_s: float) -> Any:
-            if isinstance(answer, Exception):
+            if isinstance(answer, BaseException):
                 raise answer
             return answer
 

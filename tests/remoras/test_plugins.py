@@ -140,6 +140,24 @@ def test_a_part_with_a_wrong_result_is_reported_with_the_expected_type() -> None
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
 
 
+def test_a_plug_in_that_ends_the_program_is_a_fault_and_an_interruption_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run that ended with code 0 and without results would look like success."""
+
+    def raises(error: BaseException) -> float:
+        raise error
+
+    with pytest.raises(PluginError, match="gauge deep: read raised SystemExit: 0, in"):
+        answer("gauge deep", "read", "a number", float, lambda: raises(SystemExit(0)))
+    with pytest.raises(KeyboardInterrupt):
+        answer("gauge deep", "read", "a number", float, lambda: raises(KeyboardInterrupt()))
+    (tmp_path / "ending.py").write_text("import sys\n\nsys.exit()\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(PluginError, match=r"can be imported \(SystemExit: , in ending.py, line 3\)"):
+        named_object("ending:GAUGE")
+
+
 @pytest.mark.parametrize(("cause", "says"), [
     ("{}['x' * 500]", rf"KeyError: '{'x' * 119}\.\.\."),
     ("json.loads('nonsense')", "JSONDecodeError: Expecting value: line 1 column 1 \\(char 0\\)"),  # in Python's own

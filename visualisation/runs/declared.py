@@ -35,7 +35,7 @@ def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
     try:
         # User code may raise anything and return anything.
         text: object = what.draw(axes, results, Kit(results))
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise _failed(what, error) from error
     if not isinstance(text, str):
         raise DrawingError(
@@ -65,7 +65,7 @@ def declared_picture(
     return DrawnPage(drawn, words.joined(heading, text, captions.run_conditions(results)))
 
 
-def _failed(part: Figure | Layer, error: Exception) -> DrawingError:
+def _failed(part: Figure | Layer, error: BaseException) -> DrawingError:
     return DrawingError(f"{_named(part)}: its draw raised {type(error).__name__}: {error}")
 
 

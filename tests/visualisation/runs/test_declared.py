@@ -26,6 +26,10 @@ def raises(axes: Any, results: RunResults, style: Style) -> str:
     raise KeyError("depth_m")
 
 
+def ends_the_program(axes: Any, results: RunResults, style: Style) -> str:
+    raise SystemExit(0)
+
+
 def returns_nothing(axes: Any, results: RunResults, style: Style) -> None:
     axes.plot([0, 1], [0, 1])
 
@@ -80,6 +84,7 @@ def test_long_labels_get_enough_room(run: Results, monkeypatch: pytest.MonkeyPat
     ("broken", "message"),
     [
         (raises, "its draw raised KeyError: 'depth_m'"),
+        (ends_the_program, "its draw raised SystemExit: 0"),
         (returns_nothing, "its draw returned None, a NoneType; it has to return the sentences of the caption as text"),
     ],
 )
