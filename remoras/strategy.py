@@ -256,7 +256,14 @@ def faults_of_strategy(candidate: Any) -> Iterator[str]:
         if value is not None and not isinstance(value, expected):
             yield f"{part} is {type(value).__name__}, expected {expected.__name__}"
     declaration = getattr(candidate, "declaration", None)
-    if isinstance(declaration, Declaration) and declaration.sharing is not None:
+    if not isinstance(declaration, Declaration):
+        return
+    if not isinstance(declaration.messages, Mapping):
+        yield f"declaration.messages is {type(declaration.messages).__name__}, expected a mapping of names to meanings"
+    authorities = declaration.authorities
+    if not (isinstance(authorities, frozenset) and all(isinstance(one, Authority) for one in authorities)):
+        yield f"declaration.authorities is {authorities!r}, expected a frozenset of Authority"
+    if declaration.sharing is not None:
         if not hasattr(declaration.sharing, "lease_frames"):
             yield f"declaration.sharing is {type(declaration.sharing).__name__}, expected the class InstantSharing"
         if declaration.communicates:

@@ -234,9 +234,14 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         executive = self.executive
         calls = executive.calls(now_s) if self.radio.influences else {}
         waits = Waits(calls, executive.waiting(), executive.ended)
-        if stated := self.social.negotiate(now_s, self.functional.believed, waits):
+        try:
+            stated = self.social.negotiate(now_s, self.functional.believed, waits)
             for facts, is_sent in stated:
                 self.conclude(facts, now_s, is_sent)
+        except WorldModelError as error:
+            name = self.social.strategy.name
+            raise PluginError(f"strategy {name}: a statement of {self.name} cannot be recorded: {error}") from error
+        if stated:
             # Own statements of this round take effect with those of peers, not one frame later.
             self._take_effect(now_s)
         executive.help(self.social.helping, self.functional.picture.peers.heard_slots, now_s)

@@ -39,6 +39,10 @@ class Both(Central):
     declaration = Declaration(source="a test", messages={}, sharing=InstantSharing)
 
 
+class Listing(Central):
+    declaration = Declaration(source="a test", messages=["playsRole"], authorities={"take"})  # type: ignore[arg-type]
+
+
 class WithNoClass(Central):
     declaration = Declaration(source="a test", messages={}, communicates=False, sharing="at once")
 
@@ -50,6 +54,13 @@ class WithNoClass(Central):
         (
             Both(),
             ["declaration.communicates is True; allowed: False, with instant sharing a strategy sends no packets"],
+        ),
+        (
+            Listing(),
+            [
+                "declaration.messages is list, expected a mapping of names to meanings",
+                "declaration.authorities is {'take'}, expected a frozenset of Authority",
+            ],
         ),
         (WithNoClass(), ["declaration.sharing is str, expected the class InstantSharing"]),
     ],
