@@ -127,13 +127,13 @@ def consistency(recorder: MeasuredTables, n_vehicles: int) -> tuple[float | None
     held: set[tuple[str, str]] = set()
     for time_s, vehicle, item, _, event in recorder.rows("knowledge"):  # in time order
         if event == "observed":
-            observed_s[item], lacking[item] = time_s, n_vehicles - 1
-            held.add((vehicle, item))
-        elif event == "received" and item in observed_s and (vehicle, item) not in held:
-            held.add((vehicle, item))
-            lacking[item] -= 1
-            if not lacking[item]:
-                waits_s.append(time_s - observed_s[item])
+            observed_s[item], lacking[item] = time_s, n_vehicles
+        elif event != "received" or item not in observed_s or (vehicle, item) in held:
+            continue
+        held.add((vehicle, item))
+        lacking[item] -= 1
+        if not lacking[item]:
+            waits_s.append(time_s - observed_s[item])
     if not observed_s:
         return None, None
     return (math.fsum(waits_s) / len(waits_s) if waits_s else None), len(waits_s) / len(observed_s)

@@ -187,8 +187,9 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
     sent = {uid for uids in record["packets"]["status_uids"] for uid in uids}
     gone = {(vehicle, uid): time_s for time_s, vehicle, uid, event in rows if event == "expired"}
     newest: dict[Row, str] = {}
+    has_peers = len(record.vehicles) > 1
     for uid, (_, at_s, origin, attribute) in recorded.items():
-        if attribute in REPORTS and "@" in uid and origin not in record.anew:
+        if has_peers and attribute in REPORTS and "@" in uid and origin not in record.anew:
             report.look("deliveries")
             before = newest.get((origin, attribute), uid)
             newest[origin, attribute] = uid

@@ -157,8 +157,8 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
             last_s[item] = time_s
     whole = [item for item in observed if n_lacking[item] >= len(record.vehicles) - 1]
     derived["consistent_fraction"] = len(whole) / len(observed) if observed else None, 1e-6
-    wait_s = math.fsum(last_s[guid] - observed[guid] for guid in whole) / len(whole) if whole else None
-    derived["consistency_time_s"] = wait_s, LATENCY_S
+    waits_s = [last_s.get(guid, observed[guid]) - observed[guid] for guid in whole]
+    derived["consistency_time_s"] = (math.fsum(waits_s) / len(waits_s) if waits_s else None), LATENCY_S
     return derived
 
 

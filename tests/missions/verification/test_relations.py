@@ -111,6 +111,17 @@ def test_runs_of_generated_scenarios_follow(name: str, generated: dict[str, Path
     assert list(verify(generated[name]).lines) == []
 
 
+def test_a_run_of_a_single_vehicle_follows(tmp_path: Path) -> None:
+    """It reports to no vehicle, and every item is known to the whole fleet at once."""
+    text = scenario_text("alone", {"nanomodem-v3": 1000.0}, vehicles=2, areas=1, side=50.0)
+    (tmp_path / "alone.toml").write_text(text[: text.rindex("[[vehicle]]")])
+    write_results(run(load(str(tmp_path / "alone.toml")), 1), tmp_path / "run")
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert (summary["completed"], summary["mean_latency_s"]) == (True, None)
+    assert (summary["consistent_fraction"], summary["consistency_time_s"]) == (1.0, 0.0)
+    assert list(verify(tmp_path / "run").lines) == []
+
+
 @pytest.mark.parametrize("name", ["whole", "fewer"])
 def test_reports_are_sent_exactly_if_a_vehicle_needs_them(
     name: str, generated: dict[str, Path], tmp_path: Path
