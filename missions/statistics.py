@@ -168,6 +168,7 @@ class NoInterval(Enum):
     TOO_FEW = "n too small"
     RARE = "n < 30: least to largest"
     ALIKE = "all values are equal"
+    FEW_REACHED = "fewer than 2 pairs completed on both sides"
     FEW_DIFFER = "n too small: a few values cause all spread"
 
 
@@ -281,8 +282,10 @@ def restricted_difference_interval(ours: Timed, theirs: Timed) -> Estimated:
     n = len(ours.values)
     pairs = zip(ours.values, theirs.values, ours.reached, theirs.reached, strict=True)
     both = [a - b for a, b, a_reached, b_reached in pairs if a_reached and b_reached]
-    if n < FEW or len(both) < 2:
+    if n < FEW:
         return NoInterval.TOO_FEW
+    if len(both) < 2:
+        return NoInterval.FEW_REACHED
     bounds = difference_interval(both)
     if isinstance(bounds, NoInterval):
         bounds = _student(both)

@@ -79,10 +79,13 @@ def notes(rows: Sequence[Comparison]) -> Iterator[str]:
         yield f"range: least to largest value; fewer than {MANY} runs allow no interval of a mean"
     if any(row.diff_note == NoInterval.TOO_FEW.value for row in rows):
         yield f"fewer than {FEW} pairs allow no interval of a difference"
+    if any(row.diff_note == NoInterval.FEW_REACHED.value for row in rows):
+        yield f"no interval of a difference where {NoInterval.FEW_REACHED.value}"
     if any(row.is_incomplete for row in rows):
         n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
         yield f"restricted means: {n - reached} of {n} runs did not complete and count with the full mission duration"
-        yield "their intervals allow for further runs that do not complete"
+        if any(row.is_incomplete and row.ci95_low is not None for row in rows):
+            yield "their intervals allow for further runs that do not complete"
     if any(row.deterministic for row in rows):
         yield "deterministic: no random draws, so repeats count as one run without interval and p"
     # Failed runs may look cheap, in distance for instance: other metrics then rank failure as merit.

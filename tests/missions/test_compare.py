@@ -221,6 +221,32 @@ def test_intervals_allow_for_incomplete_runs_only_if_some_are(tmp_path: Path, n_
         assert "restricted" not in text
 
 
+@pytest.mark.parametrize(
+    ("repeats", "says", "is_bounded"),
+    [(8, "no interval of a difference where fewer than 2 pairs completed on both sides", True),
+     (7, "fewer than 8 pairs allow no interval of a difference", False)],
+)  # fmt: skip
+def test_the_reason_of_a_missing_interval_is_the_one_that_holds(
+    tmp_path: Path, repeats: int, says: str, is_bounded: bool
+) -> None:
+    """With ack no run completes: the difference has no interval however many pairs there are."""
+
+    def made(task: RunTask) -> FinishedRun:
+        run = made_up(task, task.scenario.communication.policy != "ack")
+        run.line["summary"]["n_bytes"] = task.repeat  # else the runs of ack are equal, hence one
+        return run
+
+    results(tmp_path, made, repeats)
+    text = CliRunner().invoke(app, ["compare", str(tmp_path / "out"), "--metric", "mission_time_s"]).stdout
+    assert [line.strip() for line in text.splitlines() if "interval of a difference" in line] == [says]
+    assert ("their intervals allow" in text) is is_bounded
+    figure = CliRunner().invoke(app, ["plot", str(tmp_path / "out"), "differences"])
+    assert figure.exit_code == 0, figure.output
+    caption = (tmp_path / "out" / "differences.txt").read_text(encoding="utf-8")
+    assert ("No interval where fewer than 2 pairs completed on both sides." in caption) is is_bounded
+    assert ("Fewer than 8 pairs have no interval." in caption) is not is_bounded
+
+
 @given(st.floats(-1e12, 1e12))
 def test_numbers_of_tables_have_four_digits_and_no_exponent_if_large(value: float) -> None:
     text = number(value)

@@ -202,6 +202,8 @@ def test_too_few_values_have_no_interval() -> None:
     assert restricted_interval(Timed(values, [True] * 7, 9.0)) is NoInterval.TOO_FEW
     timed = Timed(values, [True] * 7, 9.0)
     assert restricted_difference_interval(timed, timed) is NoInterval.TOO_FEW
+    one = Timed([*values, 8.0], [True] + [False] * 7, 9.0)
+    assert restricted_difference_interval(one, Timed([9.0] * 8, [True] * 8, 9.0)) is NoInterval.FEW_REACHED
 
 
 def test_values_that_hardly_differ_have_no_interval() -> None:

@@ -10,7 +10,7 @@ from missions.comparison.effects import MainEffect
 from missions.comparison.ranking import are_too_few
 from missions.comparison.treatments import SIGNIFICANT
 from missions.metric import Better, Metric
-from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
+from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS, NoInterval
 from missions.sweeps.folder import SweepResults, is_bound
 from visualisation.sweeps.arrangement import RATE, Arrangement, Measure, PanelSettings, of_differences
 
@@ -233,7 +233,11 @@ def effects_conditions(results: SweepResults) -> str:
 def without_intervals(rows: Sequence[Comparison]) -> str:
     """Explain points without an interval; empty if none."""
     few = any(not row.deterministic and row.n < FEW for row in rows)
-    return f"Fewer than {FEW} pairs have no interval." if few else ""
+    one_sided = any(row.diff_note == NoInterval.FEW_REACHED.value for row in rows)
+    return words.joined(
+        f"Fewer than {FEW} pairs have no interval." if few else "",
+        f"No interval where {NoInterval.FEW_REACHED.value}." if one_sided else "",
+    )
 
 
 def _without_values(arrangement: Arrangement, rows: Sequence[Comparison]) -> str:
