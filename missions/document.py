@@ -175,10 +175,13 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
     # TOML has lists, no tuples.
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list").removeprefix("Value error, ")
     message = message.replace(" after validation", "")
+    if kind in {"model_type", "dict_type"}:
+        message = "input should be a table"
     if kind in {"float_type", "int_type"} and isinstance(value, str):
         message += ", without quotes, unit or %"
     bounds = detail.get("ctx", {})
-    if 1.0 in (bounds.get("lt"), bounds.get("le")) and isinstance(value, int | float) and 2.0 <= value <= 100.0:
+    is_share = 1.0 in (bounds.get("lt"), bounds.get("le")) and not key.endswith("_s")
+    if is_share and isinstance(value, int | float) and 2.0 <= value <= 100.0:
         message += f"; {value:g} % is {value / 100.0:g}"
     return ConfigurationFault(key, text, message[0].lower() + message[1:])
 
