@@ -301,7 +301,10 @@ class JobMission(Mission):
         if not getattr(self, "objective", ""):
             raise PluginError(f"{type(self).__name__} lacks objective, the name of the objective of roles with a job")
         self.scenario = scenario
-        self._jobs = {job.name: job for job in self.jobs_of(scenario)}
+        jobs = list(self.jobs_of(scenario))
+        self._jobs = {job.name: job for job in jobs}
+        if twice := [name for name, n_jobs in Counter(job.name for job in jobs).items() if n_jobs > 1]:
+            raise PluginError(f"{type(self).__name__}.jobs_of gives several jobs the name {twice[0]!r}; rename one")
         self.groups = {group.name: group for group in groups_of(scenario)}
         self.meeting = Meeting(
             self.groups,

@@ -65,7 +65,7 @@ class RunReader(RunResults, MeasuredRun, ABC):
         try:
             return tables_of(self.manifest["scenario"], MANIFEST)
         except (TypeError, ConfigurationError) as error:
-            raise OutputError(f"{self!r}: the scenario in its manifest is damaged: {error}") from None
+            raise OutputError(f"{self}: the scenario in its manifest is damaged: {error}") from None
 
     # Input of metrics ----------------------------------------------------------------------------
 

@@ -197,6 +197,9 @@ class Results(RunReader):
     def __repr__(self) -> str:
         return f"<Results of a run in {self.folder}>"
 
+    def __str__(self) -> str:
+        return str(self.folder)
+
     @classmethod
     def read(cls, folder: Path) -> Results:
         """Open a folder; raise OutputError if it holds no results."""
@@ -235,7 +238,7 @@ class Results(RunReader):
         try:
             loaded: dict[str, Any] = json.loads((self.folder / name).read_text(encoding="utf-8"))
             if not isinstance(loaded, dict):
-                raise ValueError("no table")
+                raise ValueError("no JSON object")
             for key, kind in NEEDED[name].items():
                 if not isinstance(loaded.get(key), kind):
                     raise ValueError(f"{key!r} is missing or of a wrong type")

@@ -25,6 +25,7 @@ from missions.scenarios.organisation import (
 from missions.scenarios.parts import metric_faults, strategy_named
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
 from remoras.activities import Objective
+from remoras.beliefs import NOTHING_KNOWN
 from remoras.database import AUVDatabase
 from remoras.errors import PluginError
 from remoras.htn import Domain
@@ -32,7 +33,7 @@ from remoras.mission import ELEMENTARY_TASKS, Mission
 from remoras.plugins import RAISED, answer, named_error
 from remoras.recorder import Recorder
 from remoras.strategies import faults_of_settings
-from remoras.work import Job, vehicles_taken
+from remoras.work import Job, jobs_left, vehicles_taken
 
 Faults = Iterator[ConfigurationFault]
 
@@ -63,6 +64,7 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
     database, groups = database_of(scenario, mission), {group.name: group for group in groups_of(scenario)}
     yield from _role_jobs(scenario, database, jobs)
     yield from _order_of(jobs)
+    yield from own_faults("scenario.mission", "jobs", lambda: _jobs_outside(scenario, jobs))
     yield from draw_faults(scenario.fault, database, groups)
     for feature in used_in(scenario):
         yield from feature.made_checks(scenario, made)
@@ -115,6 +117,13 @@ def _slots(scenario: Scenario) -> Faults:
         elif slot >= len(scenario.vehicle):
             allowed = f"allowed: 0 to {len(scenario.vehicle) - 1}, one for each vehicle"
             yield ConfigurationFault(f"vehicle.{names[0]}.slot", "", allowed)
+
+
+def _jobs_outside(scenario: Scenario, jobs: Mapping[str, Job]) -> Faults:
+    # The place of a job that is yet to be discovered has no meaning.
+    known, _ = jobs_left(jobs, NOTHING_KNOWN)
+    places = [(f"job.{name}.place_m", job.place_m) for name, job in known.items() if job.place_m is not None]
+    yield from scenario.world.outside(places)
 
 
 def _places(scenario: Scenario) -> Faults:

@@ -74,7 +74,7 @@ def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("stopping.half_width", "", "missing; give it, or half_width_share, or both")
     yield from _unforeseen_faults(file)
     yield from _sampling_faults(file)
-    yield from _empty_axes(file)
+    yield from _axis_faults(file)
     yield from _bounds_faults(file)
     yield from _factorial_faults(file)
     yield from _conflicts(file)
@@ -108,13 +108,15 @@ def repeated_names(table: str, cases: Sequence[Any]) -> Iterator[ConfigurationFa
             yield ConfigurationFault(f"{table}.{number}.name", shown(name), allowed)
 
 
-def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
+def _axis_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
     tables = [("grid", dict(dotted(file.grid)))]
     tables += [(channel_place(file, number), channel) for number, channel in enumerate(file.channel)]
     for table, values in tables:
         for key, value in values.items():
             if value == []:
                 yield ConfigurationFault(f"{table}.{key}", "[]", "no values: list at least one")
+            elif isinstance(value, list) and len({toml_value(level) for level in value}) < len(value):
+                yield ConfigurationFault(f"{table}.{key}", toml_value(value), "a value is listed twice")
     for number, channel in enumerate(file.channel):
         if "name" not in channel:
             place = f"{channel_place(file, number)}.name"

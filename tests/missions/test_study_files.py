@@ -61,6 +61,11 @@ def test_sampling_list_uses_its_points_unchanged(tmp_path: Path) -> None:
         (('"remoras"]', '"remora"]'), "study.toml:5: study.strategies | did you mean 'remoras'"),
         (('"mps-ack"', '"mps-nack"'), "study.toml:6: study.policies"),
         (("[0.1, 0.4]", "[]"), "channel.per = []: no values"),
+        (("[0.1, 0.4]", "[0.1, 0.4, 0.10]"), "channel.per = [0.1, 0.4, 0.1]: a value is listed twice"),
+        (
+            ("[set]", "[grid]\ndecision.weight_external = [0, 2, 0]\n[set]"),
+            "grid.decision.weight_external = [0, 2, 0]: a value is listed twice",
+        ),
         (("[set]", "[sets]"), "did you mean 'set'"),
         (("seed = 7", 'seed = 7\nsampling = "latin"'), "needs [latin], which is missing"),
         (

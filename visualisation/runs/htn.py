@@ -152,7 +152,7 @@ def _caption(results: RunResults, deepest: int, has_deeper: bool, n_left_out: in
         "A subtask is below its task, the method behind the colon. A thin bar: the task waits; a thick bar: it runs; "
         "the mark at its end: done, failed, or dropped from the plan.",
         "A diamond: expected end of a step." if deepest > 0 else "",
-        f"Tasks more than {deepest} levels below the top are not shown." if has_deeper and deepest else "",
+        f"Tasks below depth {deepest} of a plan are not shown." if has_deeper and deepest else "",
         "Only the top task of each plan is shown." if has_deeper and not deepest else "",
         f"{n_left_out} plans are not shown." if n_left_out else "",
     )

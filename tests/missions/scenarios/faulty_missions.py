@@ -1,5 +1,6 @@
 """User missions and sensors with one fault each; scenarios derived from ``small_mission`` name them."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +9,7 @@ from typing import Any, ClassVar
 
 from missions.mapping import MappingMission
 from missions.mapping.truth import MappingTruth
-from missions.meeting import JobMission
+from missions.meeting import JobMission, StayJob
 from missions.metric import Better, Metric
 from remoras.database import VehicleData
 from remoras.htn import Domain, Method, Operator, Task
@@ -75,6 +76,12 @@ class Objectless(JobMission):
     jobs_of, behaviour_at = gives([]), gives(None)
 
 
+def with_jobs(*places_m: Any) -> dict[str, Any]:
+    """The jobs of mapping, and a buoy at each of these places."""
+    buoys = [StayJob("buoy", place_m, 5.0) for place_m in places_m]
+    return {"jobs_of": lambda self, scenario: [*MappingMission.jobs_of(self, scenario), *buoys]}
+
+
 DANCE = Domain.of([Operator("Dance")], {"AreaMapping": [Method("dance", lambda facts, group: [Task("Dance")])]})
 LOWER = Better.LOWER
 FAULTY: dict[str, dict[str, Any]] = {
@@ -89,6 +96,8 @@ FAULTY: dict[str, dict[str, Any]] = {
     "NoSensorSettings": {"sensors": {"mapping": dict}},
     "DomainOfNumbers": {"social_domain": 5}, "Dancing": {"social_domain": DANCE},
     "NoTruth": {"truth": lambda self, recorder, world: None}, "Undecided": {"is_enough": gives("perhaps")},
+    "JobOutside": with_jobs((9999.0, 0.0)), "JobNowhere": with_jobs((0.0, math.nan)), "JobAtNumber": with_jobs(5.0),
+    "Doubling": with_jobs((0.0, 0.0), (0.0, 0.0)),
     "FigureOfNumbers": {"figures": (3,)},
     "UnknownClass": {"instances": property(lambda self: [("Boy", name) for name in self.corners_m])},
 }  # fmt: skip

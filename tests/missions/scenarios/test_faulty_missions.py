@@ -69,6 +69,8 @@ MISSIONS = [
     ("WrongTruth", r"a mission: truth\(self\).* cannot be called as truth\(recorder, world\)"),
     ("FromScenarioRaises", r"its from_scenario and jobs must .* but raised KeyError: 'buoys'"),
     ("CheckRaises", r"its check must .* but raised KeyError: 'buoys'"),
+    ("JobAtNumber", r"its jobs must .* but raised TypeError"),
+    ("Doubling", r"but raised PluginError: Doubling\.jobs_of gives several jobs the name 'buoy'; rename one"),
     ("NoMetric", r"a mission: metrics holds <built-in function len>; expected a tuple of Metric"),
     ("NoVocabulary", r"its vocabulary cannot be read: /nowhere/buoys\.ttl: cannot be read"),
     ("NoSensorSettings", r"a mission: sensors has <class 'dict'> as mapping; expected .*SensorSettings"),
@@ -83,6 +85,8 @@ MISSIONS = [
 
 CONTRADICTING = [
     ("NoDirection", r"metric wear: better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
+    ("JobOutside", r"pond\.toml: job\.buoy\.place_m = \[9999\.0, 0\.0\]: outside the world, x "),
+    ("JobNowhere", r"pond\.toml: job\.buoy\.place_m = \[0\.0, nan\]: outside the world, x "),
     ("UnknownClass", r"instances: no class is named 'Boy'"),
     ("OtherColumns", r"table 'coverage' is declared twice, once with the columns time_s, vehicle, cell_x, cell_y: ren"),
     ("Unmakable", r"sensor other of Diver: make\(data\) raised RuntimeError: no transducer"),
