@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
 from typing import Any
 
 from missions.errors import ConfigurationFault, one_of
@@ -203,16 +204,22 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
     jobs = f"objects by name, each with {', '.join(PARTS_OF_JOB)}"
     tasks = f"a remoras.htn.Domain whose elementary tasks are among {', '.join(ELEMENTARY_TASKS)}"
     figures = "a tuple of Figure, Layer and Mark of missions.figure"
+    world = cache(lambda: made.world(0))
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
         ("jobs", jobs, lambda value: all(_has(job, PARTS_OF_JOB) for job in value.values()), lambda: made.jobs),
         ("social_domain", tasks, _is_domain, lambda: made.social_domain),
         ("founding_objectives", "a list of Objective", _all_are(Objective), made.founding_objectives),
+        ("activity_domain", "a remoras.htn.Domain, or None", _is_none_or(Domain), lambda: made.activity_domain),
+        ("instances", "pairs of class and name", _are_pairs, lambda: made.instances),
+        ("instances_found_per_vehicle", "0 or more", _is_count, lambda: made.instances_found_per_vehicle),
+        ("most_observations", "0 or more", _is_count, lambda: made.most_observations),
+        ("nature", "a function, or None", _is_none_or(Callable), lambda: made.nature(world())),
         ("figures", figures, _all_are(Figure, Layer, Mark), lambda: made.figures),
         (
             "truth",
             f"an object with {', '.join(PARTS_OF_TRUTH)}",
             lambda value: _has(value, PARTS_OF_TRUTH),
-            lambda: made.truth(Recorder(made.tables), made.world(0)),
+            lambda: made.truth(Recorder(made.tables), world()),
         ),
     )
     for hook, expected, is_expected, asked in hooks:
@@ -224,6 +231,18 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
 
 def _all_are(*kinds: type) -> Callable[[Any], bool]:
     return lambda values: all(isinstance(value, kinds) for value in values)
+
+
+def _is_none_or(kind: Any) -> Callable[[Any], bool]:
+    return lambda value: value is None or isinstance(value, kind)
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and value >= 0
+
+
+def _are_pairs(values: Any) -> bool:
+    return all(isinstance(text, str) for kind, name in values for text in (kind, name))
 
 
 def _has(value: Any, parts: Iterable[str]) -> bool:

@@ -87,6 +87,9 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
         completed: Scenario = mission.completed(with_abilities(scenario, mission))
     except RAISED as error:
         raise document.error([*faults, _raised(error)], options) from None
+    if not isinstance(completed, Scenario):
+        allowed = f"its completed returned {completed!r}; expected: a Scenario"
+        raise document.error([*faults, ConfigurationFault("scenario.mission", "", allowed)], options)
     # In three stages: each assumes that the stage before has found no faults.
     faults += cross_faults(completed, mission) if not faults else ()
     faults += job_faults(completed, mission) if not faults else ()

@@ -98,6 +98,9 @@ FAULTY: dict[str, dict[str, Any]] = {
     "NoTruth": {"truth": lambda self, recorder, world: None}, "Undecided": {"is_enough": gives("perhaps")},
     "JobOutside": with_jobs((9999.0, 0.0)), "JobNowhere": with_jobs((0.0, math.nan)), "JobAtNumber": with_jobs(5.0),
     "Doubling": with_jobs((0.0, 0.0), (0.0, 0.0)),
+    "ManyFound": {"instances_found_per_vehicle": "many"}, "LessThanNone": {"most_observations": -1},
+    "NoPairs": {"instances": ("buoy",)}, "DomainOfText": {"activity_domain": "survey"},
+    "NatureOfNumber": {"nature": gives(7)}, "Incomplete": {"completed": classmethod(gives(None))},
     "FigureOfNumbers": {"figures": (3,)},
     "UnknownClass": {"instances": property(lambda self: [("Boy", name) for name in self.corners_m])},
 }  # fmt: skip
