@@ -126,7 +126,7 @@ def _with_files_read(
     return scenario.model_copy(update=changes), faults
 
 
-def _raised(error: Exception) -> ConfigurationFault:
+def _raised(error: BaseException) -> ConfigurationFault:
     if isinstance(error, ValidationError):
         fault = fault_of(error.errors()[0], Scenario, {})
         allowed = f"{fault.key} = {fault.given} of what its completed adds: {fault.allowed}"
