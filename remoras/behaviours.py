@@ -274,18 +274,20 @@ class Supervision(Standing):
 
 
 class Working(Standing):
-    """Productive work, progressing by sensor yields within ``patience_s``."""
+    """Productive work, progressing by facts of ``sensor`` (of any if empty) within ``patience_s``."""
 
-    def __init__(self, patience_s: float) -> None:
-        self._patience_s = patience_s
+    def __init__(self, patience_s: float, sensor: str = "") -> None:
+        self._patience_s, self._sensor = patience_s, sensor
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return progress while the last yield is fresh; none before the first one."""
-        if not performed or picture.body.last_yield_s == -math.inf:  # still on the way to its work
+        body = picture.body
+        yield_s = body.yields_s.get(self._sensor, -math.inf) if self._sensor else body.last_yield_s
+        if not performed or yield_s == -math.inf:  # still on the way to its work
             return DUE if performed else ALWAYS_DUE
-        if picture.body.now_s - picture.body.last_yield_s > self._patience_s:
+        if body.now_s - yield_s > self._patience_s:
             return STANDING
-        return Perception(1.0, 1.0, until_s=picture.body.last_yield_s + self._patience_s)
+        return Perception(1.0, 1.0, until_s=yield_s + self._patience_s)
 
 
 def awaited(group: str, picture: Picture) -> float:

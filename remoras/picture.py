@@ -18,7 +18,7 @@ class Body:
 
     ``now_s`` is the last motion tick, ``decided_s`` the decision before this one. ``battery`` is the share of energy
     left, ``reserve`` that for the way home, margin included. ``outside_m``: distance outside the area of operations.
-    ``last_yield_s``: last facts of own sensors. ``contacts_m``: sonar contacts, without identity. ``settled_s``:
+    ``yields_s``: time of the last facts by own sensor. ``contacts_m``: sonar contacts, without identity. ``settled_s``:
     start of the stay near one place. ``sensors_on``: names of sensors switched on, working or not; ``answering``: of
     those that report to work, on or off. ``uncertainty_m`` bounds the position error; ``n_fixes`` counts fixes.
     """
@@ -28,13 +28,18 @@ class Body:
     battery: float = 1.0
     reserve: float = 0.0
     outside_m: float = 0.0
-    last_yield_s: float = -math.inf
+    yields_s: dict[str, float] = field(default_factory=dict)
     contacts_m: tuple[Point, ...] = ()
     settled_s: float = 0.0
     sensors_on: tuple[str, ...] = ()
     answering: tuple[str, ...] = ()
     uncertainty_m: float = 0.0
     n_fixes: int = 0
+
+    @property
+    def last_yield_s(self) -> float:
+        """Time (s) of the last facts of any own sensor, minus infinity before the first."""
+        return max(self.yields_s.values(), default=-math.inf)
 
 
 @dataclass(slots=True)

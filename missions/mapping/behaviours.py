@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from exchange.arithmetic import distance
 from missions.mapping.jobs import Survey, SurveyJob, Way
 from missions.mapping.scenario import MappingScenario
-from missions.mapping.sensors import mapping_speed_mps, swath_m
+from missions.mapping.sensors import mapping_sensor, mapping_speed_mps, swath_m
 from remoras.behaviours import (
     CAPTURE_M,
     DONE,
@@ -28,7 +28,7 @@ from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.motion.avoidance import clearance_m
-from remoras.picture import Picture
+from remoras.picture import Body, Picture
 from remoras.work import Point
 
 ROOM = 1.25  # factor on the leader's clearance for formation places: it has moved since its last report
@@ -131,7 +131,7 @@ class ZigzagExploring(Behaviour):
 
     def __init__(self, job: SurveyJob, data: VehicleData, work: WorkLeft, others: Sequence[str] = ()) -> None:
         self._job, self._data, self._work, self._others = job, data, work, others
-        self._swath_m = swath_m(data)
+        self._swath_m, self._sensor = swath_m(data), mapping_sensor(data)
         self._speed_mps = mapping_speed_mps(data)
         self._braking_m = braking_m(data, self._speed_mps)
         self._passage: _Passage | None = None
@@ -284,11 +284,15 @@ class ZigzagExploring(Behaviour):
 
         return max(survey.ways(part.bits), key=preference, default=None)
 
+    def _yield_s(self, body: Body) -> float:
+        """Time (s) of the last facts of the mapping sensor: those of others do not show that it works."""
+        return body.yields_s.get(self._sensor, -math.inf)
+
     def _note_fixes(self, picture: Picture) -> None:
         """Count successive fixes with nothing mapped in between: the position is too uncertain."""
         body = picture.body
         # The first fix ends no interval between two fixes.
-        is_futile = self._n_fixes > 0 and body.last_yield_s < self._fixed_s
+        is_futile = self._n_fixes > 0 and self._yield_s(body) < self._fixed_s
         self._n_dead = self._n_dead + 1 if is_futile else 0
         self._n_fixes, self._fixed_s = body.n_fixes, body.now_s
 
@@ -301,7 +305,7 @@ class ZigzagExploring(Behaviour):
         again = missed & self._tried if is_sure else 0
         self._given_up |= again
         self._tried |= missed
-        if picture.body.last_yield_s >= passage.since_s:
+        if self._yield_s(picture.body) >= passage.since_s:
             self._n_dead = 0
         elif missed and is_sure and not again:
             # Only a row of which most cells were open tests the sensor; a short remainder may be missed by chance.
@@ -350,8 +354,8 @@ class ZigzagExploring(Behaviour):
 class MappingAlong(Working):
     """Productive mapping while exploring; its stimulus falls with the remaining work."""
 
-    def __init__(self, patience_s: float, work: WorkLeft) -> None:
-        super().__init__(patience_s)
+    def __init__(self, patience_s: float, work: WorkLeft, sensor: str) -> None:
+        super().__init__(patience_s, sensor)
         self._work = work
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:

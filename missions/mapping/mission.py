@@ -48,6 +48,7 @@ from missions.mapping.sensors import (
     ClassifierSettings,
     Seabed,
     SwathSettings,
+    mapping_sensor,
     seabed_of,
 )
 from missions.mapping.tasks import (
@@ -397,7 +398,7 @@ class MappingMission(JobMission):
         settings, parameters = self.scenario.mission, activity.parameters
         match activity.name:
             case "Mapping":
-                return MappingAlong(settings.patience_s, self._work_left[parameters[0]])
+                return MappingAlong(settings.patience_s, self._work_left[parameters[0]], mapping_sensor(data))
             case "ZigzagExploring":
                 area, group, others = parameters
                 return ZigzagExploring(self._surveys[area], data, self._work_left[group], others)

@@ -301,6 +301,12 @@ class SwathSensor:
         return observations
 
 
+def mapping_sensor(data: VehicleData) -> str:
+    """Name of the vehicle's mapping sensor; empty without one."""
+    sensor = data.sensor(SwathSettings)
+    return "" if sensor is None else sensor.name
+
+
 def swath_m(data: VehicleData) -> float:
     """Swath of the vehicle's mapping sensor; 0 without one."""
     sensor = data.sensor(SwathSettings)

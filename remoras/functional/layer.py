@@ -350,8 +350,9 @@ class FunctionalLayer:
         if self.positioning is not None:
             pose = self.positioning.pose(pose)
         sensed = self.sensors.look(pose, now_s)
-        if any(one.observation.facts for one in sensed):
-            body.last_yield_s = now_s
+        for one in sensed:
+            if one.observation.facts:
+                body.yields_s[one.sensor] = now_s
         return sensed
 
     def perceive(self, performed: Sequence[int], spare: Callable[[int], float] = _exact) -> list[Perception]:

@@ -76,6 +76,7 @@ def story(
     """
     draw = random.Random(seed)
     picture, moments = Picture(frame_s=10.0), []
+    sensors = "", *(sensor.name for sensor in data.sensors)
     for number in range(N_MOMENTS):
         if number % spell == 0:
             is_performed = (number // spell + seed) % 2 == 0
@@ -92,14 +93,15 @@ def story(
             reserve=reserve,
             outside_m=outside_m,
             contacts_m=draw.choice([(), ((x_m + draw.uniform(-FIELD_M, FIELD_M), y_m),)]),
-            last_yield_s=picture.body.last_yield_s,
+            yields_s=picture.body.yields_s,
         )
         if number > N_MOMENTS // 10:
             for name in peers:
                 note_position(picture.peers, name, (draw.uniform(-FIELD_M, FIELD_M), draw.uniform(-FIELD_M, FIELD_M)))
                 picture.peers.heard_s[name] = picture.body.now_s
             if draw.random() < 0.1:
-                picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s
+                picture.peers.last_news_s = picture.body.now_s
+                picture.body.yields_s = dict.fromkeys(sensors, picture.body.now_s)
             picture.groups.meets_unheard = draw.random() < 0.5
         # Copying by pickle takes an eighth of the time of a deep copy.
         kept = pickle.dumps((motion, picture))

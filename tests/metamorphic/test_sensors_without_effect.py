@@ -1,4 +1,4 @@
-"""Sensors that only fill a table of their own change no byte of any other table."""
+"""Sensors for something else than the work neither pass for it nor hide that the sensor for it has failed."""
 
 from __future__ import annotations
 
@@ -45,3 +45,16 @@ def test_a_sensor_that_only_fills_its_table_changes_no_other() -> None:
     measured = tables(OWN, f'type = "{__name__}:DepthGaugeSettings"')
     assert measured.pop("depths")
     assert measured == tables(OWN)
+
+
+@pytest.mark.slow
+def test_a_working_classifier_does_not_hide_that_the_mapping_sensor_has_failed() -> None:
+    """The more works, the earlier the mission ends: what the classifier sees is no mapping."""
+    times_s = []
+    for dead in (', sensor = "mapping"', ""):
+        finished = flown(
+            "mapping-objects", f'fault=[{{vehicle = "AUV01", kind = "sensor", at_s = 300.0{dead}}}]', seed=3
+        )
+        assert finished.completed
+        times_s.append(finished.end_s)
+    assert times_s[0] <= times_s[1]

@@ -18,10 +18,11 @@ from remoras.behaviours import (
     Positioning,
     Reference,
     Supervision,
+    Working,
 )
 from remoras.fleet.radio import note_position
 from remoras.motion import Motion
-from remoras.picture import Picture
+from remoras.picture import Body, Picture
 
 
 def at(x_m: float, y_m: float = 0.0) -> Motion:
@@ -127,3 +128,12 @@ def test_a_supervisor_is_satisfied_while_updates_arrive() -> None:
     assert seen(supervision, at(0.0), picture, False) == Perception(1.0, 0.75)
     picture.body.now_s = 300.0
     assert seen(supervision, at(0.0), picture, True) == STANDING
+
+
+def test_only_the_sensor_of_the_work_shows_its_progress() -> None:
+    """At 100 s the sonar last yielded at 10 s, beyond the patience of 60 s, a thermometer at 95 s."""
+    body = Body(now_s=100.0, yields_s={"sonar": 10.0, "thermometer": 95.0})
+    seen = {name: Working(60.0, name).perceive(at(0.0), Picture(body), True) for name in ("sonar", "", "lamp")}
+    assert body.last_yield_s == 95.0
+    assert (seen["sonar"], seen["lamp"]) == (STANDING, DUE)
+    assert seen[""] == Perception(1.0, 1.0, until_s=155.0)

@@ -67,7 +67,7 @@ class Surveyor:
         pose = Pose(motion.x_m, motion.y_m, 20.0, motion.heading_rad, motion.speed_mps)
         found = [] if self.dead else self.sensor.sense(pose, SEABED, now_s)
         for observation in found:
-            self.picture.body.last_yield_s = now_s
+            self.picture.body.yields_s[self.data.sensors[0].name] = now_s
             for _, _, index in observation.facts:
                 self.covered.add(int(index))
                 self.facts.cells["area"].add(float(index))

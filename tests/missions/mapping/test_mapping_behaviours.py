@@ -78,7 +78,7 @@ def test_stimulus_is_that_of_the_least_finished_area() -> None:
     facts = cells_known(range(80))
     work = WorkLeft([JOB], 0.2)
     assert work.stimulus(facts) == due(0.2, 0.2) == pytest.approx(0.71)
-    mapping = MappingAlong(60.0, WorkLeft([JOB], 0.2))
+    mapping = MappingAlong(60.0, WorkLeft([JOB], 0.2), "mapping")
     assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == pytest.approx(0.71)
     facts.cells["area"] |= set(map(float, ALL))
     assert work.stimulus(facts) == 0.0
