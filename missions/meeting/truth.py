@@ -145,7 +145,7 @@ class MeetingTruth:
             return False
         self._is_planned = self._is_planned or self._have_planned(survivors)
         if self._is_planned:
-            if not self._consulted and self._is_consulted(survivors):
+            if not self._consulted and next(self._not_consulted(survivors), None) is None:
                 self._consulted = True
                 self.milestones.append(Milestone(now_s, "consultation_done"))
             self.watch(fleet, now_s)
@@ -246,10 +246,12 @@ class MeetingTruth:
         return at_work
 
     def _who_is_missing(self, fleet: FleetView, now_s: float) -> Iterator[str]:
-        if not self._consulted:
-            yield f"not all assignments had taken effect after {now_s:.0f} s"
-            return
         survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
+        if not self._consulted:
+            names = sorted(set(self._not_consulted(survivors)))
+            to = f" to {', '.join(names)}" if names else ""
+            yield f"not all assignments{to} had taken effect after {now_s:.0f} s"
+            return
         names = ", ".join(group.name + self._what_it_lacks(survivors, group) for group in self._apart)
         yield f"not together after {now_s:.0f} s: {names}"
         if gone := [v.name for v in fleet.vehicles if not v.is_alive]:
@@ -267,18 +269,18 @@ class MeetingTruth:
         return all(v.has_planned(group) for v in survivors for group in v.organisation.groups if v.leads(group))
 
     @staticmethod
-    def _is_consulted(survivors: Sequence[VehicleView]) -> bool:
+    def _not_consulted(survivors: Sequence[VehicleView]) -> Iterator[str]:
+        """Yield the vehicles on which assignments by vehicles in contact have not taken effect."""
         by_name = {vehicle.name: vehicle for vehicle in survivors}
         for vehicle in survivors:
             # An order to a vehicle out of contact cannot take effect, so the consultation ends without it.
             for a in vehicle.issued:
                 if a.vehicle in by_name and not by_name[a.vehicle].organisation.plays(a.vehicle, a.group, a.role):
-                    return False
+                    yield a.vehicle
             for objective in vehicle.issued_objectives:
                 for holder in by_name.keys() & vehicle.organisation.members(objective.group, objective.role):
                     if objective not in by_name[holder].objectives_of(holder):
-                        return False
-        return True
+                        yield holder
 
     @staticmethod
     def _members(survivors: Sequence[VehicleView], group: Group) -> list[VehicleView]:

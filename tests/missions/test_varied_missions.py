@@ -61,7 +61,7 @@ def test_the_small_scenario_runs(tmp_path: Path):
 # What does not complete says why ------------------------------------------------------------------
 
 
-def test_fleet_out_of_range_ends_with_unfinished_consultation_as_reason(tmp_path: Path):
+def test_fleet_out_of_range_names_the_vehicles_that_lack_assignments(tmp_path: Path):
     def vary(raw: Raw) -> None:
         raw["scenario"]["duration_s"] = 300.0
         raw["communication"]["range_m"] = 50.0
@@ -69,7 +69,9 @@ def test_fleet_out_of_range_ends_with_unfinished_consultation_as_reason(tmp_path
 
     run = run_varied(tmp_path, vary)
     is_sound(run)
-    assert re.match(r"time is up: \d+ % of the goal .*; not all assignments had taken effect after 300 s; ", run.reason)
+    assert re.match(
+        r"time is up: \d+ % of the goal .*; not all assignments to ASV00, AUV02 had taken effect after", run.reason
+    )
     assert "under way: AUV00 Mapping" in run.reason
     assert any("AUV02" in row[7] for row in run.recorder.packets)
 
