@@ -209,7 +209,7 @@ class SensorSettings(BaseModel):
     50.0
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True, validate_default=True)
     EQUIPMENT: ClassVar[str] = "Sensor"
     """Ontology class of such sensors, overridden per kind."""
 

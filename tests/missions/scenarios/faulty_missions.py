@@ -7,6 +7,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
+from pydantic import Field
+
 from missions.mapping import MappingMission
 from missions.mapping.truth import MappingTruth
 from missions.meeting import JobMission, StayJob
@@ -126,6 +128,12 @@ class SounderSettings(SensorSettings):
 
     def make(self, data: VehicleData) -> Sensor:
         return Sounder()
+
+
+class OffByDefault(SounderSettings):
+    """A default outside the bounds of its own key."""
+
+    interval_s: float = Field(-1.0, gt=0.0)
 
 
 class Bare(SensorSettings):

@@ -96,6 +96,7 @@ CONTRADICTING = [
     ("UnknownClass", r"instances: no class is named 'Boy'"),
     ("OtherColumns", r"table 'coverage' is declared twice, once with the columns time_s, vehicle, cell_x, cell_y: ren"),
     ("Unmakable", r"sensor other of Diver: make\(data\) raised RuntimeError: no transducer"),
+    ("OffByDefault", r"vehicle\.Diver\.sensor\.other\.interval_s = -1\.0: input should be greater than 0"),
     ("MuteSettings", r"sensor other of Diver: lacks sense of remoras\.sensor\.Sensor"),
     ("NoTableSettings", r"sensor other of Diver: table is str; expected a remoras\.Table"),
 ]
@@ -112,7 +113,7 @@ AT_SEA = [
 @pytest.mark.parametrize(("name", "says"), [*MISSIONS, *CONTRADICTING, *AT_SEA])
 def test_violation_of_the_plugin_interface_is_one_message(tmp_path: Path, name: str, says: str) -> None:
     """Where the scenario is read it is a fault of the file; before a run and after it nothing is written."""
-    text = with_sensor(name) if name in {"Unmakable", *faulty_missions.SENSORS} else with_mission(name)
+    text = with_sensor(name) if name in {"Unmakable", "OffByDefault", *faulty_missions.SENSORS} else with_mission(name)
     for said in refused(tmp_path, text, *(["run"] if (name, says) in AT_SEA else ["validate", "run"])):
         assert re.search(says, said.replace("\n", " ")), said
         assert len(said.splitlines()) == 1 or (name, says) in AT_SEA
