@@ -248,8 +248,8 @@ class MeetingTruth:
     def _who_is_missing(self, fleet: FleetView, now_s: float) -> Iterator[str]:
         survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
         if not self._consulted:
-            names = sorted(set(self._not_consulted(survivors)))
-            to = f" to {', '.join(names)}" if names else ""
+            lacking = sorted(set(self._not_consulted(survivors)))
+            to = f" to {', '.join(lacking)}" if lacking else ""
             yield f"not all assignments{to} had taken effect after {now_s:.0f} s"
             return
         names = ", ".join(group.name + self._what_it_lacks(survivors, group) for group in self._apart)
