@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from exchange_stress import creates, fleet_of
+from exchange_stress import Fleet, creates
 
 from benchmarks.manager_fleet import MAPPED_CELL, ManagerFleet, bay
 from exchange.policy.policies import POLICIES
@@ -94,7 +94,7 @@ def test_a_status_needed_by_its_own_vehicle_only_is_never_queued() -> None:
 
 def test_an_item_needed_since_its_instance_is_known_is_sent_once() -> None:
     """With the class of an instance unknown before, it is evaluated at the change of needs and in the own slot."""
-    fleet = fleet_of(3, "ack-repeat")
+    fleet = Fleet(3, "ack-repeat")
     uids = creates(fleet, 0)
     fleet.run(1)
     relay = fleet.lives[1].manager

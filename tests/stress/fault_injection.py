@@ -390,13 +390,10 @@ class Wrapping:
         def heard(data: bytes, now_s: float) -> HeardPacket:
             found, aired = hear(data, now_s), self._aired.get(data)
             life.has_noticed |= found.reception.conflict is not None
-            if found.reception.fault is None:
-                if aired is None:
-                    life.took_damaged += 1
-                else:
-                    reference.note_taken(life, aired)
-                    aside = [fragment.uid for fragment in found.reception.aside]
-                    reference.note_decoded(life, [*found.reception.items, *aside])
+            if found.reception.fault is None and aired is not None:
+                reference.note_taken(life, aired)
+                aside = [fragment.uid for fragment in found.reception.aside]
+                reference.note_decoded(life, [*found.reception.items, *aside])
             self._listen(Heard(vehicle, life, aired, found.reception, found.changes, now_s))
             return found
 

@@ -9,7 +9,7 @@ from itertools import combinations, permutations
 from typing import Any, ClassVar, NamedTuple
 
 import networkx as nx
-from stress.reference_record import Flaw, Incarnation, ReferenceRecord, SentPacket
+from stress.reference_record import Incarnation, ReferenceRecord, SentPacket
 from stress.schedules import NEARLY_CUT, Schedule
 
 from exchange.packets import Reception
@@ -73,20 +73,6 @@ class Scene:
     finished: Run | None = None
     summary: Mapping[str, Any] = field(default_factory=dict)
     rested: bool | None = None
-    _judged: Heard | None = None
-    _flaws: list[Flaw] | None = None
-
-    @property
-    def flaws(self) -> Sequence[Flaw]:
-        """Flaws of the content of the packet; without one, of all content."""
-        if self._judged is not self.heard or self._flaws is None:
-            self._judged = self.heard
-            if self.heard is None:
-                self._flaws = [flaw for life in self.reference.all_alive() for flaw in self.reference.unfounded(life)]
-            else:
-                of, life = self.reference.flaw_of, self.heard.life
-                self._flaws = [flaw for change in self.heard.changes if (flaw := of(life, change.block)) is not None]
-        return self._flaws
 
     @property
     def now_s(self) -> float:

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from itertools import chain, pairwise
 
 from stress.invariants import EVENT, TICK, Invariant, Scene
-from stress.reference_record import Flaw, FlawKind
 from stress.schedules import AWAY, DAMAGE, FOR_GOOD
 
 from remoras.fleet.vehicle import Vehicle
@@ -18,9 +17,9 @@ MANY = 3
 """Flaws that a message names."""
 
 
-def _said(flaws: Iterable[Flaw]) -> str | None:
+def _said(flaws: Iterable[str]) -> str | None:
     """The flaws in words; None without any."""
-    found = [flaw.text for flaw in flaws]
+    found = list(flaws)
     more = f"; and {len(found) - MANY} more" if len(found) > MANY else ""
     return "; ".join(found[:MANY]) + more if found else None
 
@@ -37,7 +36,7 @@ class TrueBeliefs(Invariant):
         heard, reference = scene.heard, scene.reference
         if heard is None:
             flaws = reference.false_beliefs() if not scene.is_selective else []
-            return _said(Flaw(FlawKind.BELIEF, f"{one} believes that {other} holds {uid}") for one, other, uid in flaws)
+            return _said(f"{one} believes that {other} holds {uid}" for one, other, uid in flaws)
         is_selective = not heard.reception.beliefs or scene.is_selective
         for node, uid in heard.reception.beliefs:
             peer, guid = reference.lives[node], (uid.origin, uid.epoch, uid.sequence)
@@ -53,30 +52,20 @@ class TrueBeliefs(Invariant):
         return None
 
 
-class _Founded(Invariant):
-    """Flaws of one kind in the content of world models."""
+class Recorded(Invariant):
+    """No vehicle knows a value that no vehicle recorded, or a part of a block."""
 
-    breaches: frozenset[FlawKind]
+    name = "recorded"
     moment = EVENT
     not_under = DAMAGE
 
     def broken(self, scene: Scene) -> str | None:
         """Check blocks accepted after each packet, and all blocks at the end."""
-        return _said(flaw for flaw in flaws if flaw.breach in self.breaches) if (flaws := scene.flaws) else None
-
-
-class Recorded(_Founded):
-    """No vehicle knows a value that no vehicle recorded."""
-
-    name = "recorded"
-    breaches = frozenset({FlawKind.UNRECORDED, FlawKind.OTHER_CONTENT})
-
-
-class WholeBlocks(_Founded):
-    """No vehicle knows a part of a block."""
-
-    name = "whole-blocks"
-    breaches = frozenset({FlawKind.PARTIAL})
+        heard, reference = scene.heard, scene.reference
+        if heard is None:
+            return _said(flaw for life in reference.all_alive() for flaw in reference.unfounded(life))
+        found = (reference.flaw_of(heard.life, change.block) for change in heard.changes)
+        return _said(flaw for flaw in found if flaw is not None)
 
 
 class Remembered(Invariant):

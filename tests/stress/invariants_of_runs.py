@@ -1,11 +1,10 @@
-"""Invariants of run ends, motion, tables, independently read results and cached answers."""
+"""Invariants of run ends, motion, tables and independently read results."""
 
 from __future__ import annotations
 
 import itertools
 import json
 import math
-from copy import deepcopy
 
 from stress.invariants import TICK, Invariant, Scene
 from stress.schedules import AWAY, WORK
@@ -14,10 +13,7 @@ from missions.runs.results import MODEM_KEYS
 from missions.runs.tables import arrow_table
 from missions.verification.folder import verify_run
 from missions.verification.record import KINDS, CheckReport, Record, TableColumns
-from remoras.behaviours import distance_m
-from remoras.fleet.vehicle import Vehicle
 from remoras.motion.separation import SAME_DEPTH_M
-from remoras.strategy import Situation, ask
 
 # Ending -------------------------------------------------------------------------------------------
 
@@ -136,77 +132,3 @@ class Follows(Invariant):
         untold = set[str]().union(*(UNTOLD[kind] for kind in scene.schedule.kinds & UNTOLD.keys()))
         untold |= RELATIONS if scene.schedule.kinds - KINDS else set()
         return next((str(finding) for finding in report.findings if finding.check not in untold), None)
-
-
-# Answers ------------------------------------------------------------------------------------------
-
-
-class AnswersHold(Invariant):
-    """An answer declared valid is the same when asked again."""
-
-    name = "answers"
-    moment = TICK
-
-    def broken(self, scene: Scene) -> str | None:
-        """Describe the first answer that changed while it was valid."""
-        for vehicle in scene.fleet.vehicles:
-            if vehicle.is_alive:
-                found = _reference(vehicle) or _decision(vehicle) or _move(vehicle, scene.now_s) or _conclusion(vehicle)
-                if found is not None:
-                    return f"{found}, at {scene.now_s:g} s"
-        return None
-
-
-def _reference(vehicle: Vehicle) -> str | None:
-    """Describe a guiding behaviour whose reference differs from the valid one."""
-    layer = vehicle.functional
-    held, behaviour = layer.held, layer.guiding
-    is_adrift = held is not None and held.speed_mps == 0.0 and layer.motion.speed_mps > 0.0
-    if held is None or behaviour is None or is_adrift or layer.picture.body.contacts_m:
-        return None
-    to_go_m = distance_m(layer.believed, held.target_m)
-    if to_go_m <= held.holds_m or (asked := behaviour.reference(layer.believed, layer.picture)) == held:
-        return None
-    return (
-        f"{type(behaviour).__name__}.reference of {vehicle.name} said to hold to {held.holds_m:g} m from its target, "
-        f"and {to_go_m:g} m from it answers {asked} in place of {held}"
-    )
-
-
-# What stands is asked again of the parts themselves: nothing in the program has a use for a second answer.
-
-
-def _decision(vehicle: Vehicle) -> str | None:
-    """The best combination of activities is another one; before the first decision nothing moves a vehicle."""
-    executive = vehicle.executive
-    if not any(executive.motivations):
-        return None
-    chosen = executive._choice.searched(executive.motivations)
-    if chosen == executive.decision.chosen:
-        return None
-    return f"the decision of {vehicle.name} stands at sets {executive.decision.chosen}, and {chosen} are the best"
-
-
-def _move(vehicle: Vehicle, now_s: float) -> str | None:
-    """A copy of a negotiator that is not asked before there is news answers otherwise."""
-    social = vehicle.social
-    peers, negotiation = social._picture.peers, social._negotiation
-    if social._is_news or peers.unheard or not negotiation.until_news:
-        return None
-    work = social._work({**peers.positions_m, social.me: vehicle.functional.believed.position_m}, now_s)
-    for group, move in negotiation.until_news.items():
-        about = work[group], negotiation._rally_m[group], (), peers.known_s, {}, {}, peers.links
-        situation = Situation(now_s, negotiation._round + 1, *about)
-        now = ask(negotiation._strategy, deepcopy(negotiation._negotiators[group]), situation)
-        if now != move:
-            return f"negotiate of {vehicle.name} for {group} said to stand until news, and answers {now} for {move}"
-    return None
-
-
-def _conclusion(vehicle: Vehicle) -> str | None:
-    """Describe a mission that draws a conclusion before its announced time."""
-    functional, conclusions, present = vehicle.functional, vehicle.social.conclusions, vehicle.social.present
-    about = present, vehicle.beliefs, functional.picture, functional.believed
-    holds = conclusions.holds(present, functional.picture, functional.believed)
-    found = conclusions._mission.conclusions(vehicle.data, *about) if holds else ()
-    return f"conclusions of {vehicle.name} said to be none until news, and are {list(found)}" if found else None

@@ -28,7 +28,7 @@ from remoras.fleet.vehicle import Vehicle
 ACTS_S = 20.0
 """For how long vehicles act on when all is healed (s)."""
 PROMISED = {
-    "exceptions", "beliefs", "recorded", "whole-blocks", "remembered", "one-content", "newest", "past",
+    "exceptions", "beliefs", "recorded", "remembered", "one-content", "newest", "past",
     "sound-packets", "agreement", "rest",
 }  # fmt: skip
 """Invariants of nodes: those of what is known; there are no tables of all vehicles."""

@@ -6,7 +6,7 @@ Each is to be named by the invariant that is about it. ``needs`` are kinds witho
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import pytest
@@ -21,7 +21,6 @@ from missions.meeting.truth import MeetingTruth
 from missions.runs import assembly
 from remoras import authority, motion
 from remoras.database import VehicleData
-from remoras.executive.decision import Choice
 from remoras.fleet import radio, vehicle
 from remoras.fleet.radio import Jumps
 from remoras.functional.layer import Sensing
@@ -178,19 +177,11 @@ def never_meet(patch: Patch) -> None:
     patch.setattr(MeetingTruth, "_is_overdue", lambda self, survivors, group, now_s: False)
 
 
-def stick_to_the_first_decision(patch: Patch) -> None:
-    def best(self: Choice, motivations: Sequence[float]) -> tuple[int, ...]:
-        found: tuple[int, ...] = self.__dict__.setdefault("found", self.searched(motivations))
-        return found
-
-    patch.setattr(Choice, "best", best)
-
-
 PLANTS = (
     Planted("exceptions", raise_at_a_jump, frozenset({"misplaced"})),
     Planted("beliefs", believe_that_all_hold_what_is_new_here),
     Planted("recorded", shift_what_is_merged),
-    Planted("whole-blocks", merge_all_facts_but_the_last),
+    Planted("recorded", merge_all_facts_but_the_last),
     Planted("remembered", forget_at_a_restart, frozenset({"restarts"})),
     Planted("one-content", drop_other_content, once="mangled-first-copy"),
     Planted("past", take_the_future, once="fact-of-the-future"),
@@ -206,7 +197,6 @@ PLANTS = (
     Planted("follows", map_with_dead_sensors, once="dead-sensor-maps"),
     Planted("finishes", wait_for_who_is_elsewhere, once="meeting-waits-for-a-lie"),
     Planted("beliefs", begin_anew_as_known, once="restart-taken-for-known"),
-    Planted("answers", stick_to_the_first_decision),
 )
 
 

@@ -16,9 +16,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from enum import StrEnum
 from itertools import chain
-from typing import NamedTuple
 
 from exchange.manager.manager import ExchangeManager
 from exchange.packets import Fragment, ItemUid
@@ -41,7 +39,6 @@ class Incarnation:
         told: blocks of one part that their origin itself has told it, by name.
         heard: of each peer, the life whose packets it has taken last.
         gave_up: names of blocks that it does not hold any more, and said so.
-        took_damaged: damaged packets that it did not notice.
         is_twin: True for a second vehicle of that number.
         has_noticed: True once it has reported that a number is used twice.
     """
@@ -55,7 +52,6 @@ class Incarnation:
     is_alive: bool = True
     is_twin: bool = False
     has_noticed: bool = False
-    took_damaged: int = 0
     parts: dict[Guid, dict[int, Fragment]] = field(default_factory=dict)
     told: dict[Guid, Block] = field(default_factory=dict)
     heard: dict[int, Incarnation] = field(default_factory=dict)
@@ -119,26 +115,6 @@ class SentPacket:
     slot: int
     data: bytes
     fragments: tuple[Fragment, ...]
-
-
-class FlawKind(StrEnum):
-    """Kinds of differences between knowledge or beliefs and the true state."""
-
-    BELIEF = "a false belief"
-    UNRECORDED = "a value that nobody recorded"
-    OTHER_CONTENT = "other content under a known name"
-    PARTIAL = "part of a block"
-    OUTDATED = "an older value that counts"
-    LOST = "knowledge that was lost"
-    APART = "knowledge that differs after a quiet time"
-    RESTLESS = "no rest after a quiet time"
-
-
-class Flaw(NamedTuple):
-    """One difference from the true state: kind and description."""
-
-    breach: FlawKind
-    text: str
 
 
 class ReferenceRecord:
@@ -228,16 +204,15 @@ class ReferenceRecord:
                 ]
         return found
 
-    def flaws(self) -> Iterator[Flaw]:
+    def flaws(self) -> Iterator[str]:
         """All that is believed or known and not so, or was lost."""
         for one, other, uid in self.false_beliefs():
-            yield Flaw(FlawKind.BELIEF, f"{one} believes that {other} holds {uid}")
+            yield f"{one} believes that {other} holds {uid}"
         for life in self.all_alive():
-            if not life.took_damaged:
-                yield from self.unfounded(life)
-                yield from self.lost(life)
+            yield from self.unfounded(life)
+            yield from self.lost(life)
 
-    def unfounded(self, life: Incarnation) -> Iterator[Flaw]:
+    def unfounded(self, life: Incarnation) -> Iterator[str]:
         """Content of a world model that no vehicle recorded."""
         model = life.model
         for block in chain(model.blocks(), model.arrivals.waiting.values(), model.arrivals.refused.values()):
@@ -248,32 +223,30 @@ class ReferenceRecord:
             if (flaw := self.flaw_of(life, status)) is not None:
                 yield flaw
 
-    def flaw_of(self, life: Incarnation, block: Block) -> Flaw | None:
+    def flaw_of(self, life: Incarnation, block: Block) -> str | None:
         """Flaw of a known block or status; None if a vehicle recorded it."""
         if block.is_status:
             if all((block.origin, block.time_s, fact) in self.statuses for fact in block.facts):
                 return None
-            return Flaw(FlawKind.UNRECORDED, f"{life.name} knows {block}, which nobody recorded")
+            return f"{life.name} knows {block}, which nobody recorded"
         recorded = self.recorded.get(block.guid, set[Block]())
         if block in recorded:
             return None
-        is_part = any(set(block.facts) < set(one.facts) for one in recorded)
-        breach = FlawKind.PARTIAL if is_part else FlawKind.OTHER_CONTENT if recorded else FlawKind.UNRECORDED
-        return Flaw(breach, f"{life.name} knows {block}; recorded was {recorded or 'nothing'}")
+        return f"{life.name} knows {block}; recorded was {recorded or 'nothing'}"
 
-    def lost(self, life: Incarnation) -> Iterator[Flaw]:
+    def lost(self, life: Incarnation) -> Iterator[str]:
         """Blocks that a vehicle held or received completely, and lost."""
         model = life.model
         for guid in life.had:
             if guid not in life.gave_up and not model.has_arrived(guid):
-                yield Flaw(FlawKind.LOST, f"{life.name} lost {guid}")
+                yield f"{life.name} lost {guid}"
         for guid in life.parts:
             if guid[0] in self.doubled or guid in life.gave_up:
                 continue
             if life.is_whole(guid) and not model.has_arrived(guid):
-                yield Flaw(FlawKind.LOST, f"{life.name} was given all of {guid} and does not have it")
+                yield f"{life.name} was given all of {guid} and does not have it"
 
-    def kept_out(self, life: Incarnation) -> Iterator[Flaw]:
+    def kept_out(self, life: Incarnation) -> Iterator[str]:
         """Content sent by the origin of a block, if other content of greater digest replaced it.
 
         Who has noticed that two vehicles seem to use one number settles nothing.
@@ -284,9 +257,9 @@ class ReferenceRecord:
             if known is None or known == true or guid in life.gave_up:
                 continue
             if guid[0] not in self.doubled and model.content(known) > model.content(true):
-                yield Flaw(FlawKind.OTHER_CONTENT, f"{life.name} knows {known}, though its origin told {true}")
+                yield f"{life.name} knows {known}, though its origin told {true}"
 
-    def outdated(self, life: Incarnation) -> Iterator[Flaw]:
+    def outdated(self, life: Incarnation) -> Iterator[str]:
         """Valid values of a vehicle that holds newer ones; excluded origins are left out."""
         model = life.model
         newest: dict[tuple[int, int], Block] = {}
@@ -298,9 +271,9 @@ class ReferenceRecord:
         for slot, block in newest.items():
             counting = model.latest(*slot)
             if counting is None or counting.block.time_s < block.time_s:
-                yield Flaw(FlawKind.OUTDATED, f"{life.name} goes by {counting}, though it holds {block}")
+                yield f"{life.name} goes by {counting}, though it holds {block}"
 
-    def apart(self, alive: Iterable[Incarnation], of_all: bool = True) -> Iterator[Flaw]:
+    def apart(self, alive: Iterable[Incarnation], of_all: bool = True) -> Iterator[str]:
         """Items that vehicles in contact lack of each other after a quiet time.
 
         Args:
@@ -319,18 +292,17 @@ class ReferenceRecord:
                     and not life.model.has_arrived(guid)
                 ]
                 if missing:
-                    text = f"{life.name} lacks {missing[:5]} of {other.name}: {len(missing)}"
-                    yield Flaw(FlawKind.APART, text)
+                    yield f"{life.name} lacks {missing[:5]} of {other.name}: {len(missing)}"
 
-    def restless(self, alive: Iterable[Incarnation]) -> Iterator[Flaw]:
+    def restless(self, alive: Iterable[Incarnation]) -> Iterator[str]:
         """Vehicles with queued items, pending or incomplete blocks after a quiet time."""
         alive = list(alive)
         lives = {(life.node, life.epoch) for life in alive}
         for life in alive:
             if life.manager.n_open:
-                yield Flaw(FlawKind.RESTLESS, f"{life.name} has {life.manager.n_open} items open")
+                yield f"{life.name} has {life.manager.n_open} items open"
             half = [guid for guid in life.manager.half_blocks() if guid[:2] in lives and guid not in life.gave_up]
             if half:
-                yield Flaw(FlawKind.RESTLESS, f"{life.name} lacks parts of {half[:5]}")
+                yield f"{life.name} lacks parts of {half[:5]}"
             if waiting := life.model.arrivals.waiting:
-                yield Flaw(FlawKind.RESTLESS, f"{life.name}: {len(waiting)} blocks wait")
+                yield f"{life.name}: {len(waiting)} blocks wait"

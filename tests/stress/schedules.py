@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import tomli_w
+from hypothesis import HealthCheck
 from hypothesis import strategies as st
 
 from exchange.channel import loss
@@ -26,6 +27,8 @@ from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 from remoras.strategies import parameters, strategies
 
+CAMPAIGN = {"suppress_health_check": list(HealthCheck)}
+"""Settings of Hypothesis for tests that run missions."""
 GROUND = "mapping-rendezvous"
 SMALL = (
     "area.middle.corners_m=[[50,50],[50,150],[150,150],[150,50]]",
@@ -378,15 +381,15 @@ MOST_SETTINGS = 4
 
 
 @st.composite
-def settings(draw: Draw, scenario: str = GROUND, given: tuple[str, ...] = SMALL) -> tuple[str, ...]:
+def settings(draw: Draw, given: tuple[str, ...] = SMALL) -> tuple[str, ...]:
     """Draw up to four settings beside those given; what the scenario refuses beside the others is left out."""
-    own = loaded(scenario, given)
+    own = loaded(GROUND, given)
     for name in draw(st.lists(st.sampled_from([*CHOICES, *DRAWN]), max_size=MOST_SETTINGS, unique=True)):
         found = {name: draw(st.sampled_from(CHOICES[name]))} if name in CHOICES else draw(DRAWN[name](own))
         kept = [line for line in given if line.partition("=")[0] not in found]
         more = (*kept, *(f"{key}={toml_value(one)}" for key, one in found.items()))
         try:
-            own = loaded(scenario, more)
+            own = loaded(GROUND, more)
         except ConfigurationError:
             continue
         given = more
@@ -419,13 +422,13 @@ class Baseline(NamedTuple):
 
 
 @cache
-def baseline(scenario: str, given: tuple[str, ...], most_s: float = math.inf) -> Baseline:
-    """Run a scenario without faults, for so long at most."""
-    own = loaded(scenario, given)
+def baseline(given: tuple[str, ...], most_s: float = math.inf) -> Baseline:
+    """Run the mission without faults, for so long at most."""
+    own = loaded(GROUND, given)
     spare_s = getattr(own.mission, "meeting_deadline_s", 0.0)
     spare_s += LEASES * own.communication.lease_frames * resolved(own).schedule.frame_s
     duration_s = min(own.scenario.duration_s, round(LONGEST * most_s + spare_s, 1))
-    found = run(loaded(scenario, (*given, f"scenario.duration_s={duration_s}")), seed=1)
+    found = run(loaded(GROUND, (*given, f"scenario.duration_s={duration_s}")), seed=1)
     rows = [(row[0], row[1]) for name in ("roles", "organisation", "membership") for row in found.recorder.rows(name)]
     rows += [(stone.time_s, stone.vehicle) for stone in found.milestones]
     moments = tuple(sorted({(at_s, name) for at_s, name in rows if at_s > 0.0}))
@@ -433,10 +436,10 @@ def baseline(scenario: str, given: tuple[str, ...], most_s: float = math.inf) ->
     return Baseline(found.end_s, found.completed, spare_s, moments, own.names_by_slot, sensing)
 
 
-def ground_of(scenario: str, given: tuple[str, ...]) -> tuple[Baseline, Baseline]:
-    """Run a scenario without faults, in the settings of the small mission if it is that one, and in those given."""
-    usual = baseline(scenario, SMALL if scenario == GROUND else given)
-    return usual, baseline(scenario, given, usual.usual_s)
+def ground_of(given: tuple[str, ...]) -> tuple[Baseline, Baseline]:
+    """Run the small mission without faults, and so in the given settings."""
+    usual = baseline(SMALL)
+    return usual, baseline(given, usual.usual_s)
 
 
 @st.composite
@@ -473,14 +476,14 @@ def node_settings(policy: str, per: float, guard: str) -> tuple[str, ...]:
 
 
 @st.composite
-def node_schedules(draw: Draw, kinds: Collection[str] = tuple(OF_NODES), wide: bool = False) -> Schedule:
+def node_schedules(draw: Draw, wide: bool = False) -> Schedule:
     """Draw a short schedule for vehicles by themselves, in further settings too if it is to be ``wide``."""
     policy, guard = draw(st.sampled_from(sorted(POLICIES))), draw(st.sampled_from(("key", "key", "checksum", "none")))
     given = node_settings(policy, draw(st.sampled_from((0.0, 0.0, 0.2, 0.4))), guard)
-    given = draw(settings(GROUND, given)) if wide else given
+    given = draw(settings(given)) if wide else given
     own, heal_s = loaded(GROUND, given), draw(number(40.0, 100.0))
     ground = Baseline(heal_s, False, 0.0, (), own.names_by_slot, tuple(one.name for one in own.vehicle if one.sensor))
-    chosen = draw(st.lists(st.sampled_from(sorted(kinds)), max_size=4))
+    chosen = draw(st.lists(st.sampled_from(sorted(OF_NODES)), max_size=4))
     return Schedule(draw(st.integers(0, 1 << 20)), heal_s, 600.0, given, draw(_befalling(chosen, ground, heal_s)))
 
 
@@ -497,17 +500,13 @@ def _befalling(draw: Draw, kinds: Sequence[str], ground: Baseline, heal_s: float
 
 @st.composite
 def schedules(
-    draw: Draw,
-    kinds: Collection[str] = tuple(KINDS),
-    needs: Collection[str] = (),
-    given: st.SearchStrategy[tuple[str, ...]] | None = None,
-    scenario: str = GROUND,
+    draw: Draw, needs: Collection[str] = (), given: st.SearchStrategy[tuple[str, ...]] | None = None
 ) -> Schedule:
-    """Draw a schedule: one to four kinds of ``kinds``, one of ``needs`` among them, in settings that are drawn too."""
+    """Draw a schedule: one to four kinds, one of ``needs`` among them, in settings that are drawn too."""
     chosen = draw(given if given is not None else settings())
-    usual, ground = ground_of(scenario, chosen)
+    usual, ground = ground_of(chosen)
     heal_s = round(draw(st.floats(0.15, 0.6)) * ground.usual_s + 20.0, 1)
-    names = draw(st.lists(st.sampled_from(sorted(kinds)), max_size=4, unique=True)) if kinds else []
+    names = draw(st.lists(st.sampled_from(sorted(KINDS)), max_size=4, unique=True))
     if needs and not set(needs).intersection(names):
         names.append(draw(st.sampled_from(sorted(needs))))
     if any(line.startswith("fleet.size") for line in chosen):
@@ -519,4 +518,4 @@ def schedules(
     bound_s = round(heal_s + SLACK * ground.usual_s / (factor * left) + ground.spare_s, 1)
     may_fail = any("energy_j" in line for line in chosen)
     is_whole = ground.completes and not may_fail
-    return Schedule(draw(st.integers(0, 1 << 20)), heal_s, bound_s, chosen, found, scenario, is_whole, usual.completes)
+    return Schedule(draw(st.integers(0, 1 << 20)), heal_s, bound_s, chosen, found, GROUND, is_whole, usual.completes)

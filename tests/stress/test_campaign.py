@@ -1,11 +1,9 @@
 """Campaign: random faults in random settings violate no invariant; Hypothesis shrinks failing cases."""
 
 import pytest
-from hypothesis import HealthCheck, given, note, settings
-from stress.schedules import Schedule, read_schedule, schedules
+from hypothesis import given, note, settings
+from stress.schedules import CAMPAIGN, Schedule, read_schedule, schedules
 from stress.trial import judge
-
-CAMPAIGN = {"deadline": None, "suppress_health_check": list(HealthCheck)}
 
 
 def check(schedule: Schedule) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import Phase, find, settings
 from hypothesis import strategies as st
 from planted import PLANTS, Planted
-from stress.schedules import GROUND, SMALL, Schedule, ground_of, read_schedule, schedules
+from stress.schedules import SMALL, Schedule, ground_of, read_schedule, schedules
 from stress.trial import INVARIANTS, Outcome, judge
 
 APART = (*SMALL, "guidance.separation_m=8")  # so who sees nobody comes nearer than half of it
@@ -38,7 +38,7 @@ def test_each_invariant_has_a_planted_fault() -> None:
     ],
 )
 def test_a_planted_fault_is_named_by_its_invariant(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
-    ground_of(GROUND, APART)  # the run without faults has none planted either
+    ground_of(APART)  # the run without faults has none planted either
     planted.plant(monkeypatch)
 
     def is_named(schedule: Schedule) -> bool:

@@ -3,15 +3,13 @@
 from dataclasses import replace
 
 import pytest
-from hypothesis import HealthCheck, assume, given, note, settings
+from hypothesis import assume, given, note, settings
 from planted import believe_what_anybody_may_write
 from stress.nodes import judge_nodes
-from stress.schedules import OF_NODES, Schedule, StressFault, node_schedules, node_settings
+from stress.schedules import CAMPAIGN, OF_NODES, Schedule, StressFault, node_schedules, node_settings
 from test_trials import CASES, fault
 
 from missions.errors import ConfigurationError
-
-CAMPAIGN = {"deadline": None, "suppress_health_check": list(HealthCheck)}
 
 
 def check(schedule: Schedule) -> None:

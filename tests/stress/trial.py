@@ -25,10 +25,10 @@ from remoras.process import rare_collections
 from remoras.recorder import Row
 
 INVARIANTS: tuple[type[Invariant], ...] = (
-    runs.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
+    runs.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.Remembered,
     knowledge.OneContent, knowledge.NewestCounts, knowledge.Past, knowledge.SoundPackets, knowledge.KnowledgeAgreement,
     knowledge.Rest, knowledge.OnlyAuthorised, knowledge.Cardinality, runs.SeparationKept, runs.Follows,
-    runs.Finishes, runs.Ends, runs.AnswersHold,
+    runs.Finishes, runs.Ends,
 )  # fmt: skip
 CHECKED_BITS = 32
 """Checksums of so many bits let one damaged packet in four thousand million pass."""
