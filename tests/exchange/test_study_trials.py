@@ -9,11 +9,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from exchange.channel.loss import link_uniform, slot_key, trial_key, uniform
+from exchange.channel.loss import link_uniform, slot_key, trial_key
 from exchange.errors import ConfigurationError
 from exchange.policy.acknowledgement import Acknowledgement
 from exchange.policy.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, POLICIES, STATING, AckPolicy, policy_fault
-from exchange.study import compiler, lanes, trials
+from exchange.study import compiler, lanes
 from exchange.study.lanes import COUNT, SUM, Ints
 from exchange.study.parameters import BOUND, ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.study import REMEMBERED_WORDS, case_of, play
@@ -95,17 +95,6 @@ def test_packets_keep_to_their_capacity() -> None:
         assert found[0, lanes.DELIVERED, COUNT] == (most == 3)
 
 
-@given(st.lists(st.tuples(st.integers(0, 20), st.booleans()), min_size=1, max_size=30), st.integers(0, 12))
-def test_packet_contents_equal_the_greedy_choice(items: list[tuple[int, bool]], room: int) -> None:
-    """Sorted by decreasing weight, then position."""
-    weights, waits = (np.array(column, np.int64) for column in zip(*items, strict=True))
-    grown, loaded = weights + waits, np.zeros_like(waits)
-    expected = sorted(np.flatnonzero(waits), key=lambda position: (-grown[position], position))[:room]
-    trials.choose(weights, waits, loaded, 0, room)
-    assert set(np.flatnonzero(loaded)) == set(expected)
-    assert weights.tolist() == [0 if position in expected else weight for position, weight in enumerate(grown)]
-
-
 def test_poisson_load_is_conserved() -> None:
     """Little's law over the window: items in flight = rate x time to acknowledgement; what goes in comes out."""
     study = replace(
@@ -119,17 +108,6 @@ def test_poisson_load_is_conserved() -> None:
     assert sums[lanes.GOODPUT] / counts[lanes.GOODPUT] == pytest.approx(offered, rel=0.01)
     latency = sums[lanes.SOURCE_ACKED] / counts[lanes.SOURCE_ACKED]
     assert sums[lanes.IN_FLIGHT] / counts[lanes.IN_FLIGHT] == pytest.approx(offered * latency, rel=0.01)
-
-
-# Draws ----------------------------------------------------------------------------------------------------------------
-
-
-def test_reception_is_drawn_per_sender_and_receiver() -> None:
-    case = case_of(ExchangeStudy(nodes=5), PAPER_POLICIES["ack"], 0.4)
-    for slot in range(100):
-        heard = lanes.draw_word(case, trial_key(5, 3), slot - slot % 5, slot % 5, 1)
-        drawn = [j for j in range(5) if j != slot % 5 and uniform(5, 3, slot, slot % 5, j) >= 0.4]
-        assert heard == sum(1 << j for j in drawn)
 
 
 # Machine code ---------------------------------------------------------------------------------------------------------
