@@ -22,9 +22,9 @@ FLEET = Deployment({"Boat": 0, "Diver": 1}, (0.0, 200.0), FSK, 4000.0, 3600.0)
 LOUD = [modem for modem in modems().values() if modem.source_level_db is not None]
 
 
-def loss_at(range_m: float, n_bytes: int = 64, deployment: Deployment = FLEET, **settings: object) -> float:
+def loss_at(range_m: float, n_bytes: int, **settings: object) -> float:
     packet = Transmission(0, 0, 0.0, 8 * n_bytes)
-    return AcousticChannel.model_validate(settings).link_model(deployment, 1).p_loss(packet, 1, range_m)
+    return AcousticChannel.model_validate(settings).link_model(FLEET, 1).p_loss(packet, 1, range_m)
 
 
 def test_loss_equals_the_value_by_hand():

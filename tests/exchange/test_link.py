@@ -73,8 +73,8 @@ def test_the_link_state_does_not_depend_on_earlier_queries(rates, asked, seed):
     assert [one.is_bad(*each) for each in asked] == [walked(one, *each) for each in asked]
 
 
-def lost_packets(link: LinkModel, n_slots: int = 300) -> set[int]:
-    return {slot for slot in range(n_slots) if loss.uniform(5, 0, slot, 0, 1) < link.p_loss(sent(slot), 1, 100.0)}
+def lost_packets(link: LinkModel) -> set[int]:
+    return {slot for slot in range(300) if loss.uniform(5, 0, slot, 0, 1) < link.p_loss(sent(slot), 1, 100.0)}
 
 
 @given(RATES, st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))

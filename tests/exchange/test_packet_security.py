@@ -19,10 +19,10 @@ guarded = partial(codec, "ack")
 """By the bits of the checksum, the key and the number of nodes."""
 
 
-def a_packet(codec: Codec, frame: int = 0) -> bytes:
+def a_packet(codec: Codec) -> bytes:
     """51 B of observations and a relayed block, without checksum and tag."""
-    fragments = [Fragment(0, sequence, 3.0 * frame, cells(3, 1)) for sequence in range(9)]
-    return codec.encode(0, 6, [*fragments, Fragment(1, 7, 0.0, cells(3, 2))], frame=frame)
+    fragments = [Fragment(0, sequence, 0.0, cells(3, 1)) for sequence in range(9)]
+    return codec.encode(0, 6, [*fragments, Fragment(1, 7, 0.0, cells(3, 2))])
 
 
 # Checksums ----------------------------------------------------------------------------------------

@@ -31,14 +31,14 @@ class FixedRoom:
         return True
 
 
-def item(column: int, time_s: float = 0.0, attribute: int = 3) -> Fragment:
+def item(column: int, time_s: float = 0.0) -> Fragment:
     """An item whose subject is its column."""
-    return Fragment(0, column, time_s, (PropertyValue(column, attribute, True),))
+    return Fragment(0, column, time_s, (PropertyValue(column, 3, True),))
 
 
-def status(number: int, time_s: float = 0.0) -> Fragment:
+def status(number: int) -> Fragment:
     """A status whose subject is its number."""
-    return Fragment(0, STATUS, time_s, (PropertyValue(number, BATTERY, 0.5),))
+    return Fragment(0, STATUS, 0.0, (PropertyValue(number, BATTERY, 0.5),))
 
 
 def take(queue: Queue, column: int, priority: int = 1, terms: Terms | None = None, time_s: float = 0.0) -> Candidate:

@@ -107,9 +107,9 @@ def never_aged(monkeypatch: pytest.MonkeyPatch) -> None:
 Told = tuple[ManagerFleet, dict[str, bool], ItemUid]
 
 
-def times_said(fleet: ManagerFleet, n_frames: int, uid: ItemUid, node: int = 0) -> int:
-    """Number of transmissions of an item by a node in the next frames."""
-    said = fleet.pass_frames(n_frames)[node :: fleet.n_nodes]
+def times_said(fleet: ManagerFleet, n_frames: int, uid: ItemUid) -> int:
+    """Number of transmissions of an item by node 0 in the next frames."""
+    said = fleet.pass_frames(n_frames)[:: fleet.n_nodes]
     return sum(uid in sent.items for sent in said)
 
 

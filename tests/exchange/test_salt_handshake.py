@@ -10,7 +10,7 @@ from test_packet_security import KEY, guarded
 from exchange.errors import ConfigurationError, PeerFault
 from exchange.packets import Packet
 from exchange.schedule import TdmaSchedule
-from exchange.wire.codec import Codec, renewed
+from exchange.wire.codec import renewed
 from exchange.wire.definitions import Introductions
 from exchange.wire.sealing import SALT_BYTES, Seal
 
@@ -21,10 +21,10 @@ SCHEDULE = TdmaSchedule(3, 1.0, 0.5)
 class Process:
     """One vehicle process: sends a salt handshake, else an empty packet."""
 
-    def __init__(self, me: int, salt: bytes, codec: Codec = BASE, key: bytes = KEY, payload_bits: int = 512) -> None:
+    def __init__(self, me: int, salt: bytes, payload_bits: int = 512) -> None:
         self.me, self.n_packets = me, 0
-        self.introductions = Introductions(me, key, salt, codec, SCHEDULE, payload_bits, 1.0)
-        self.codec = renewed(codec, self.introductions.salt_of)
+        self.introductions = Introductions(me, KEY, salt, BASE, SCHEDULE, payload_bits, 1.0)
+        self.codec = renewed(BASE, self.introductions.salt_of)
         self.opened: list[Packet] = []
         self.known: set[int] = set()
 

@@ -22,13 +22,13 @@ MTU = 64
 class Modems:
     """Modems in one water, each at a port; a frame takes its time, and who transmits meanwhile is refused."""
 
-    def __init__(self, n: int, air_s: float = 0.004) -> None:
+    def __init__(self, n: int) -> None:
         self.servers = [socket.create_server(("127.0.0.1", 0)) for _ in range(n)]
         self.addresses = [server.getsockname() for server in self.servers]
         self.hosts: list[socket.socket | None] = [None] * n
         self.wanted: list[list[str]] = [[] for _ in range(n)]
         self.said: list[list[dict[str, Any]]] = [[] for _ in range(n)]
-        self.physical, self._air_s, self._busy_until_s = "phy", air_s, [0.0] * n
+        self.physical, self._air_s, self._busy_until_s = "phy", 0.004, [0.0] * n
         for place in range(n):
             threading.Thread(target=self._serve, args=(place,), daemon=True).start()
 

@@ -12,12 +12,8 @@ from missions.runs.run import Run
 from remoras.organisation.membership import Patience
 from remoras.social import layer
 
-VEHICLES = ("ASV00", "AUV00", "AUV01", "AUV02")
-
-
-def blackout(until_s: float) -> str:
-    rows = (f'{{from_s=200.0, until_s={until_s}, vehicle="{name}"}}' for name in VEHICLES)
-    return f"channel.blackout=[{', '.join(rows)}]"
+ROWS = (f'{{from_s=200.0, until_s=7200.0, vehicle="{name}"}}' for name in ("ASV00", "AUV00", "AUV01", "AUV02"))
+ISOLATED = f"channel.blackout=[{', '.join(ROWS)}]"
 
 
 def finished(strategy: str, *settings: str) -> Run:
@@ -32,7 +28,7 @@ def silent_s() -> float:
 @pytest.mark.slow
 @pytest.mark.parametrize("strategy", sampled(("remoras", "central", "cbba"), "cbba"))
 def test_a_permanently_isolated_fleet_is_about_as_fast_as_a_silent_one(strategy: str) -> None:
-    figures = summary(finished(strategy, blackout(7200.0)))
+    figures = summary(finished(strategy, ISOLATED))
     assert figures["mission_time_s"] <= 1.3 * silent_s()
     assert figures["duplicate_fraction"] <= 0.1
 
@@ -40,7 +36,7 @@ def test_a_permanently_isolated_fleet_is_about_as_fast_as_a_silent_one(strategy:
 @pytest.mark.slow
 def test_without_a_grace_period_isolated_vehicles_duplicate_all_jobs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(layer, "patience_with", lambda *asked: Patience(-math.inf, -math.inf, frozenset()))
-    figures = summary(finished("remoras", blackout(7200.0)))
+    figures = summary(finished("remoras", ISOLATED))
     assert figures["mission_time_s"] > 2.0 * silent_s()
     assert figures["duplicate_fraction"] > 0.5
 

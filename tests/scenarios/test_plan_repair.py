@@ -56,10 +56,10 @@ def broken(folder: Path) -> Run:
     return run(load(str(file), [("--set", setting) for setting in common]))
 
 
-def plans(finished: Run, vehicle: str, role: str = "") -> list[dict[str, Any]]:
-    """Rows of the plans that a vehicle carried out for missions, or for a role of its own."""
+def plans(finished: Run, vehicle: str) -> list[dict[str, Any]]:
+    """Rows of the plans that a vehicle carried out for missions."""
     rows = [dict(zip(PLANS.column_names, row, strict=True)) for row in finished.recorder.plans]
-    return [row for row in rows if row["vehicle"] == vehicle and row["role"] == role]
+    return [row for row in rows if row["vehicle"] == vehicle and not row["role"]]
 
 
 @pytest.fixture
