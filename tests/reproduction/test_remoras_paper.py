@@ -40,8 +40,11 @@ def paper_run() -> Run:
 
 
 def test_every_milestone_of_the_paper_is_met(paper_run: Run) -> None:
+    """The consultation takes one TDMA frame, in which every vehicle has had its say."""
     measured = times_s(paper_run)
-    assert abs(measured.pop(("consultation_done", "")) - PAPER_S[("consultation_done", "")]) < 1.0
+    consulted_s = measured.pop(("consultation_done", ""))
+    assert consulted_s == paper_run.setup.schedule.frame_s
+    assert round(consulted_s, 1) == PAPER_S["consultation_done", ""]
     for milestone, time_s in measured.items():
         if milestone[0] != "mission_complete":
             assert time_s == pytest.approx(PAPER_S[milestone], rel=0.02)
@@ -51,6 +54,21 @@ def test_every_milestone_of_the_paper_is_met(paper_run: Run) -> None:
 def test_the_milestones_come_in_the_order_of_the_paper(paper_run: Run) -> None:
     order = [(m.name, m.vehicle or m.group) for m in paper_run.milestones if m.name != "mission_complete"]
     assert order == list(PAPER_S)
+
+
+def test_after_consultation_the_vehicles_move(paper_run: Run) -> None:
+    """Section VII.B: the MissionAdministrator goes to its rally point; AUV00 neglects its role of Tactician and goes
+    to the central area, the wingers to theirs."""
+    driving: dict[str, set[str]] = {}
+    for time_s, vehicle, _, role, event in paper_run.recorder.roles:
+        if time_s <= times_s(paper_run)["consultation_done", ""] and event in ("active", "inactive"):
+            (set.add if event == "active" else set.discard)(driving.setdefault(vehicle, set()), role)
+    assert driving == {
+        "ASV00": {"MissionAdministrator"},
+        "AUV00": {"Midfield", "Cartographer"},
+        "AUV01": {"LeftWinger", "Cartographer"},
+        "AUV02": {"RightWinger", "Cartographer"},
+    }
 
 
 def test_no_vehicle_holds_a_false_belief(paper_run: Run) -> None:

@@ -113,32 +113,29 @@ def test_a_vehicle_without_social_layer_takes_no_part_in_allocation(strategy: st
     assert refused_by_all(strategy, "AUV01", taken) == {Outcome.NO_AUTHORITY.value}
 
 
+SUCCEEDED = ("group.Operational.succession=['Performer']",)
+UNABLE = ("vehicle.AUV01.playable_roles=['Performer','LeftWinger']",)
+
+
 @pytest.mark.parametrize(
-    ("settings", "issuer", "head", "outcome"),
+    ("settings", "head", "term", "outcome"),
     [
-        ((), "AUV01", "AUV00", Outcome.NO_AUTHORITY),  # claimed for another
-        (("vehicle.AUV01.playable_roles=['Performer','LeftWinger']",), "AUV01", "AUV01", Outcome.UNABLE),
-        ((), "AUV01", "AUV01", Outcome.HEAD_PRESENT),
+        (SUCCEEDED, "AUV00", 1, Outcome.NO_AUTHORITY),  # claimed for another
+        (UNABLE, "AUV01", 1, Outcome.UNABLE),
+        (SUCCEEDED, "AUV01", 1, Outcome.HEAD_PRESENT),  # the lead stays where it is
+        (SUCCEEDED, "AUV01", 64, Outcome.HEAD_PRESENT),
+        (SUCCEEDED, "AUV01", 65, Outcome.TERM_LEAPS),
     ],
 )
-def test_an_invalid_leadership_claim_is_refused_by_all(settings, issuer, head, outcome) -> None:
-    claim = (("Operational", "headedBy", head), ("Operational", "headTerm", 1))
-    settings = settings or ("group.Operational.succession=['Performer']",)
-    assert refused_by_all("remoras", issuer, *claim, settings=settings) == {outcome.value}
-
-
-@pytest.mark.parametrize(("term", "outcome"), [(64, Outcome.HEAD_PRESENT), (65, Outcome.TERM_LEAPS)])
-def test_no_claim_succeeds_while_the_leader_is_present(term: int, outcome: Outcome) -> None:
-    """Not the sitting head, nor the members, nor whoever claims: the lead stays where it is."""
-    claim = (("Operational", "headedBy", "AUV01"), ("Operational", "headTerm", term))
-    assert refused_by_all("remoras", "AUV01", *claim, settings=SUCCEEDED) == {outcome.value}
+def test_an_invalid_leadership_claim_is_refused_by_all(settings, head, term, outcome) -> None:
+    claim = (("Operational", "headedBy", head), ("Operational", "headTerm", term))
+    assert refused_by_all("remoras", "AUV01", *claim, settings=settings) == {outcome.value}
 
 
 # Whoever leads when it says so -------------------------------------------------------------------
 
 ORDER = ("AUV02", "playsRole", "Operational.RightWinger")
 CLAIM = (("Operational", "headedBy", "AUV01"), ("Operational", "headTerm", 1))
-SUCCEEDED = ("group.Operational.succession=['Performer']",)
 
 
 def heard(issuer: str, claim_s: float, order_s: float, claim_first: bool) -> Organisation:
