@@ -5,7 +5,7 @@ import random
 import pytest
 from exchange_stress import Fleet, creates
 
-from benchmarks.manager_fleet import MAPPED_CELL, ManagerFleet, bay
+from benchmarks.manager_fleet import MAPPED_CELL, POSITION, ManagerFleet, bay, needs
 from exchange.policy.policies import POLICIES
 from worldmodel import NOBODY, PropertyValue, Wanted, merge
 
@@ -83,12 +83,8 @@ def test_differing_views_of_needs_leave_no_effect_once_they_agree(policy: str) -
 
 
 def test_a_status_needed_by_its_own_vehicle_only_is_never_queued() -> None:
-    class Positions(Team):
-        def wanted(self, fact: PropertyValue, class_uid: int) -> Wanted:
-            return Wanted(sum(1 << node for node in self.nodes), 1)
-
-    fleet = ManagerFleet(2, who_needs=Positions(0))
-    fleet.observe(0, (0, fleet.models[0].tbox.attribute_named("position").uid, (1.0, 2.0)))
+    fleet = ManagerFleet(2, who_needs=needs([0]))
+    fleet.observe(0, (0, POSITION, (1.0, 2.0)))
     assert fleet.pass_slot().status == ()
 
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from test_packet_security import KEY
 from test_salt_handshake import SCHEDULE, Process, mission
 
-from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances, needs
-from exchange.manager.manager import ExchangeManager
+from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances
 from exchange.packets import Fragment
 from exchange.policy.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
@@ -20,13 +19,9 @@ class Keyed(ManagerFleet):
     """Three vehicles with a key."""
 
     def __init__(self) -> None:
-        super().__init__(3)
         framing = Framing(0, KEY)
-        self.codec = Codec(TBOX, len(instances(3)), 3, POLICIES["ack"], N_BLOCKS, DURATION_S, framing=framing)
-        self.managers = [
-            ExchangeManager(node, model, self.codec, self.schedule, POLICIES["ack"], 512, needs(range(3)))
-            for node, model in enumerate(self.models)
-        ]
+        codec = Codec(TBOX, len(instances(3)), 3, POLICIES["ack"], N_BLOCKS, DURATION_S, framing=framing)
+        super().__init__(3, codec=codec)
 
     def spoken(self, frame: int, epoch: int = 0) -> bytes:
         """A packet of node 0 with an item."""

@@ -1,12 +1,9 @@
 """Effects of strategies, and their absence without the cause: on the patches scenario."""
 
-from functools import cache
-from typing import Any
-
 import pytest
 from recorded import flown
 
-from missions.mapping.metrics import area_roles
+from missions.mapping.metrics import area_roles, duplicate_fraction
 from missions.runs.results import summary
 from missions.runs.run import Run
 
@@ -15,17 +12,8 @@ NEVER = 10_000
 """As many frames as a parameter allows: 70000 s, far beyond the end of the run."""
 
 
-@cache
 def finished(strategy: str, *settings: str) -> Run:
     return flown("mapping-patches", f"strategy.name={strategy}", *settings)
-
-
-def report(strategy: str, *settings: str) -> dict[str, Any]:
-    return summary(finished(strategy, *settings))
-
-
-def duplicated(strategy: str, per: float) -> float:
-    return float(report(strategy, f"channel.per={per}")["duplicate_fraction"])
 
 
 def taken_by(done: Run) -> dict[str, list[str]]:
@@ -42,8 +30,10 @@ def taken_by(done: Run) -> dict[str, list[str]]:
 
 @pytest.mark.slow
 def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_loss() -> None:
-    assert duplicated("cbba", 0.95) > 0.05
-    assert duplicated("cbba", 0.0) < 0.005  # who chooses in the same frame hears of it one frame later
+    assert duplicate_fraction(finished("cbba", "channel.per=0.95")) > 0.05
+    assert (
+        duplicate_fraction(finished("cbba", "channel.per=0.0")) < 0.005
+    )  # who chooses in the same frame hears of it one frame later
 
 
 # Meetings cost time -------------------------------------------------------------------------------
@@ -51,7 +41,7 @@ def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_los
 
 def test_the_cost_of_rendezvous_is_the_travel_to_them() -> None:
     """Who gets all areas before the dive has nowhere to go between them."""
-    often, never = (report("rendezvous-sync", f"strategy.parameters.jobs_per_leg={n}") for n in (1, 13))
+    often, never = (summary(finished("rendezvous-sync", f"strategy.parameters.jobs_per_leg={n}")) for n in (1, 13))
     assert never["distance_m"] < 0.9 * often["distance_m"]
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from hypothesis import strategies as st
 
@@ -9,7 +10,9 @@ from worldmodel import (
     TYPE_UID,
     Block,
     Instance,
+    Keeping,
     PropertyValue,
+    TBox,
     Value,
     ValueKind,
     WorldModel,
@@ -74,8 +77,11 @@ INSTANCES = tuple(
 AUV_0, AUV_1, ASV_0, BAY, EXPLORER, ECHO, SURVEY = range(7)
 
 
-def fleet_model(owner: int = 0) -> WorldModel:
-    return WorldModel(TBOX, owner, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=PER_ORIGIN)
+def fleet_model(owner: int = 0, tbox: TBox = TBOX, **keeping: Any) -> WorldModel:
+    kept = Keeping(**keeping)
+    return WorldModel(
+        tbox, owner, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=PER_ORIGIN, keeping=kept
+    )
 
 
 def ban(model: WorldModel, origins: Iterable[int], from_s: float = 0.0) -> None:

@@ -11,13 +11,10 @@ from small_fleet import (
     BAY,
     CELL,
     ECHO,
-    INSTANCES,
     LENGTH,
     LOCATION,
-    N_ORIGINS,
     NEAR,
     PIPELINE,
-    TBOX,
     WRECK,
     WRECKS,
     block,
@@ -31,7 +28,6 @@ from worldmodel import (
     TYPE_UID,
     Block,
     FactError,
-    Keeping,
     Lacking,
     WorldModel,
     core_ontology_paths,
@@ -52,7 +48,7 @@ def test_attribute_of_owl_thing_waits_for_its_instance_too(tmp_path: Path) -> No
         rdfs:domain owl:Thing ; rdfs:range <http://www.w3.org/2001/XMLSchema#boolean> ."""
     )
     tbox = read_tbox(*core_ontology_paths(), ontology_path("bans"), AREAS, WRECKS, own)
-    model = WorldModel(tbox, 0, INSTANCES, n_origins=3, run_time_instances_per_origin=2)
+    model = fleet_model(tbox=tbox)
     seen = tbox.attribute_named("seen").uid
     assert merge(model, [block(1, 0, 0, (BAY, seen, True))]).changes
     assert merge(model, [block(2, 0, 0, (NEW, seen, True))]).changes == ()
@@ -122,9 +118,7 @@ def test_lacking_lists_missing_instances_with_origin_and_waiting_time() -> None:
 
 
 def test_expired_block_is_discarded_and_may_be_received_again() -> None:
-    model = WorldModel(
-        TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, keeping=Keeping(waiting_s=60.0)
-    )
+    model = fleet_model(waiting_s=60.0)
     waiting = [block(2, 0, 0, (NEW, LENGTH, 3.0)), block(2, 1, 0, (NEW, LENGTH, 4.0))]
     merge(model, waiting[:1], now_s=5.0)
     merge(model, waiting[1:], now_s=6.0)
@@ -142,9 +136,7 @@ def test_expired_block_is_discarded_and_may_be_received_again() -> None:
 
 
 def test_oldest_waiting_block_of_an_origin_is_dropped_above_the_bound() -> None:
-    model = WorldModel(
-        TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, keeping=Keeping(waiting_blocks=2)
-    )
+    model = fleet_model(waiting_blocks=2)
     for n in range(3):
         faults = merge(model, [block(2, 2 - n, 0, (NEW, LENGTH, 3.0 + n))], now_s=5.0 + n).faults
         assert codes(faults) == ["CROWDED_OUT"] * (n == 2)
@@ -153,7 +145,7 @@ def test_oldest_waiting_block_of_an_origin_is_dropped_above_the_bound() -> None:
     assert sorted(model.arrivals.waiting) == [(0, 0, 0), (2, 0, 0), (2, 0, 1)]
     assert model.digest() == {(0, 0): (0, 0), (2, 0): (1, 0)}
     with pytest.raises(FactError, match="waiting_blocks is 0; allowed: 1 or more"):
-        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(waiting_blocks=0))
+        fleet_model(waiting_blocks=0)
 
 
 # Classes with two parents ----------------------------------------------------------------------------

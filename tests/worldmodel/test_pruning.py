@@ -11,9 +11,7 @@ from small_fleet import (
     CLASSIFICATION,
     COMPLETED,
     ECHO,
-    INSTANCES,
     LOCATION,
-    N_ORIGINS,
     OBJECT,
     TBOX,
     WRECK,
@@ -23,15 +21,7 @@ from small_fleet import (
     fleet_model,
 )
 
-from worldmodel import (
-    TYPE_UID,
-    FactError,
-    Keeping,
-    PruneRule,
-    WorldModel,
-    merge,
-    tidy,
-)
+from worldmodel import TYPE_UID, FactError, PruneRule, WorldModel, merge, tidy
 
 THING = 0
 PRUNED = [LOCATION, CLASSIFICATION, CELL, COMPLETED, AREA_DONE]
@@ -100,8 +90,7 @@ def test_private_facts_are_not_pruned_and_supersede_nothing() -> None:
 
 
 def test_tidy_prunes_by_age_according_to_the_rules() -> None:
-    rules = (PruneRule(AREA, CELL, 5.0),)
-    model = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(waiting_s=2.0, pruning=rules))
+    model = fleet_model(waiting_s=2.0, pruning=(PruneRule(AREA, CELL, 5.0),))
     for n in range(10):
         model.record([(BAY, CELL, float(n))], float(n))
     merge(model, [block(1, 0, 0, (ECHO, TYPE_UID, WRECK)), block(2, 0, 0, (model.n_uids - 1, LOCATION, (0.0, 0.0)))])
@@ -121,4 +110,4 @@ def test_tidy_prunes_by_age_according_to_the_rules() -> None:
 )
 def test_impossible_prune_rules_are_refused(rule: PruneRule, reason: str) -> None:
     with pytest.raises(FactError, match=reason):
-        WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(pruning=(rule,)))
+        fleet_model(pruning=(rule,))
