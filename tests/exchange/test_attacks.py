@@ -121,37 +121,6 @@ def test_no_belief_is_false_after_restarts(policy: str, name: str) -> None:
     fleet.check_rest()
 
 
-N_NODES = 4
-
-
-DEAF = frozenset({(1, 0), (2, 0), (3, 0)})
-KNOWN = [
-    (None, 24, frozenset()),
-    (0, 4, DEAF | {(0, 1)}),
-    (2, 4, DEAF | {(0, 1), (0, 2)}),
-    (None, 12, DEAF | {(0, 1), (0, 2)}),
-]
-"""Node 1 never hears that 0 has begun anew; 2 passes on, in its next life, what 1 says of 0."""
-
-
-@pytest.mark.parametrize("policy", ["m-ack", "mps-ack", "mps-ack-repeat"])
-def test_holdings_of_an_earlier_incarnation_are_not_believed(policy: str) -> None:
-    """What is believed is held after each slot against what each peer holds itself."""
-    fleet, slot = Fleet(N_NODES, policy), 0
-    maps(fleet, 3, 17)
-    for begins, slots, cut in KNOWN:
-        if begins is not None:
-            fleet.restart(begins)
-        for _ in range(slots):
-            sender = slot % N_NODES
-            fates = [LOST if (sender, node) in cut else HEARD for node in range(N_NODES) if node != sender]
-            fleet.run(1, fates)
-            fleet.check()
-            slot += 1
-    fleet.calm(10)
-    fleet.check_agreement(of_all=False)
-
-
 # Numbers beyond all items -------------------------------------------------------------------------
 
 

@@ -1,18 +1,10 @@
 """The run of the REMORAS paper (section VII.B), and the causes of its milestones."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-
 import pytest
 
-from exchange.channel.channel import Arrival, Channel
-from exchange.packets import Packet
-from exchange.schedule import TdmaSchedule
-from exchange.wire.codec import Codec
-from missions.runs.assembly import assemble, channel_of
-from missions.runs.run import Run, result_of, run
-from missions.runs.setup import resolved
+from missions.runs.run import Run, run
 from missions.scenarios import Scenario, load
+from remoras.executive.layer import ExecutiveLayer
 
 PAPER_S = {
     ("consultation_done", ""): 7.1,
@@ -77,38 +69,10 @@ def test_no_vehicle_holds_a_false_belief(paper_run: Run) -> None:
     assert paper_run.recorder.faults == []
 
 
-@dataclass(frozen=True)
-class Scripted:
-    """A channel that does something to every packet on its way."""
-
-    channel: Channel
-    codec: Codec
-    schedule: TdmaSchedule
-    alter: Callable[[Packet], Packet]
-
-    def transmit(
-        self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
-    ) -> list[Arrival]:
-        start_s = self.schedule.start_s(slot)
-        told = self.alter(self.codec.decode(data, slot // len(positions_m), start_s).packet)
-        altered = self.codec.encode(
-            told.sender, told.acks, told.fragments, told.signals, told.frame, told.epoch, start_s, told.summary
-        )
-        return [a._replace(data=altered) for a in self.channel.transmit(slot, sender, data, now_s, positions_m)]
-
-
-def scripted(loaded: Scenario, alter: Callable[[Packet], Packet]) -> Scripted:
-    setup = resolved(loaded)
-    return Scripted(channel_of(setup, seed=1), setup.codec, setup.schedule, alter)
-
-
-def test_without_influence_signals_auv00_finishes_its_area(paper_run: Run) -> None:
+def test_without_influence_signals_auv00_finishes_its_area(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing but the signals is cut: assignments, observations and acknowledgements still flow."""
-    loaded = scenario()
-    setup = resolved(loaded)
-    fleet = assemble(setup, 1, scripted(loaded, lambda packet: packet._replace(signals=())))
-    fleet.run()
-    finished = result_of(setup, 1, fleet, 0.0)
+    monkeypatch.setattr(ExecutiveLayer, "signals", lambda layer: [])
+    finished = run(scenario())
     measured = times_s(finished)
     assert ("mapping_stopped", "AUV00") not in measured
     assert PAPER_S["mapping_stopped", "AUV00"] < measured["mapping_done", "AUV00"] < measured["gathered", "Operational"]

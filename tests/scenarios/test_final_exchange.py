@@ -8,7 +8,6 @@ from missions.runs.run import run, settled_of
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet.final_exchange import Settled
-from remoras.fleet.fleet import Fleet
 
 CUT = "scenario.duration_s=900"
 """The mission is ended in its midst, with much that is still to be told."""
@@ -19,23 +18,11 @@ def scenario(*settings: str) -> Scenario:
     return load("mapping-rendezvous", [("--set", one) for one in ("channel.per=0.4", *settings)])
 
 
-def ended(seed: int, *settings: str) -> tuple[Fleet, Settled | None]:
-    """A fleet after its mission, and after the exchange that follows, if there is one."""
-    setup = resolved(scenario(*settings))
-    fleet = assemble(setup, seed)
-    fleet.run()
-    return fleet, settled_of(setup, fleet)
-
-
-def knowledge(fleet: Fleet) -> tuple[set[str], list[dict[tuple[int, int], tuple[int, int]]]]:
-    """The hashes of what the vehicles hold, and their digests."""
-    models = [vehicle.beliefs.model for vehicle in fleet.vehicles]
-    return {model.state_hash() for model in models}, [model.digest() for model in models]
-
-
 def test_a_deaf_vehicle_prolongs_the_final_exchange_and_the_others_agree() -> None:
-    fleet, settled = ended(1, CUT, SETTLED, "fault=[{kind='deaf',vehicle='AUV02',at_s=300}]")
-    assert settled == Settled(900.0, False)
+    setup = resolved(scenario(CUT, SETTLED, "fault=[{kind='deaf',vehicle='AUV02',at_s=300}]"))
+    fleet = assemble(setup, 1)
+    fleet.run()
+    assert settled_of(setup, fleet) == Settled(900.0, False)
     others = {v.beliefs.model.state_hash() for v in fleet.vehicles if v.name != "AUV02"}
     assert len(others) == 1
 
@@ -88,4 +75,4 @@ def test_the_final_exchange_waits_for_vehicles_that_seem_absent() -> None:
     assert sum(node == 0 and not lacking.holds(uid) for node, uid in teller.postponed()) == 14
     settled = settled_of(setup, fleet)
     assert settled.complete
-    assert len(knowledge(fleet)[0]) == 1
+    assert len({vehicle.beliefs.model.state_hash() for vehicle in fleet.vehicles}) == 1

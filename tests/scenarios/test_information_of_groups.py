@@ -22,11 +22,6 @@ def held() -> Run:
     return finished(f"{GROUP}=held by head")
 
 
-@pytest.fixture(scope="module")
-def without_its_head() -> Run:
-    return finished(f"{GROUP}=held by head", LOST)
-
-
 def cells_known(made: Run, vehicle: str) -> set[str]:
     """Blocks about mapped cells in the world model of a vehicle."""
     model, cell = MemoryResults(made).known(vehicle, made.end_s).model, made.setup.tbox.attribute_named("mappedCell")
@@ -51,8 +46,8 @@ def test_facts_held_by_the_leader_take_fewer_bytes(held: Run) -> None:
     assert held.completed
 
 
-def test_a_new_leader_collects_the_facts_of_the_members(without_its_head: Run) -> None:
-    made = without_its_head
+def test_a_new_leader_collects_the_facts_of_the_members() -> None:
+    made = finished(f"{GROUP}=held by head", LOST)
     successor, leads_s = next(
         (row[1], row[0]) for row in made.recorder.roles if row[0] > 600.0 and row[3:] == ("Coordinator", "assigned")
     )

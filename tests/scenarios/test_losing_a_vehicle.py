@@ -1,18 +1,11 @@
 """A vehicle low on energy goes home, releases its roles, and its area is reassigned."""
 
-import pytest
 from recorded import flown
 
-from missions.runs.run import Run
 
-
-@pytest.fixture(scope="module")
-def finished() -> Run:
+def test_the_area_of_a_lost_vehicle_is_reallocated_and_the_others_meet() -> None:
     """150 kJ of the usual 5 MJ last AUV01 for half of an area: it is given one, for others go on with it."""
-    return flown("mapping-rendezvous", "vehicle.AUV01.energy_j=150000")
-
-
-def test_the_area_of_a_lost_vehicle_is_reallocated_and_the_others_meet(finished: Run) -> None:
+    finished = flown("mapping-rendezvous", "vehicle.AUV01.energy_j=150000")
     roles = finished.recorder.roles
     left_s = min(row[0] for row in roles if row[1] == "AUV01" and row[4] == "left")
     taken_over = [row for row in roles if row[3] == "LeftWinger" and row[4] == "assigned" and row[1] != "AUV01"]
