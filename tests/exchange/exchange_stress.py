@@ -8,6 +8,7 @@ losses pass, after which ``check_agreement`` and ``check_rest`` apply.
 from __future__ import annotations
 
 import heapq
+import random
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from itertools import chain, count, repeat
@@ -16,7 +17,6 @@ from stress.reference_record import Incarnation, ReferenceRecord, SentPacket
 
 from benchmarks import manager_fleet
 from benchmarks.manager_fleet import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, bay
-from exchange.channel import loss
 from exchange.manager.manager import ExchangeManager
 from exchange.packets import ItemUid
 from exchange.policy.policies import POLICIES
@@ -36,15 +36,9 @@ TRAVEL_S = 1.0
 
 def chances(seed: int, *fates: tuple[float, Fate]) -> Iterator[Fate]:
     """Endless random packet outcomes by probability; otherwise received."""
-    for index in count():
-        number = loss.uniform(seed, 0, index, 0, 0)
-        for chance, fate in fates:
-            number -= chance
-            if number < 0.0:
-                yield fate
-                break
-        else:
-            yield HEARD
+    draws, rest = random.Random(seed), 1.0 - sum(chance for chance, _ in fates)
+    while True:
+        yield from draws.choices([HEARD, *(fate for _, fate in fates)], [rest, *(chance for chance, _ in fates)])
 
 
 class InvariantBroken(AssertionError):
@@ -165,7 +159,9 @@ class Fleet(ReferenceRecord):
                 if who.is_alive:
                     self._speak(who, what)
             elif isinstance(who, int) and isinstance(what, SentPacket):
-                self._arrive(who, what)
+                for life in self.all_alive():
+                    if life.node == who and life is not what.sender:
+                        self._hear(life, what)
         self.now_s = end_s
         for life in self.all_alive():
             given_up = [fault.guid for fault in tidy(life.model, self.now_s + life.offset_s)]
@@ -201,11 +197,6 @@ class Fleet(ReferenceRecord):
                 self._schedule(self.now_s + TRAVEL_S + late_slots * self.schedule.slot_s, node, aired)
         next_slot = slot + self.n_nodes
         self._schedule(self.schedule.start_s(next_slot) - life.offset_s, life, next_slot)
-
-    def _arrive(self, node: int, aired: SentPacket) -> None:
-        for life in self.all_alive():
-            if life.node == node and life is not aired.sender:
-                self._hear(life, aired)
 
     def _hear(self, life: Incarnation, aired: SentPacket) -> None:
         own_s = self.now_s + life.offset_s

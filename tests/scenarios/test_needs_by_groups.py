@@ -34,15 +34,9 @@ def team_of_area(area: str) -> str:
 
 
 def cells_known(made: Run) -> set[tuple[str, str]]:
-    """Vehicle, and team of an area of which its world model has cells."""
-    found = facts_known(made)
-    return {(vehicle, team_of_area(subject)) for vehicle, subject, attribute in found if attribute == "mappedCell"}
-
-
-def facts_known(made: Run) -> set[tuple[str, str, str]]:
-    """Vehicle, and subject and attribute of what its world model holds at the end."""
-    query = "SELECT ?subject ?attribute WHERE { ?subject sit:hasPropertyValue/sit:ofAttribute ?attribute }"
-    return {(*row[:2], row[2].partition(":")[2]) for row in MemoryResults(made).query(query)[1]}
+    """Vehicle, and team of an area of which its world model has cells at the end."""
+    query = "SELECT ?area WHERE { ?area sit:hasPropertyValue/sit:ofAttribute rm:mappedCell }"
+    return {(vehicle, team_of_area(area)) for vehicle, area in MemoryResults(made).query(query)[1]}
 
 
 def test_the_world_model_of_a_team_has_no_cells_of_another(by_groups: Run) -> None:

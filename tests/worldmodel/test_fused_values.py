@@ -30,9 +30,6 @@ def test_estimate_in_sparql_equals_fused_value_and_deviation() -> None:
     x_m, y_m = expected.value  # type: ignore[misc]
     assert value == f"POINT ({x_m} {y_m})"
     assert (sigma, time_s) == (expected.uncertainty, expected.time_s)
-    # by inverse variance, 1 : 1/4 : 4
-    assert x_m == pytest.approx((0.0 + 1.0 + 4.0) / 5.25)
-    assert sigma == pytest.approx(5.25**-0.5)
 
 
 def test_estimate_names_its_sources_without_a_banned_vehicle() -> None:
