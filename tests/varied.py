@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
+from recorded import flown
 
-from missions.runs.run import Run, run
-from missions.scenarios import load, shipped
+from missions.runs.run import Run
+from missions.scenarios import shipped
+
+_flown = cache(flown)
 
 
 class Varied:
@@ -35,14 +38,9 @@ class Varied:
 
     def flown(self, seed: int, *keys: str) -> Run:
         """A run with keys set, made once."""
-        return _flown(self._name, seed, *keys)
+        return _flown(self._name, *keys, seed=seed)
 
 
 def tracks(of: Run) -> list[tuple[object, ...]]:
     """Positions of all vehicles over time."""
     return list(of.recorder.trajectories)
-
-
-@cache
-def _flown(name: str, seed: int, *keys: str) -> Run:
-    return run(load(name, [("--set", key) for key in keys]), seed)

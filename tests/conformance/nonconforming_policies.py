@@ -16,6 +16,11 @@ SPARSE = AckPolicy(
     repeat=True,
 )
 """A policy from outside that keeps to all rules."""
+REPORTING = {
+    f"{name}, sparse": AckPolicy(SPARSE.acknowledgement._replace(name=name, states=True, codes=codes), repeat=True)
+    for name, codes in (("stating", False), ("coding", True))
+}
+"""The same with holdings: its vector comes in every second frame, and what is not in a header says nothing of links."""
 
 
 def angry(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:

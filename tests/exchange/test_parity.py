@@ -14,16 +14,7 @@ from benchmarks.manager_fleet import assert_study_is_managers
 from exchange.policy.policies import POLICIES, STATING, AckPolicy
 
 MAX_SLOTS = 40
-STATING_KIND = nonconforming_policies.SPARSE.acknowledgement._replace(name="stating", states=True)
-FROM_OUTSIDE = {
-    "sparse": nonconforming_policies.SPARSE,
-    "stating": AckPolicy(STATING_KIND, repeat=True),
-    "coding": AckPolicy(STATING_KIND._replace(codes=True), repeat=True),
-}
-"""Its vector comes in every second frame: what is not in a header says nothing of links either."""
-
-
-TRIED = POLICIES | FROM_OUTSIDE
+TRIED = {**POLICIES, "sparse": nonconforming_policies.SPARSE, **nonconforming_policies.REPORTING}
 
 
 @pytest.mark.parametrize("policy", TRIED.values(), ids=list(TRIED))
