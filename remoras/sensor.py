@@ -162,19 +162,21 @@ class Quiet(Sequence[Any]):
 
 
 class QuietFrom(NamedTuple):
-    """``Quiet`` with the place (m) where it was stated."""
+    """``Quiet`` (distance, time) with the place (m) where it was stated."""
 
-    quiet: Quiet
+    until_m: float
+    until_s: float
     x_m: float
     y_m: float
 
     def holds(self, x_m: float, y_m: float, now_s: float) -> bool:
         """Return whether it is still valid at a place and time."""
-        dx_m, dy_m, until_m = x_m - self.x_m, y_m - self.y_m, self.quiet.until_m
-        return now_s < self.quiet.until_s and dx_m * dx_m + dy_m * dy_m < until_m * until_m
+        until_m, until_s, from_x_m, from_y_m = self
+        dx_m, dy_m = x_m - from_x_m, y_m - from_y_m
+        return now_s < until_s and dx_m * dx_m + dy_m * dy_m < until_m * until_m
 
 
-NEVER_QUIET = QuietFrom(Quiet(0.0), 0.0, 0.0)
+NEVER_QUIET = QuietFrom(0.0, 0.0, 0.0, 0.0)
 
 
 class Sensor(Protocol):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
@@ -13,7 +14,7 @@ from remoras.activities import Objective
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.organisation import Group
 from remoras.recorder import TIME, Column, Recorder, Table
-from remoras.sensor import NEVER_QUIET, Quiet, QuietFrom
+from remoras.sensor import NEVER_QUIET, QuietFrom
 from remoras.truth import left
 
 GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
@@ -131,7 +132,7 @@ class MappingTruth(MeetingTruth):
             under = self._seabed.under(*at_m, reach_m)
             if covered.issuperset(under):
                 next_m = self._seabed.nearest_m(*at_m, reach_m + self._seabed.cell_m, covered)
-                self._no_news[name, sonar.name] = QuietFrom(Quiet(next_m - reach_m), *at_m)
+                self._no_news[name, sonar.name] = QuietFrom(next_m - reach_m, math.inf, *at_m)
                 continue
             if vehicle.speed_mps <= data.speed_factor * sonar.speed_limit_mps * LIMIT_TOLERANCE:
                 changed |= self._cover(name, under, now_s)

@@ -149,7 +149,7 @@ class Sensing:
                 raise broken_promise(self._where(name), "sense", OBSERVATIONS, observations)
             sensed += [Sensed(name, sensor.table, observation) for observation in observations]
         # One that misses may observe something in the next tick.
-        self.quiet = QuietFrom(Quiet(until_m, until_s), pose.x_m, pose.y_m) if misses is None else NEVER_QUIET
+        self.quiet = QuietFrom(until_m, until_s, pose.x_m, pose.y_m) if misses is None else NEVER_QUIET
         return sensed
 
     def _where(self, name: str) -> str:
@@ -227,7 +227,8 @@ class FunctionalLayer:
         self._leg: Leg | None = None  # steady motion that goes on, until one of these:
         self._n_ticks = math.inf  # as many motion ticks
         self._most_j = 0.0  # so much energy consumed
-        self._beside: tuple[Sequence[Neighbour], Sequence[Point]] = (), ()  # other vehicles or contacts than these
+        self._beside: Sequence[Neighbour] = ()  # other vehicles than these within sonar range
+        self._seen_m: Sequence[Point] = ()  # other sonar contacts, as behaviours see them
         self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
         self.has_events = False
@@ -481,12 +482,11 @@ class FunctionalLayer:
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
         """Move for ``dt_s`` as guidance and neighbours allow; PluginError for a wrong reference."""
         reference, believed, motion = self.held, self.believed, self.motion
-        contacts_m = self.picture.body.contacts_m  # of the last tick, as behaviours see them
-        beside = neighbours, contacts_m
-        goes_on = self._n_ticks > 0 and motion.energy_j < self._most_j and beside == self._beside
-        if self._leg is not None and goes_on:
+        leg, contacts_m = self._leg, self.picture.body.contacts_m
+        is_same = neighbours == self._beside and contacts_m == self._seen_m
+        if leg is not None and is_same and self._n_ticks > 0 and motion.energy_j < self._most_j:
             self._n_ticks -= 1
-            self._leg.go(motion)
+            leg.go(motion)
             return
         if reference is not None:
             (x_m, y_m), speed_mps, holds_m, _ = reference
@@ -500,7 +500,7 @@ class FunctionalLayer:
             reference = self.held = self._reference(self._guiding)
         self._leg = leg = self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
         if leg is not None:
-            self._beside = beside
+            self._beside, self._seen_m = neighbours, contacts_m
             self._n_ticks, self._most_j = self._until(leg, reference)
         if self._drain_w:
             motion.energy_j += self._drain_w * dt_s

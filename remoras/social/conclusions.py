@@ -143,7 +143,9 @@ class Conclusions:
             return []
         context = data, organisation, self._beliefs, picture, motion
         findings = self._asked("conclusions", lambda: self._mission.conclusions(*context))
-        self._quiet = QuietFrom(findings, motion.x_m, motion.y_m) if isinstance(findings, Quiet) else NEVER_QUIET
+        self._quiet = NEVER_QUIET
+        if isinstance(findings, Quiet):
+            self._quiet = QuietFrom(findings.until_m, findings.until_s, motion.x_m, motion.y_m)
         self._asked_of = organisation, picture.body.answering
         return self._facts_of(findings)
 
