@@ -429,7 +429,7 @@ class MappingMission(JobMission):
         if group.formed_by is not None:
             return ()
         findings = self.meeting.findings(group, organisation, beliefs, picture, motion) or given_anew(
-            group, organisation, self._surveys, self.meeting, beliefs, picture
+            group, organisation, self._surveys, self.meeting, self._unfinished_by_all, beliefs, picture
         )
         if not findings or self.meeting.is_overdue(group, beliefs, picture):
             return findings

@@ -38,13 +38,19 @@ def given_anew(
     organisation: Organisation,
     surveys: Mapping[str, SurveyJob],
     meeting: Meeting,
+    unfinished: Unfinished,
     beliefs: Beliefs,
     picture: Picture,
 ) -> list[Finding]:
-    """Return orders for areas assigned or reported done, but not known to be mapped some time after the rendezvous."""
+    """Return orders for areas assigned or reported done, but not known to be mapped some time after the rendezvous.
+
+    None are due once enough cells are known to be mapped for the goal.
+    """
     # A vehicle that finishes an area reports all its cells at the rendezvous, which takes a while.
     met_s = meeting.met_s(group, beliefs, picture)
     if met_s is None or picture.body.now_s - met_s < meeting.settings.patience_s / 2.0:
+        return []
+    if not unfinished.lacks_cells(beliefs, trusts_reports=False):
         return []
     orders = []
     for role in group.roles:
@@ -94,9 +100,14 @@ class Unfinished:
         """Return True while more work is known to remain than the goal tolerates."""
         if any(facts.values(("foundAt", find)) and not facts.values(("inspectedBy", find)) for find in self._finds):
             return True
+        return self.lacks_cells(facts)
+
+    def lacks_cells(self, facts: Known, trusts_reports: bool = True) -> bool:
+        """Return True while the goal is short of cells; all those of an area count once it is reported done."""
         n_left = 0
         for job in self._surveys:
-            n_left += 0 if facts.values(job.done) else job.left(facts).bits.bit_count()
+            is_done = trusts_reports and facts.values(job.done)
+            n_left += 0 if is_done else job.left(facts).bits.bit_count()
             if n_left > self._n_spared:
                 break
         return n_left > self._n_spared

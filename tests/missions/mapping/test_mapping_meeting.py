@@ -12,6 +12,7 @@ from missions.mapping.behaviours import positioning, room_of
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.tasks import AfterWork, Unfinished
 from missions.meeting.meeting import NEWS_FRAMES
+from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.behaviours import Standing
@@ -123,3 +124,17 @@ def test_member_is_present_if_received_or_seen_there_recently(
     age_s: float, position_m: tuple[float, float], contacts_m: tuple[Any, ...], expected: bool
 ) -> None:
     assert are_there(age_s, position_m, contacts_m) is expected
+
+
+def test_once_enough_is_mapped_for_the_goal_no_area_is_given_again() -> None:
+    """The goal of 95 % leaves cells of an area unmapped when all have met."""
+    fleet = assemble(SETUP, 1)
+    fleet.run()
+    ended_s = fleet.ended_s
+    assert fleet.completed
+    assert len(fleet.recorder.rows("coverage")) < 300  # all cells
+    for _ in range(100):
+        fleet.step()
+    late = {row[5] for row in fleet.recorder.items if row[2] > ended_s}
+    assert "position" in late
+    assert "objectiveExploring" not in late
