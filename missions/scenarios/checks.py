@@ -34,7 +34,7 @@ from remoras.mission import ELEMENTARY_TASKS, Mission
 from remoras.plugins import RAISED, answer, named_error
 from remoras.recorder import Recorder
 from remoras.strategies import faults_of_settings
-from remoras.work import Job, jobs_left, vehicles_taken
+from remoras.work import Job, Outlook, jobs_left, vehicles_taken
 
 Faults = Iterator[ConfigurationFault]
 
@@ -65,7 +65,7 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
     database, groups = database_of(scenario, mission), {group.name: group for group in groups_of(scenario)}
     yield from _role_jobs(scenario, database, jobs)
     yield from _order_of(jobs)
-    yield from own_faults("scenario.mission", "jobs", lambda: _jobs_outside(scenario, jobs))
+    yield from own_faults("scenario.mission", "jobs", lambda: _unfit_jobs(scenario, jobs, database))
     yield from draw_faults(scenario.fault, database, groups)
     for feature in used_in(scenario):
         yield from feature.made_checks(scenario, made)
@@ -120,11 +120,19 @@ def _slots(scenario: Scenario) -> Faults:
             yield ConfigurationFault(f"vehicle.{names[0]}.slot", "", allowed)
 
 
-def _jobs_outside(scenario: Scenario, jobs: Mapping[str, Job]) -> Faults:
+def _unfit_jobs(scenario: Scenario, jobs: Mapping[str, Job], database: AUVDatabase) -> Faults:
     # The place of a job that is yet to be discovered has no meaning.
     known, _ = jobs_left(jobs, NOTHING_KNOWN)
     places = [(f"job.{name}.place_m", job.place_m) for name, job in known.items() if job.place_m is not None]
-    yield from scenario.world.outside(places)
+    if outside := list(scenario.world.outside(places)):
+        yield from outside
+        return
+    for name, job in known.items():
+        able = next((data for data in database.values() if job.is_able(data)), None)
+        after = None if able is None else job.after(Outlook(0.0, able.start_m), able)
+        if after is not None and not after.free_s >= 0.0:
+            of = f"the time (s) at which a vehicle that begins it at 0 s ends it ({able.name}); allowed: 0 or more"
+            yield ConfigurationFault(f"job.{name}", f"{after.free_s:g}", of)
 
 
 def _places(scenario: Scenario) -> Faults:

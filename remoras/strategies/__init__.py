@@ -58,7 +58,7 @@ def titles() -> dict[str, str]:
     """Return a line on each shipped strategy, bounds marked."""
     known, upper = strategies(), bounds()
     docs = {name: sys.modules[type(strategy).__module__].__doc__ or "" for name, strategy in known.items()}
-    return {name: "(bound) " * (name in upper) + doc.strip().splitlines()[0] for name, doc in docs.items()}
+    return {name: "(bound) " * (name in upper) + doc.strip().partition("\n")[0] for name, doc in docs.items()}
 
 
 def parameters(strategy: Strategy) -> tuple[Parameter, ...]:

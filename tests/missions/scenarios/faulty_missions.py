@@ -78,9 +78,9 @@ class Objectless(JobMission):
     jobs_of, behaviour_at = gives([]), gives(None)
 
 
-def with_jobs(*places_m: Any) -> dict[str, Any]:
+def with_jobs(*places_m: Any, stay_s: float = 5.0) -> dict[str, Any]:
     """The jobs of mapping, and a buoy at each of these places."""
-    buoys = [StayJob("buoy", place_m, 5.0) for place_m in places_m]
+    buoys = [StayJob("buoy", place_m, stay_s) for place_m in places_m]
     return {"jobs_of": lambda self, scenario: [*MappingMission.jobs_of(self, scenario), *buoys]}
 
 
@@ -99,7 +99,8 @@ FAULTY: dict[str, dict[str, Any]] = {
     "DomainOfNumbers": {"social_domain": 5}, "Dancing": {"social_domain": DANCE},
     "NoTruth": {"truth": lambda self, recorder, world: None}, "Undecided": {"is_enough": gives("perhaps")},
     "JobOutside": with_jobs((9999.0, 0.0)), "JobNowhere": with_jobs((0.0, math.nan)), "JobAtNumber": with_jobs(5.0),
-    "Doubling": with_jobs((0.0, 0.0), (0.0, 0.0)),
+    "Doubling": with_jobs((0.0, 0.0), (0.0, 0.0)), "EndsBefore": with_jobs((0.0, 0.0), stay_s=-500.0),
+    "NeverEnds": with_jobs((0.0, 0.0), stay_s=math.nan),
     "ManyFound": {"instances_found_per_vehicle": "many"}, "LessThanNone": {"most_observations": -1},
     "NoPairs": {"instances": ("buoy",)}, "DomainOfText": {"activity_domain": "survey"},
     "NatureOfNumber": {"nature": gives(7)}, "Incomplete": {"completed": classmethod(gives(None))},

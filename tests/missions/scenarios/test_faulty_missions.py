@@ -93,6 +93,8 @@ CONTRADICTING = [
     ("NoDirection", r"metric wear: better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
     ("JobOutside", r"pond\.toml: job\.buoy\.place_m = \[9999\.0, 0\.0\]: outside the world, x "),
     ("JobNowhere", r"pond\.toml: job\.buoy\.place_m = \[0\.0, nan\]: outside the world, x "),
+    ("EndsBefore", r"pond\.toml: job\.buoy = -\d[\d.]+: the time \(s\) at which a vehicle .* ends it"),
+    ("NeverEnds", r"pond\.toml: job\.buoy = nan: the time \(s\) at which a vehicle .* ends it"),
     ("UnknownClass", r"instances: no class is named 'Boy'"),
     ("OtherColumns", r"table 'coverage' is declared twice, once with the columns time_s, vehicle, cell_x, cell_y: ren"),
     ("Unmakable", r"sensor other of Diver: make\(data\) raised RuntimeError: no transducer"),
