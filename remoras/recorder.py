@@ -82,6 +82,8 @@ class Table:
     def __post_init__(self) -> None:
         if not self.name or self.name.startswith(".") or not UNFIT.isdisjoint(self.name):
             raise PluginError(f"table {self.name!r}: its name becomes a file name; allowed: no / and no dot in front")
+        if not (isinstance(self.columns, tuple) and all(isinstance(column, Column) for column in self.columns)):
+            raise PluginError(f"table {self.name!r}: columns is {self.columns!r}; expected a tuple of Column")
         for name, n_times in Counter(self.column_names).items():
             if n_times > 1 or name == KEY:
                 why = f"listed {n_times} times" if n_times > 1 else "the column by which sweeps tell runs apart"

@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
 from exchange.manager.peers import PeerLinks
 from remoras.authority import Authority
@@ -65,6 +65,8 @@ class Declaration:
     >>> Declaration("my thesis", {JOB_DONE: "a job is done"}, help="calls").influences
     True
     """
+
+    __pydantic_config__: ClassVar = {"strict": True, "revalidate_instances": "always"}  # for ``faults_of_strategy``
 
     source: str
     messages: Mapping[str, str]
@@ -250,6 +252,8 @@ class Strategy(Protocol):
 
 def faults_of_strategy(candidate: Any) -> Iterator[str]:
     """Yield the deficiencies of an object as a strategy, as text."""
+    from pydantic import TypeAdapter, ValidationError
+
     yield from faults_of(candidate, Strategy, ("name", "declaration", "form", "adapt", "negotiator"))
     for part, expected in (("name", str), ("declaration", Declaration)):
         value = getattr(candidate, part, None)
@@ -258,11 +262,11 @@ def faults_of_strategy(candidate: Any) -> Iterator[str]:
     declaration = getattr(candidate, "declaration", None)
     if not isinstance(declaration, Declaration):
         return
-    if not isinstance(declaration.messages, Mapping):
-        yield f"declaration.messages is {type(declaration.messages).__name__}, expected a mapping of names to meanings"
-    authorities = declaration.authorities
-    if not (isinstance(authorities, frozenset) and all(isinstance(one, Authority) for one in authorities)):
-        yield f"declaration.authorities is {authorities!r}, expected a frozenset of Authority"
+    try:
+        TypeAdapter(Declaration).validate_python(declaration)
+    except ValidationError as error:
+        for fault in error.errors():
+            yield f"declaration.{fault['loc'][0]} is {fault['input']!r}; {fault['msg'].replace('I', 'i', 1)}"
     if declaration.sharing is not None:
         if not hasattr(declaration.sharing, "lease_frames"):
             yield f"declaration.sharing is {type(declaration.sharing).__name__}, expected the class InstantSharing"
@@ -304,7 +308,7 @@ def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | Non
 
 def ask(strategy: str, negotiator: Negotiator, situation: Situation) -> Move:
     """Call ``negotiate``; raise PluginError if it raises or returns another type."""
-    expected = "a Move with statements of (subject, attribute, value)"
+    expected = "a Move with statements of (subject, attribute, value), flags True or False"
     return answer(f"strategy {strategy}", "negotiate", expected, _is_move, lambda: negotiator.negotiate(situation))
 
 
@@ -329,6 +333,7 @@ def _are_assignments(value: Any) -> bool:
 def _is_move(move: Any) -> bool:
     return (
         isinstance(move, Move)
+        and all(isinstance(flag, bool) for flag in (move.holding, move.silent, move.until_news))
         and isinstance(move.statements, tuple)
         and all(isinstance(stated, Statement) and all(map(_is_statable, stated.facts)) for stated in move.statements)
     )

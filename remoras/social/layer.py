@@ -513,8 +513,8 @@ class SocialLayer:
         planned = self.planner.plan(self.facts, self.missions, work, self.objectives.values())
         self._await_facts(self.planner.rests_on)
         facts = self._in_place_of_the_absent(planned.facts)
-        named, is_individual = self._requests.role_named, self._mission.is_individual
-        return replace(planned, facts=facts, parts=by_receiver(facts, self.beliefs, named, is_individual))
+        parts = by_receiver(facts, self.beliefs, self._requests.role_named, self._mission)
+        return replace(planned, facts=facts, parts=parts)
 
     def findings(self, motion: Motion) -> list[Fact]:
         """Return the facts that this vehicle infers as leader."""

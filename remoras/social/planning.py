@@ -257,7 +257,7 @@ def by_receiver(
     facts: Sequence[Fact],
     beliefs: Beliefs,
     role_named: Callable[[PropertyValue], tuple[str, str] | None],
-    is_individual: Callable[[Objective], bool],
+    mission: SocialPart,
 ) -> list[list[Fact]]:
     """Split facts by receiver, single vehicles first, in the order in which these get roles."""
     named = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
@@ -274,12 +274,17 @@ def by_receiver(
             parts[beliefs.name(fact[0])].append(fact)
         elif role not in players or not attribute.startswith(OBJECTIVES):
             shared.append(fact)
-        elif is_individual(_objective(role, attribute, beliefs.name(fact[2]))):
+        elif _is_individual(mission, _objective(role, attribute, beliefs.name(fact[2]))):
             for name in players[role]:
                 parts[name].append(fact)
         else:
             together.append(fact)
     return [part for part in (*parts.values(), shared, together) if part]
+
+
+def _is_individual(mission: SocialPart, objective: Objective) -> bool:
+    who, asked = f"mission {type(mission).__name__}", lambda: mission.is_individual(objective)
+    return answer(who, "is_individual", "true or false", bool, asked)
 
 
 def _objective(path: str, attribute: str, argument: str) -> Objective:
@@ -303,7 +308,7 @@ def aims(
         for objective in objectives
         if objective not in founding
         and f"{objective.group}.{objective.role}" in roles
-        and mission.is_individual(objective)
+        and _is_individual(mission, objective)
     ]
 
 

@@ -12,6 +12,7 @@ from remoras.fleet.instant_sharing import InstantSharing
 from remoras.strategies.central import Central
 from remoras.strategy import (
     Declaration,
+    Move,
     Situation,
     adapt_roles,
     ask,
@@ -40,7 +41,13 @@ class Both(Central):
 
 
 class Listing(Central):
-    declaration = Declaration(source="a test", messages=["playsRole"], authorities={"take"})  # type: ignore[arg-type]
+    declaration = Declaration(
+        source="a test",
+        messages=["playsRole"],
+        authorities={"take"},
+        meets="no",
+        help="by calls",  # type: ignore[arg-type]
+    )
 
 
 class WithNoClass(Central):
@@ -58,8 +65,10 @@ class WithNoClass(Central):
         (
             Listing(),
             [
-                "declaration.messages is list, expected a mapping of names to meanings",
-                "declaration.authorities is {'take'}, expected a frozenset of Authority",
+                "declaration.messages is ['playsRole']; input should be a valid dictionary",
+                "declaration.help is 'by calls'; input should be 'none', 'calls' or 'auction'",
+                "declaration.meets is 'no'; input should be a valid boolean",
+                "declaration.authorities is {'take'}; input should be a valid frozenset",
             ],
         ),
         (WithNoClass(), ["declaration.sharing is str, expected the class InstantSharing"]),
@@ -89,7 +98,10 @@ QUESTIONS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "form": (lambda s: form_groups(s, FLEET, GROUPS), "an Organisation"),
     "adapt": (lambda s: adapt_roles(s, WORK), "a tuple of RoleAssignment"),
     "negotiator": (lambda s: negotiator_of(s, "AUV00", GROUPS[1]), r"an object with negotiate\(situation\), or None"),
-    "negotiate": (lambda s: ask("answering", s, SITUATION), r"a Move with statements of \(subject, attribute, value\)"),
+    "negotiate": (
+        lambda s: ask("answering", s, SITUATION),
+        r"a Move with statements of \(subject, attribute, value\), flags True or False",
+    ),
     "division": (lambda s: division_of("answering", s), "a mapping of names of roles to names of vehicles"),
 }
 
@@ -99,3 +111,8 @@ def test_an_answer_of_a_wrong_type_is_shown_with_the_expected_type(part: str) ->
     question, expected = QUESTIONS[part]
     with pytest.raises(PluginError, match=rf"^strategy answering: {part} returned \[1\]; expected: {expected}$"):
         question(Answering([1]))
+
+
+def test_a_flag_of_a_move_that_is_no_truth_value_is_refused() -> None:
+    with pytest.raises(PluginError, match=r"negotiate returned Move\(.*holding='no'.*; expected: a Move with"):
+        ask("answering", Answering(Move(holding="no")), SITUATION)  # type: ignore[arg-type]

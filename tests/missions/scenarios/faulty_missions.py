@@ -98,6 +98,7 @@ FAULTY: dict[str, dict[str, Any]] = {
     "NoSensorSettings": {"sensors": {"mapping": dict}},
     "DomainOfNumbers": {"social_domain": 5}, "Dancing": {"social_domain": DANCE},
     "NoTruth": {"truth": lambda self, recorder, world: None}, "Undecided": {"is_enough": gives("perhaps")},
+    "Undivided": {"is_individual": gives("perhaps")},
     "JobOutside": with_jobs((9999.0, 0.0)), "JobNowhere": with_jobs((0.0, math.nan)), "JobAtNumber": with_jobs(5.0),
     "Doubling": with_jobs((0.0, 0.0), (0.0, 0.0)), "EndsBefore": with_jobs((0.0, 0.0), stay_s=-500.0),
     "NeverEnds": with_jobs((0.0, 0.0), stay_s=math.nan),

@@ -108,6 +108,7 @@ AT_SEA = [
     ("ShortRowSettings", r"soundings: a row does not fit its columns .*depth_m \(float\)"),
     ("MetricRaises", f"metric wear of {HERE}:MetricRaises: its function raised ZeroDivisionError: no echo"),
     ("TruthRaises", r"the mission's truth: observe raised KeyError: 'buoys', in .*, line \d+; expected: True or False"),
+    ("Undivided", "mission Undivided: is_individual returned 'perhaps'; expected: true or false"),
     ("Undecided", "mission Undecided: is_enough returned 'perhaps'; expected: true or false"),
 ]  # fmt: skip
 
@@ -131,3 +132,8 @@ def test_mission_of_jobs_must_declare_its_objective() -> None:
 def test_column_of_unknown_kind_is_refused_at_its_declaration() -> None:
     with pytest.raises(PluginError, match="table 'depths', column 'depth_m': kind is 'double'; allowed: float, int"):
         Table("depths", (Column("depth_m", "double", "m"),))
+
+
+def test_columns_that_are_no_tuple_of_columns_are_refused_at_their_declaration() -> None:
+    with pytest.raises(PluginError, match=r"table 'depths': columns is Column\(.*\); expected a tuple of Column"):
+        Table("depths", (Column("depth_m", "float", "m")))  # type: ignore[arg-type]
