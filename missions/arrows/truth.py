@@ -258,7 +258,7 @@ def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
 
 def alone_fraction(run: MeasuredRun) -> float | Absent:
     """Mean share of the search in which a searcher was out of contact."""
-    of, until_s = alone_of(run), min(search_s_of(run), run.end_s)
+    of, until_s = alone_of(run), min(search_s_of(run), run.ended_s)
     return math.fsum(whole_s for whole_s, _ in of.values()) / (len(of) * until_s) if of and until_s else NOT_APPLICABLE
 
 

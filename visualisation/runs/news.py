@@ -76,6 +76,14 @@ class RunPackets:
         return np.concatenate([[0.0], self.time_s[(self.sender == sender) & (self.outcome[:, receiver] == HEARD)]])
 
     @property
+    def slot_s(self) -> float:
+        """Duration (s) of a slot, or without slots median interval between packets; rounded."""
+        n_slots = np.diff(self.slot)
+        slots_s = np.diff(self.time_s)[n_slots > 0] / n_slots[n_slots > 0]
+        # A median, so that all runs of a scenario agree in spite of rounded times.
+        return round(float(np.median(slots_s)), 2) if slots_s.size else 1.0
+
+    @property
     def frames(self) -> Ints:
         """Frame number of each packet, with a slot for each vehicle; without slots, hundredth of the run."""
         if self.is_tdma:
@@ -93,11 +101,7 @@ def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:
 
 def worst_age_s(packets: RunPackets) -> float:
     """Return the age drawn black in all runs of a scenario: ``WORST_FRAMES`` frames, rounded up."""
-    n_slots = np.diff(packets.slot)
-    slots_s = np.diff(packets.time_s)[n_slots > 0] / n_slots[n_slots > 0]
-    # Rounded median, so that all runs of a scenario agree in spite of rounded times.
-    slot_s = round(float(np.median(slots_s)), 2) if slots_s.size else 1.0
-    return round_up(WORST_FRAMES * max(1, len(packets.vehicles)) * slot_s)
+    return round_up(WORST_FRAMES * max(1, len(packets.vehicles)) * packets.slot_s)
 
 
 def traffic(results: RunResults) -> RunPackets:

@@ -223,6 +223,7 @@ def _caption(results: RunResults, view: View, at_s: float, rows: Sequence[RoleRo
         "Each role has its required number of holders; a star marks the role of the group leader. A group is indented "
         "below the one that supervises it.",
         "Hatched: fewer holders in the mission than the role requires." if any(row.vacant for row in rows) else "",
+        "Bars are too low for the names of their vehicles." if any(row.lane_in < LABELLED_IN for row in rows) else "",
         f"{left_out} groups are not shown." if left_out else "",
         _refused(view),
     )

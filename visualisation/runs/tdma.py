@@ -78,8 +78,7 @@ def worst_stretch(traffic: RunPackets) -> Span:
     first = int(np.argmax(np.round(sums, 9)))
     inside = (traffic.frames >= first) & (traffic.frames < first + n_frames)
     times_s = traffic.time_s[inside]
-    slot_s = float(np.median(np.diff(traffic.time_s))) if traffic.time_s.size > 1 else traffic.end_s
-    return Span(float(times_s.min()), float(times_s.max()) + slot_s)
+    return Span(float(times_s.min()), float(times_s.max()) + traffic.slot_s)
 
 
 class Tick(NamedTuple):
@@ -103,7 +102,7 @@ ALWAYS = (HEARD, LOST)
 def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width_in: float) -> None:
     n = max(1, len(traffic.vehicles))
     inside = np.flatnonzero((traffic.time_s >= stretch.start_s) & (traffic.time_s < stretch.end_s))
-    slot_s = (stretch.end_s - stretch.start_s) / max(1, inside.size)
+    slot_s = traffic.slot_s
     axes.set_xlim(stretch.start_s, stretch.end_s)
     axes.set_ylim(n - 0.5, -0.5)
     for line in range(n):

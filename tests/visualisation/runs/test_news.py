@@ -64,6 +64,13 @@ def test_packets_without_slots_are_drawn_at_their_time() -> None:
     assert free.frames.tolist() == [0, 20, 40, 60, 99]
 
 
+def test_a_slot_lasts_as_long_where_vehicles_are_silent() -> None:
+    """B is silent, or both are in turn, hence 20 or 30 s between packets."""
+    for heard_of in ([0, 2, 4], [0, 3]):
+        times_s = traffic().time_s[heard_of]
+        assert replace(traffic(), time_s=times_s, slot=np.array(heard_of)).slot_s == 10.0
+
+
 def test_vehicle_out_of_the_mission_has_no_age_of_news() -> None:
     """B is out from 25 s."""
     cut = replace(traffic(), out={"B": [Span(25.0, math.inf)]})

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 from replayed import moments_s
-from synthetic_runs import FICTIONS, FLEET, Fiction, nested
+from synthetic_runs import CROWD, FICTIONS, FLEET, Fiction, nested
 
 from missions.runs.results import Results
 from missions.spans import Span
@@ -92,6 +92,15 @@ def test_vehicles_without_role_are_listed_as_reserves(tmp_path: Path) -> None:
     fiction = Fiction(vehicles=FLEET[:2], roles=(), groups=nested()[:1])
     results = fiction.write(tmp_path / "run")
     assert "Reserves hold no role: AUV00 and AUV01." in run_picture(results, "organisation").caption
+
+
+def test_caption_says_so_if_bars_are_too_low_for_names(tmp_path: Path) -> None:
+    """The page has room for the names of 32 bars, not of 64."""
+    for groups, is_said in ((("Fleet",), False), (("Fleet", "Wing"), True)):
+        held = [(0.0, v, v, g, "Leader", "assigned", v, "assign", "", "", "success") for v in CROWD for g in groups]
+        fiction = Fiction(vehicles=CROWD, roles=(), groups=nested()[:2], changes=held)
+        caption = run_picture(fiction.write(tmp_path / str(len(groups))), "organisation").caption
+        assert ("too low for the names" in caption) is is_said
 
 
 def marks(results: Results, viewer: str = "") -> set[str]:
