@@ -177,8 +177,10 @@ class Fleet(Model, Host):  # type: ignore[misc]  # Mesa is untyped
             for tell in self._on_received if reception.fault is None else ():
                 tell(hearer, reception, 8 * len(arrival.data), shown_s)
             for peer, uid in reception.beliefs:
-                if not self.vehicles[peer].radio.manager.holds(uid):
-                    self.n_false_beliefs += 1
+                believed, known = self.vehicles[peer], hearer.radio.manager
+                # What it held before a restart is no false belief of a vehicle that has not learnt of the restart.
+                is_of_now = known.knows_life(peer, believed.beliefs.model.epoch)
+                self.n_false_beliefs += is_of_now and not believed.radio.manager.holds(uid)
 
     def end_frame(self, frame: int, node: int | None) -> None:
         """Let a vehicle consult at the end of a frame of its clock; None: all with exact clocks."""

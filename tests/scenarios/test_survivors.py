@@ -1,15 +1,17 @@
 """Lost, mute or deaf vehicles: the others continue, meet and finish; a returning vehicle rejoins."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from recorded import flown
 
+from exchange.packets import Reception
 from missions.runs.assembly import assemble
 from missions.runs.run import Run, result_of
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
 
 LEASES_S = 2 * 40 * 7.09
 """Two leases of 40 TDMA frames."""
@@ -45,6 +47,29 @@ def test_a_restarted_vehicle_takes_jobs_despite_earlier_reports() -> None:
         found.append([v.name for v in fleet.vehicles if "AUV01" in v.social.takes_no_jobs])
     fleet.close()
     assert found == [["ASV00", "AUV00", "AUV02"], []]
+
+
+class Hearing(Vehicle):
+    """Counts beliefs about what a vehicle held before a restart, of which this vehicle does not know."""
+
+    n_void: ClassVar[int] = 0
+
+    def hear(self, data: bytes, now_s: float) -> Reception | None:
+        reception = super().hear(data, now_s)
+        for peer, uid in () if reception is None else reception.beliefs:
+            believed = self.model.vehicles[peer]
+            knows = self.radio.manager.knows_life(peer, believed.beliefs.model.epoch)
+            Hearing.n_void += not knows and not believed.radio.manager.holds(uid)
+        return reception
+
+
+def test_beliefs_about_a_vehicle_before_a_restart_that_nobody_has_learnt_of_are_not_false() -> None:
+    fault = 'fault=[{kind="restarts",vehicle="ASV00",at_s=1088.8,until_s=1432.2}]'
+    settings = fault, "channel.name=gilbert-elliott", "fleet.layers=false", "scenario.duration_s=1500"
+    setup = resolved(load("minehunting-contacts", [("--set", one) for one in settings]))
+    fleet = assemble(setup, 91, vehicle=Hearing)
+    fleet.run()
+    assert fleet.n_false_beliefs == 0 < Hearing.n_void
 
 
 def longest_double_lead_s(fleet: Fleet) -> float:
