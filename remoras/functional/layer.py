@@ -592,6 +592,7 @@ def _is_share(value: object) -> bool:
 def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
     """Give a restarted vehicle its previous motion and energy."""
     layer.motion.take(before.motion)
+    layer.picture.body.battery = before.picture.body.battery  # told in a slot before the next motion tick
     layer.exhausted = before.exhausted
     layer.is_on = layer.is_on and not layer.exhausted
     if layer.positioning is not None:

@@ -49,6 +49,17 @@ def test_a_restarted_vehicle_takes_jobs_despite_earlier_reports() -> None:
     assert found == [["ASV00", "AUV00", "AUV02"], []]
 
 
+@pytest.mark.parametrize("remembers", [False, True])
+def test_a_vehicle_knows_its_battery_at_once_after_a_restart(remembers: bool) -> None:
+    fleet = assemble(resolved(load("mapping-rendezvous")), seed=1)
+    while fleet.now_s < 100.0:
+        fleet.step()
+    before = fleet.named("AUV01")
+    restarted = fleet.restart(before, remembers)
+    assert restarted.functional.picture.body.battery == before.functional.picture.body.battery < 1.0
+    fleet.close()
+
+
 class Hearing(Vehicle):
     """Counts beliefs about what a vehicle held before a restart, of which this vehicle does not know."""
 
