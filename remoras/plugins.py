@@ -10,6 +10,7 @@ A distribution names its plug-ins by entry points ``KIND.NAME = package.module:o
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import os
@@ -257,6 +258,14 @@ def answer(
     if not sound:
         raise broken_promise(who, part, expected, value)
     return value
+
+
+def docstring(documented: Any) -> str:
+    """Return the docstring of a module or function; ``python -OO`` drops it, so there from its source."""
+    if text := inspect.getdoc(documented):
+        return text
+    source: Any = ast.parse(inspect.getsource(documented))
+    return ast.get_docstring(source if inspect.ismodule(documented) else source.body[0]) or ""
 
 
 SAFE_PATH: Final = "PYTHONSAFEPATH"

@@ -20,7 +20,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from missions.errors import LONGEST_VALUE, cut
-from remoras.plugins import NO_PLUGINS, look_in, switched_on
+from remoras.plugins import NO_PLUGINS, docstring, look_in, switched_on
 from remoras.process import SAID, Terminated
 
 GROUPS = {
@@ -190,7 +190,7 @@ def described(function: Callable[..., None]) -> tuple[str, list[inspect.Paramete
 
     Flags have no negation. An annotation may state more of a parameter, such as a limit.
     """
-    doc = inspect.getdoc(function) or ""
+    doc = docstring(function)
     parameters = dict(inspect.signature(function, eval_str=True).parameters)
     for heading, make in (("Args", typer.Argument), ("Options", typer.Option)):
         for name, metavar, words in ENTRY.findall(doc.partition(f"\n\n{heading}:\n")[2].partition("\n\n")[0]):

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from remoras.errors import StrategyError
+from remoras.plugins import docstring
 from remoras.strategies.factors import SETTINGS, Factors, factors_of, refusal
 from remoras.strategy import Declaration, Strategy
 from worldmodel import suggestion
@@ -57,8 +58,8 @@ def bounds() -> frozenset[str]:
 def titles() -> dict[str, str]:
     """Return a line on each shipped strategy, bounds marked."""
     known, upper = strategies(), bounds()
-    docs = {name: sys.modules[type(strategy).__module__].__doc__ or "" for name, strategy in known.items()}
-    return {name: "(bound) " * (name in upper) + doc.strip().partition("\n")[0] for name, doc in docs.items()}
+    docs = {name: docstring(sys.modules[type(strategy).__module__]) for name, strategy in known.items()}
+    return {name: "(bound) " * (name in upper) + doc.partition("\n")[0] for name, doc in docs.items()}
 
 
 def parameters(strategy: Strategy) -> tuple[Parameter, ...]:

@@ -7,6 +7,7 @@ scenario, a mission; ``conforms`` does so in a test. For other plug-ins, call ``
 from collections.abc import Iterator
 from importlib import import_module
 
+from remoras.errors import PluginError
 from remoras.testing.behaviours import check as check_behaviour
 from remoras.testing.channels import check_driver
 from remoras.testing.faults import check as check_fault
@@ -14,6 +15,9 @@ from remoras.testing.figures import check_figure, check_metric
 from remoras.testing.missions import check as check_mission
 from remoras.testing.policies import check_value_rule as check_value
 from remoras.testing.sensors import check as check_sensor
+
+if not __debug__:
+    raise PluginError("python -O drops the assertions that check plug-ins; run without -O and PYTHONOPTIMIZE")
 
 __all__ = [
     "check_behaviour",

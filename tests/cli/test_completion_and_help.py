@@ -2,6 +2,8 @@
 
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -118,3 +120,16 @@ def test_help_of_a_strategy_says_what_the_command_does_with_it() -> None:
         "Strategy to race with the shipped ones",
         "Strategy to rank among the shipped ones",
     ]
+
+
+def test_optimised_python_has_the_same_commands_and_checks_nothing() -> None:
+    """``python -OO`` drops docstrings, the source of options; ``-O`` assertions, without which all plug-ins conform."""
+
+    def told(*words: str) -> tuple[int, str, str]:
+        done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout, done.stderr
+
+    for words in (["plot", "--help"], ["list", "strategies"]):
+        assert told("-OO", "-m", "remoras", *words) == told("-m", "remoras", *words)
+    code, _, error = told("-O", "-m", "remoras", "check", "channel", "perfect")
+    assert (code, "run without -O" in error, error.count("\n")) == (2, True, 1)

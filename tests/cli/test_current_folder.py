@@ -98,13 +98,6 @@ def test_python_m_imports_installed_libraries_only(tmp_path: Path) -> None:
     assert executed(tmp_path) == []
 
 
-def test_commands_work_where_python_drops_docstrings(tmp_path: Path) -> None:
-    """Only texts are missing; the exit code of a run that is cut short is 1."""
-    words = [["list"], ["run", "--help"], ["run", "mapping-rendezvous", *SHORT], ["explain", "decision"]]
-    done = called(tmp_path, "-OO", "-P", "-c", ONE_BY_ONE, repr(words))
-    assert (done.returncode, done.stderr) == (0, "")
-
-
 @pytest.mark.slow
 def test_a_named_plug_in_can_import_its_neighbours_at_any_time(tmp_path: Path) -> None:
     plant(tmp_path, "helper", "later", "orjson")
