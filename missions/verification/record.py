@@ -416,9 +416,9 @@ class Record:
                 continue
             match = re.search(r"until (\S+) s", detail)
             until_s = math.inf if match is None else float(match[1])
+            own_s = [at_s for at_s, *of in ends if of == [vehicle, kind]]
             # Times in details have six digits.
-            error_s = 1e-3 + 1e-5 * until_s
-            ended_s = (end[0] for end in ends if end[1:] == (vehicle, kind) and abs(end[0] - until_s) <= error_s)
+            ended_s = (at_s for at_s in own_s if math.isclose(at_s, until_s, rel_tol=1e-5, abs_tol=1e-3))
             spells.append(Spell(vehicle, kind, time_s, next(ended_s, math.inf), detail))
         return spells
 

@@ -280,7 +280,7 @@ def _check_reports(record: Record, report: CheckReport) -> None:
         if not is_slot or abs(float(match[1]) - time_s) > RESOLUTION_S or (subject, attribute) != (origin, due):
             wrong(f"{subject} {attribute} as {uid}", f"{due} in a slot of {origin}")
         track = record.tracks[origin]
-        row = min(int(at_s / record.tick_s + 1e-9), len(track.time_s) - 1)
+        row = min(int((at_s + CLOSE_S) / record.tick_s), len(track.time_s) - 1)
         near = {row, max(0, row - (at_s - track.time_s[row] < CLOSE_S))}  # at a tick, either row may precede it
         x_m, y_m, off = track.x_m[row], track.y_m[row], math.inf
         left = 1.0 - track.energy_j[row] / record.vehicles[origin]["energy_j"]

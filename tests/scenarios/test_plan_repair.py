@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 import tomli_w
+from recorded import flown
 
 import missions.mapping
 from missions.runs.run import Run, run
@@ -107,3 +108,19 @@ def test_without_repair_the_mission_fails(tmp_path: Path, monkeypatch: pytest.Mo
     finished = broken(tmp_path)
     assert not finished.completed
     assert [row for row in finished.recorder.faults if row[2] == "cannot"]
+
+
+def test_a_head_that_plans_gives_no_job_twice_in_one_round() -> None:
+    """AUV03 leaves two lifts when it is cut off; the head plans at the end of the frame in which it hears of it."""
+    settings = (
+        "communication.policy=holdings-repeat", "communication.lease_frames=36", "channel.name=bernoulli",
+        "channel.per=0.8", "uncertainty.p_miss=0.001", "scenario.duration_s=1060",
+    )  # fmt: skip
+    finished = flown("recovery-field", *settings, seed=55)
+    given: dict[tuple[float, str], set[str]] = {}
+    for _, origin, _, at_s, name, attribute, role, *_ in finished.recorder.items:
+        if (origin, attribute) == ("AUV00", "playsRole"):
+            given.setdefault((at_s, role), set()).add(name)
+    left = {row[6] for row in finished.recorder.items if (row[1], row[5]) == ("AUV03", "leftRole")}
+    assert {role for at_s, role in given if at_s > 1050.0} == left
+    assert all(len(names) == 1 for names in given.values())

@@ -1,6 +1,7 @@
 """Relations that the checker assumes, rule by rule, where two implementations could differ."""
 
 import json
+import math
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -74,6 +75,12 @@ def test_parts_of_a_dropped_block_return_with_its_last_part(second_s: float, n_w
     assert report.n_findings["knowledge"] == n_wrong
 
 
+def test_a_fault_for_good_outlasts_the_end_of_an_earlier_one() -> None:
+    details = ["mapping, until 489.8 s", "mapping, for good", "over"]
+    table = _table(time_s=[180.1, 333.5, 489.8], vehicle=["A"] * 3, kind=["sensor"] * 3, detail=details)
+    assert [spell.until_s for spell in Record({}, 1, {}, {"faults": table}).spells] == [489.8, math.inf]
+
+
 @pytest.mark.parametrize(("left_s", "has_none"), [(90.0, True), (107.0, True), (115.0, False)])
 def test_second_release_in_one_frame_has_no_effect(left_s: float, has_none: bool) -> None:
     """AUV03 resigns at 100 s; a release by its leader takes effect before, in the same frame of 7 s, or later."""
@@ -87,6 +94,13 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("made") / "run"
     write_results(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=30")]), 1), folder)
     return folder
+
+
+def test_reports_at_a_motion_tick_follow_where_times_are_rounded(tmp_path: Path) -> None:
+    """292.2 s has its tick of 0.2 s, also as rounded to single precision."""
+    settings = ("strategy.name=cbba", "scenario.duration_s=300", "scenario.tick_s=0.2")
+    write_results(run(load("minehunting-contacts", [("--set", one) for one in settings]), 50), tmp_path / "run")
+    assert list(verify(tmp_path / "run").lines) == []
 
 
 NEEDS = ("objectivePositioning = 5\n", "batteryFraction = 1\n")
