@@ -37,6 +37,15 @@ def test_without_communication_all_return_with_different_maps() -> None:
     assert all(math.dist(place_m, (600.0, -60.0)) <= 60.0 for place_m in at_m.values())
 
 
+def test_searchers_that_receive_nothing_are_alone_for_all_of_a_run_that_ends_early() -> None:
+    """All are lost at 300 s of a search of 1200 s, and out of contact from 60 s without reception on."""
+    lost = [f"{{vehicle='{name}', kind='{kind}', at_s={at_s}}}" for name in ("ASV00", "AUV01", "AUV02", "AUV03")
+            for kind, at_s in (("deaf", 0.0), ("lost", 300.0))]  # fmt: skip
+    of = run(f"fault=[{', '.join(lost)}]")
+    assert of.ended_s == 300.0
+    assert 0.7 < metric(of, "alone_fraction") <= 0.8
+
+
 def test_contact_rule_changes_no_position_if_all_packets_arrive() -> None:
     """Not one position differs, neither at the start nor near the rally point."""
     loud = "channel.source_level_db=130"
