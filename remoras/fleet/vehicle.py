@@ -227,11 +227,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         # Membership first: claims are judged by the vehicles absent now.
         self._look_around(now_s)
         self._take_effect(now_s)
-        self._take_effect(now_s)  # what it planned meanwhile, else it would give the same jobs again
         if self.social.says_impossible:
             for reason, facts in self.social.leave():
                 self._run_log.fault(now_s, CANNOT, reason)
                 self.conclude(facts, now_s)
+        self._take_effect(now_s)  # its plans and statements so far, else it would give the same jobs again
         executive = self.executive
         calls = executive.calls(now_s) if self.radio.influences else {}
         waits = Waits(calls, executive.waiting(), executive.ended)
