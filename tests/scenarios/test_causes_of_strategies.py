@@ -58,3 +58,13 @@ def test_jobs_of_a_silent_vehicle_are_auctioned_again() -> None:
         return sum(len(set(holders)) > 1 for holders in taken_by(done).values())
 
     assert passed_on(30) > passed_on(NEVER)
+
+
+# The bound -------------------------------------------------------------------------------------------
+
+
+def test_the_bound_ends_waits_for_other_vehicles_sooner_than_who_gets_no_help() -> None:
+    """Without losses, where lifts take two vehicles; without help the bound took 3959 s and the leader 1782 s."""
+    bound, central = (flown("recovery-field", f"strategy.name={name}", seed=2) for name in ("oracle", "central"))
+    assert bound.completed
+    assert bound.ended_s < 0.9 * central.ended_s
