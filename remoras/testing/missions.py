@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -159,7 +159,7 @@ class InitialFacts:
 def check_activities(setup: Setup) -> tuple[list[str], list[str]]:
     """Check the activity sets; return names of sets without deadlines, and of objectives that wait for a fact."""
     mission, knowledge, polled, waiting = setup.mission, InitialFacts(setup), set[str](), set[str]()
-    kinds = set[tuple[object, ...]]()  # arguments, names and places apart: each is checked once
+    kinds = set[tuple[object, ...]]()  # each is checked once, with one argument
     for objective in dict.fromkeys((*mission.founding_objectives(), *assigned_objectives(setup))):
         players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
         pursuits = [Pursuit(data, mission) for data in players]
@@ -177,8 +177,7 @@ def check_activities(setup: Setup) -> tuple[list[str], list[str]]:
                 groups = tuple(setup.agreement.organisation.groups)
                 try:
                     made = partial(_behaviour, mission, activities.activities[0], data)
-                    alike = replace(data, name="", node=0, start_m=(0.0, 0.0), depth_m=0.0)
-                    kind = objective.name, activities.name, alike, type(made())
+                    kind = objective.name, activities.name, data, type(made())
                     if kind not in kinds and not check_behaviour(made, data, others, groups):
                         polled.add(activities.name)
                     kinds.add(kind)

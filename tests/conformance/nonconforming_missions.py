@@ -141,3 +141,20 @@ class Overexcited(VisitingMission):
                 return 1.0
 
         return Loud() if activity.name == "Homing" else super().behaviour_for(activity, data)
+
+
+class Biased(Standing):
+    """Breaks the rules on one vehicle."""
+
+    def __init__(self, data: VehicleData) -> None:
+        self._data = data
+
+    def perceive(self, motion: Any, picture: Any, performed: bool) -> Any:
+        return 1.0 if self._data.node == 2 else super().perceive(motion, picture, performed)
+
+
+class Partisan(VisitingMission):
+    """Has a behaviour that breaks the rules on one of several vehicles alike but for name and place."""
+
+    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+        return Biased(data) if activity.name == "Homing" else super().behaviour_for(activity, data)

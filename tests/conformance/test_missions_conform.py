@@ -68,6 +68,7 @@ def test_words_and_activities_of_finds_conform() -> None:
         (broken.Helpless, "activity Homing of .*: behaviour_for returned None"),
         (broken.Idle, "RendezVous.*no vehicle has an activity for it"),
         (broken.Overexcited, "activity Homing of .*: moment 0: perceive returned 1.0"),
+        (broken.Partisan, "activity Homing of .*: moment 0: perceive returned 1.0"),
         (broken.Remembering, "a run changes the mission.*: mission.n_asked"),
         (broken.Individual, "two missions of one scenario that differ"),
         (broken.Meddling, "truth changes what vehicles do"),
