@@ -45,6 +45,17 @@ def test_an_item_is_dropped_when_all_nodes_that_need_it_hold_it():
     assert fleet.n_open == 0
 
 
+def test_each_belief_about_a_peer_is_gained_once() -> None:
+    """Nodes repeat the cells of others and relay acknowledgements; every third packet is lost."""
+    fleet = ManagerFleet(4, "mps-ack-repeat", lost=lambda slot, sender, receiver: (slot + 2 * receiver) % 3 == 0)
+    cells_of = [fleet.maps(number % 4, cell=number) for number in range(8)]
+    fleet.pass_frames(12)
+    for node, heard in enumerate(fleet.heard):
+        gained = [belief for reception in heard for belief in reception.beliefs]
+        assert set(gained) == {(peer, uid) for peer in range(4) if peer != node for uid in cells_of}
+        assert len(gained) == len(set(gained))
+
+
 # Status -------------------------------------------------------------------------------------------
 
 
