@@ -61,6 +61,17 @@ def test_a_summary_counts_for_items_received_later_but_an_alarm_does_not(highest
     assert fleet.managers[1].believes(0, uid) is holds
 
 
+def test_an_item_of_a_newer_incarnation_ends_beliefs_about_the_earlier_one() -> None:
+    """Node 1 has an item from node 2 itself; node 0 passes on one that node 2 recorded after a restart."""
+    fleet, uids = ManagerFleet(3), [ItemUid(2, 0, 0), ItemUid(2, 0, 0, 1)]
+    for epoch, (sender, frame) in enumerate(((2, 0), (0, 1))):
+        start_s = (3 * frame + sender) * SLOT_S
+        item = Fragment(2, 0, 0.0, cells(3, 1), epoch=epoch)
+        data = fleet.codec.encode(sender, 0, [item], frame=frame, slot_start_s=start_s)
+        assert fleet.deliver(1, data, start_s + 1.0).items == (uids[epoch],)
+        assert [fleet.managers[1].believes(2, uid) for uid in uids] == [epoch == 0, epoch == 1]
+
+
 def test_reports_of_all_numbers_take_little_memory() -> None:
     """Of a hundred incarnations: a bit for each number would take 13 MB."""
     beliefs = Beliefs(0, 3, ACK, lambda one: (0, 30))
