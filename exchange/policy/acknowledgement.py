@@ -218,5 +218,4 @@ class PacketLog:
         self._loaded &= ~(self._both << node * self.n_nodes)
         self._received &= ~(self._both << node * self.n_nodes)
         self.heard &= ~(1 << node)
-        if node != self.me:
-            self._reported &= ~(self._each << node)
+        self._reported &= ~(self._each << node)

@@ -12,7 +12,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.manager_fleet import ReferenceStudy
-from exchange.policy.policies import ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
+from exchange.policy.acknowledgement import PacketLog
+from exchange.policy.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
 from exchange.study import trials
 
 Items = frozenset[int]
@@ -158,6 +159,21 @@ def test_contents_and_beliefs_follow_the_paper_and_are_never_false(policy, carri
             believed = {item for item, column in enumerate(columns) if study.believes(node, peer, column)}
             assert believed == paper.nodes[node].believes[peer]
         assert not paper.false_beliefs()
+
+
+@pytest.mark.parametrize("restarts", [False, True])
+def test_reports_of_receptions_in_an_earlier_life_are_not_relayed(restarts: bool) -> None:
+    """Node 0 receives 1 in slot 1, in slot 2 that 2 has; it then reports for itself and, unless 2 restarts, for 2."""
+    n_nodes, log = 3, PacketLog(M_ACK, me=0, n_nodes=3)
+    own, of_2 = 1 << n_nodes, 1 << n_nodes + 2  # receivers of the packet of slot 1
+    for slot, acks in ((1, 0), (2, of_2)):
+        log.open(slot)
+        log.learn(slot, items=1, acks=acks, heeded=1 << slot)
+    if restarts:
+        log.forget(2)
+    log.open(3)
+    reported = log.compose(3, items=0, held=[0] * n_nodes)
+    assert reported & (own | of_2) == (own if restarts else own | of_2)
 
 
 def test_the_module_loads_neither_numba_nor_numpy() -> None:
