@@ -51,7 +51,7 @@ PALE = 0.25
 HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": style.GREY, "hatch": "//////", "linewidth": 0, "zorder": 1}
 
 
-DETAILS = ((0.115, 99), (0.07, 99), (0.04, 12), (0.04, 4))
+DETAILS = ((0.115, 99), (LABELLED_IN, 99), (0.07, 99), (0.04, 12), (0.04, 4))
 """Pairs of lane height, and most holders of a role that have lanes instead of a count, from most to least detail."""
 LEAST_ROW_IN = 0.11
 HEAD = "\u2605 "  # prefix of roles that lead their group

@@ -95,10 +95,10 @@ def test_vehicles_without_role_are_listed_as_reserves(tmp_path: Path) -> None:
 
 
 def test_caption_says_so_if_bars_are_too_low_for_names(tmp_path: Path) -> None:
-    """The page has room for the names of 32 bars, not of 64."""
-    for groups, is_said in ((("Fleet",), False), (("Fleet", "Wing"), True)):
+    """The page has room for the names of 64 bars, not of 96."""
+    for groups, is_said in ((("Fleet", "Wing"), False), (("Fleet", "Wing", "Team A"), True)):
         held = [(0.0, v, v, g, "Leader", "assigned", v, "assign", "", "", "success") for v in CROWD for g in groups]
-        fiction = Fiction(vehicles=CROWD, roles=(), groups=nested()[:2], changes=held)
+        fiction = Fiction(vehicles=CROWD, roles=(), groups=nested()[:3], changes=held)
         caption = run_picture(fiction.write(tmp_path / str(len(groups))), "organisation").caption
         assert ("too low for the names" in caption) is is_said
 
