@@ -10,7 +10,7 @@ from exchange.arithmetic import distance
 from missions.pandora.assessment import ActionMonitor
 from missions.pandora.scenario import PandoraScenario
 from missions.pandora.structure import CameraSettings, PlannedPart, WrenchSettings
-from remoras.behaviours import FAR_M, Approach, Behaviour, Perception, Reference, attracted, distance_m
+from remoras.behaviours import BEYOND_IT, DONE, FAILED, FAR_M, Approach, Behaviour, Perception, Reference, distance_m
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -39,8 +39,7 @@ class Acting(Behaviour):
         self._expected_s: float | None = None
         self._status = "proceeding"
         self._waits = False
-        self._is_done, self._has_failed = False, False
-        self._is_beyond_it = False  # failed at this part only
+        self._end: Perception | None = None  # once it is over
         self._found: tuple[Observation, ...] = ()  # new instances, until they are concluded
 
     # Interface for actions -----------------------------------------------------------------------
@@ -62,16 +61,16 @@ class Acting(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending until done or failed; concludes the findings of the assessment."""
-        if self._is_over:
-            return self._ended(Perception(0.0))
+        if self._end is not None:
+            return self._end
         facts, now_s = picture.facts, picture.body.now_s
         to_go_m = distance_m(motion, self.place_m(facts))
-        advance = self._approach.advance(to_go_m, now_s, performed)
+        perceived = self._approach.perceived(to_go_m, now_s, performed)
         if not performed:
             self._seen_s = None
             self._monitor.pause()
             facts.values(("placedAt", self._part.of))  # another place is another distance
-            return attracted(to_go_m)._replace(until_s=math.inf, per_m=1.0 / FAR_M)
+            return perceived._replace(until_s=math.inf, per_m=1.0 / FAR_M)
         dt_s, self._seen_s = (0.0 if self._seen_s is None else now_s - self._seen_s), now_s
         # A wait for a weaker current is no delay of the action.
         self._taken_s += 0.0 if self._waits else dt_s
@@ -82,18 +81,9 @@ class Acting(Behaviour):
         self._there_s += dt_s if is_there else 0.0
         news = self._carry_on(motion, picture, to_go_m, dt_s) if self._settings.assesses else self._by_the_clock()
         observations = (Observation(tuple(news)),) if news else ()
-        perceived = Perception(1.0, 1.0 if is_there else advance, concludes=observations + self._found)
-        self._found = ()
-        return self._ended(perceived) if self._is_over else perceived
-
-    @property
-    def _is_over(self) -> bool:
-        return self._is_done or self._has_failed
-
-    def _ended(self, perceived: Perception) -> Perception:
-        failed = not self._is_done
-        is_beyond_it = failed and self._is_beyond_it
-        return perceived._replace(stimulus=0.0, done=self._is_done, failed=failed, is_beyond_it=is_beyond_it)
+        concludes, self._found = observations + self._found, ()
+        advance = 1.0 if is_there else perceived.advance
+        return (self._end or perceived)._replace(advance=advance, concludes=concludes)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         target_m = self.place_m(picture.facts)
@@ -107,7 +97,8 @@ class Acting(Behaviour):
     # Progress without and with assessment --------------------------------------------------------
 
     def _by_the_clock(self) -> list[Fact]:
-        self._is_done = self._expected_s is not None and self._taken_s >= self._expected_s
+        if self._expected_s is not None and self._taken_s >= self._expected_s:
+            self._end = DONE
         return []
 
     def _carry_on(self, motion: Motion, picture: Picture, to_go_m: float, dt_s: float) -> list[Fact]:
@@ -121,14 +112,14 @@ class Acting(Behaviour):
         news = self._monitor.assess(motion, picture, asked_mps)
         attributes = dict.fromkeys((attribute for _, attribute, *_ in news))
         if "cameraDead" in attributes or facts.get(("cameraDead", self._data.name)):
-            self._has_failed = True
+            self._end = FAILED
             return news
         if self._monitor.must_return(motion, facts, picture.body.battery):
-            self._has_failed = True
+            self._end = FAILED
             return [*news, (self._data.name, "returns", True)]
         news += self._wait(facts, now_s)
         news += self.work(facts)
-        if not self._is_over:
+        if self._end is None:
             news += self._time()
         return news
 
@@ -156,7 +147,7 @@ class Acting(Behaviour):
         """
         repairs, self._status = self._settings.repairs, "failed"
         # Without plan repair no alternative exists, so the action ends as if done.
-        self._has_failed, self._is_beyond_it, self._is_done = repairs, repairs, not repairs
+        self._end = BEYOND_IT if repairs else DONE
         outcome: list[Fact] = [(self._part.of, "outcome", "failed")] if is_final or not repairs else []
         return [*outcome, (self._data.name, "actionStatus", "failed")]
 
@@ -207,7 +198,7 @@ class Looking(Acting):
             displaced = [(part.of, "anomaly", "displaced")]
         # A valve that is closed already needs no work, and a second turn would open it.
         if facts.get(("isOpen", part.of)) is False:
-            self._is_done = True
+            self._end = DONE
             return [*displaced, (part.of, "anomaly", "turned"), (part.of, "outcome", "done")]
         return [*displaced, (part.of, "placedAt", at_m)]
 
@@ -292,7 +283,7 @@ class WorkingOnPart(Acting):
         if facts.get(("toolDead", self._data.name)) not in (None, self._dead):
             self._dead = "both"
         if share is not None and share >= 1.0:
-            self._is_done = True
+            self._end = DONE
             return [(part.of, "outcome", "done")]
         least_s = NO_ADVANCE_SHARE * self.work_s()
         # A wrench turns any valve, so only the arm can meet resistance. The tool touches the part only while the place
@@ -348,7 +339,7 @@ class InspectingPart(Acting):
             self._nth += 1
         if self._nth < len(self._part.points_m):
             return []
-        self._is_done = True
+        self._end = DONE
         return [(self._part.of, "outcome", "done")]
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
