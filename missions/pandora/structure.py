@@ -30,9 +30,12 @@ class TruePart:
     kind: str
     points_m: tuple[Point, ...]
     work_s: float
-    state: str = "open"
-    is_stuck: bool = False
     upset: str = ""
+
+    @property
+    def state(self) -> str:
+        """State of a valve at the start."""
+        return "closed" if self.upset == "turned" else "open"
 
 
 @dataclass(frozen=True)
@@ -218,7 +221,7 @@ class Tool:
             return []
         if self._is_over:
             return []
-        moves = self._is_strong or not thing.is_stuck
+        moves = self._is_strong or thing.upset != "stuck"
         self._touched_s += since_s * self._pace if moves else 0.0
         share = min(1.0, self._touched_s / thing.work_s)
         if share == 1.0:
@@ -356,16 +359,9 @@ def structure_of(parts: Mapping[str, PlannedPart], upsets: Iterable[UpsetTable],
     for number, upset in enumerate(upsets):
         which, direction = (loss.uniform(seed, loss.FINDS, number, 0, draw) for draw in (0, 1))
         name = free.pop(int(which * len(free))) if upset.part == ANY_VALVE else upset.part
-        things[name] = _upset(things[name], upset, direction)
+        things[name] = replace(things[name], upset=upset.kind)
+        if upset.distance_m is not None:
+            (x_m, y_m), (north, east) = things[name].points_m[0], sincos(TAU * direction)
+            moved_m = x_m + upset.distance_m * east, y_m + upset.distance_m * north
+            things[name] = replace(things[name], points_m=(moved_m,))
     return Structure(tuple(things.values()), seed)
-
-
-def _upset(thing: TruePart, upset: UpsetTable, direction: float) -> TruePart:
-    if upset.kind == "turned":
-        return replace(thing, state="closed", upset=upset.kind)
-    if upset.kind == "stuck":
-        return replace(thing, is_stuck=True, upset=upset.kind)
-    (x_m, y_m), off_m = thing.points_m[0], upset.distance_m or 0.0
-    north, east = sincos(TAU * direction)
-    moved_m = x_m + off_m * east, y_m + off_m * north
-    return replace(thing, points_m=(moved_m,), upset=upset.kind)

@@ -111,7 +111,7 @@ class PandoraTruth(JobTruth):
         }
         self._parts, self._serviced = {part.of: part for part in parts.values()}, set[str]()
         self._states = {thing.name: thing.state for thing in structure.things if thing.kind == "Valve"}
-        stuck = {thing.name for thing in structure.things if thing.is_stuck}
+        stuck = {thing.name for thing in structure.things if thing.upset == "stuck"}
         self._as_they_are = {
             name: replace(part, resists=True) if part.of in stuck else part for name, part in parts.items()
         }
@@ -189,11 +189,6 @@ REPAIRED = "failed step"  # kind of fault rows for plan repairs after a failed s
 HOME_M = 25.0  # distance from start or rally point within which an empty vehicle is not lost
 
 
-def serviced_fraction(run: MeasuredRun) -> float:
-    """Share of parts truly serviced at the end."""
-    return run.goal_fraction
-
-
 def n_false_claims(run: MeasuredRun) -> int:
     """Parts taken for done without service and without a reported failure."""
     serviced = {job_of(row[2]) for row in run.recorder.rows(SERVICED.name)}
@@ -267,7 +262,10 @@ def n_lost(run: MeasuredRun) -> int:
 
 
 METRICS = (
-    Metric("serviced_fraction", "", Better.HIGHER, "share of parts serviced", serviced_fraction, headline=True),
+    Metric(
+        "serviced_fraction", "", Better.HIGHER, "share of parts serviced", lambda run: run.goal_fraction,
+        headline=True,
+    ),
     Metric("n_false_claims", "", Better.LOWER, "parts falsely reported as done", n_false_claims, headline=True),
     Metric(
         "last_serviced_s", "s", Better.LOWER, "time until all parts are serviced", last_serviced_s, headline=True,
