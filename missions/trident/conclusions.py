@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from missions.meeting.sequential_tests import sequential_verdict
+from missions.trident.jobs import is_open
 from missions.trident.scenario import TridentSettings
 from missions.trident.services import AVAILABLE, CANDIDATE, CHOOSE, FAILED, Matching, SeabedBlock, Service, parties
 from remoras.beliefs import Beliefs
@@ -124,7 +125,7 @@ class Concluding:
         if is_under_way:
             return asked
         candidates = beliefs.instances(CANDIDATE)
-        likely = [(_likeness(beliefs, name), name) for name in candidates if _is_open(beliefs, name)]
+        likely = [(_likeness(beliefs, name), name) for name in candidates if is_open(beliefs, name)]
         rejected = () if likely else candidates
         again = [name for name in rejected if beliefs.count(("verdict", name), "open") < self.settings.looks_again]
         # Absent candidates first: they were never observed closely, whereas the others look like decoys.
@@ -187,7 +188,7 @@ class Concluding:
         at_last_s = max((time_s for time_s in again_s if time_s is not None), default=-math.inf)
         if chosen is not None:
             verdicts = {name: beliefs.get(("verdict", name)) for name in beliefs.instances(CANDIDATE)}
-            if not _is_open(beliefs, chosen):
+            if not is_open(beliefs, chosen):
                 return max(at_last_s, beliefs.observed_s(("verdict", chosen)) or 0.0)
             # A target identified by chance replaces a chosen candidate of unknown class.
             known = [name for name, verdict in verdicts.items() if verdict == "target" and name != chosen]
@@ -247,7 +248,7 @@ class Concluding:
 
     def _adrift(self, me: str, beliefs: Beliefs) -> list[Finding]:
         chosen = beliefs.get(("chosen", self.recovery))
-        if chosen is None or _is_open(beliefs, chosen) or not beliefs.get(("fixedOn", me)):
+        if chosen is None or is_open(beliefs, chosen) or not beliefs.get(("fixedOn", me)):
             return []
         # On the way to the next candidate the position error grows again.
         return [Finding(me, "fixedOn", False)]
@@ -267,10 +268,6 @@ def _status(service: Service, beliefs: Beliefs, picture: Picture) -> list[Findin
         Finding(service.name, "precondition", service.settings.precondition),
         *findings,
     ]
-
-
-def _is_open(beliefs: Beliefs, candidate: str) -> bool:
-    return beliefs.get(("verdict", candidate)) not in ("decoy", "absent")
 
 
 def _likeness(beliefs: Beliefs, candidate: str) -> float:

@@ -61,6 +61,11 @@ def is_to_be_surveyed(facts: FactsLike, block: str, recovery: str) -> bool:
     return int(facts.get(("surveyedAgain", block), 0)) < int(facts.get(("surveysAgain", recovery), 0))
 
 
+def is_open(facts: FactsLike, candidate: str) -> bool:
+    """Return True unless a candidate is known as a decoy or absent."""
+    return facts.get(("verdict", candidate)) not in ("decoy", "absent")
+
+
 @dataclass(frozen=True, kw_only=True)
 class OnServices:
     """Base of jobs that depend on ``services``, some reported as ``failed``; see ``remoras.work.HinderedJob``."""
@@ -204,10 +209,11 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
             yield [Task(SURVEYING, (block, service))]
 
     def is_awaited(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
-        return not is_block(facts, objective, data) and not _is_open(facts, recovery)
+        return not is_block(facts, objective, data) and not is_chosen(facts, objective, data)
 
     def is_chosen(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
-        return not is_block(facts, objective, data) and _is_open(facts, recovery)
+        chosen = None if is_block(facts, objective, data) else facts.get(("chosen", recovery))
+        return chosen is not None and is_open(facts, chosen)
 
     def recovers(facts: FactsLike, objective: Objective, data: VehicleData) -> list[Task]:
         parameters = objective, data, facts.get(("chosen", recovery))
@@ -301,8 +307,3 @@ def _operators(matching: Matching) -> list[Operator]:
         Operator(HOLDING, is_found, held, expected=None),
         Operator(HANDLING, is_held, handled, expected=None),
     ]
-
-
-def _is_open(facts: FactsLike, recovery: str) -> bool:
-    chosen = facts.get(("chosen", recovery))
-    return chosen is not None and facts.get(("verdict", chosen)) not in ("decoy", "absent")
