@@ -40,7 +40,7 @@ from missions.errors import ConfigurationFault, one_of
 from missions.figure import Place
 from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import OBJECTIVES, Pursuit
-from missions.meeting.survey import rows, to_and_fro
+from missions.meeting.survey import rectangle, rows, to_and_fro
 from missions.meeting.truth import JOBS
 from missions.scenarios.fleet import database_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
@@ -160,8 +160,7 @@ class ArrowsMission(JobMission):
 
     @property
     def places(self) -> Sequence[Place]:
-        (west_m, east_m), (south_m, north_m) = self.scenario.search.x_m, self.scenario.search.y_m
-        outline_m = (west_m, south_m), (east_m, south_m), (east_m, north_m), (west_m, north_m)
+        outline_m = rectangle(self.scenario.search.x_m, self.scenario.search.y_m)
         return [*self.rally_places, Place(AREA, "search area", outline_m)]
 
     @property
@@ -276,12 +275,12 @@ class ArrowsMission(JobMission):
         raise PlanningError(f"activity {activity.name!r} has no behaviour")
 
     def _lanes(self, data: VehicleData) -> Sequence[Point]:
-        (west_m, east_m), (south_m, north_m) = self.scenario.search.x_m, self.scenario.search.y_m
+        west_m, east_m = self.scenario.search.x_m
         apart_m = LANE_SHARE * max(self._choosing(data).ranges_m.values())
         n, number = len(self.searchers), self.searchers.index(data.name)
         width_m = (east_m - west_m) / n
-        west_m, east_m = west_m + number * width_m, west_m + (number + 1) * width_m
-        corners_m = (west_m, south_m), (east_m, south_m), (east_m, north_m), (west_m, north_m)
+        own_m = west_m + number * width_m, west_m + (number + 1) * width_m
+        corners_m = rectangle(own_m, self.scenario.search.y_m)
         return to_and_fro(rows(corners_m, apart_m, 0.0), corners_m[0])
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:

@@ -28,6 +28,12 @@ def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]
     return sorted(crossings)
 
 
+def rectangle(x_m: Point, y_m: Point) -> tuple[Point, Point, Point, Point]:
+    """Return the corners between two pairs of borders, anticlockwise from the south-west."""
+    (west, east), (south, north) = x_m, y_m
+    return (west, south), (east, south), (east, north), (west, north)
+
+
 def runs_along_x(corners: Sequence[Point]) -> bool:
     """Return True if rows run along x (east), False along y."""
     xs, ys = [x for x, _ in corners], [y for _, y in corners]

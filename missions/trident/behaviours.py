@@ -201,9 +201,8 @@ def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
     """
     lanes = rows(block.outline_m, 2.0 * SHARE_USED * reach_m, 0.0)
     across = 1 if runs_along_x(block.outline_m) else 0
-    sides_m = block.east_m - block.west_m, block.north_m - block.south_m
     # The margin gives a tile midway between two lanes to both.
-    half_m = sides_m[across] / len(lanes) / 2.0 + 1e-6
+    half_m = block.sides_m[across] / len(lanes) / 2.0 + 1e-6
     for begin_m, end_m in lanes:
         tiles = frozenset(
             number

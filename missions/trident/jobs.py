@@ -18,6 +18,7 @@ alternative follows; a changed match causes a new plan. A vehicle without altern
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -132,8 +133,7 @@ class BlockSurvey(OnServices):
         if settings is None:
             return None
         way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
-        block = self.block
-        size_m2 = (block.east_m - block.west_m) * (block.north_m - block.south_m)
+        size_m2 = math.prod(self.block.sides_m)
         lanes_s = size_m2 / (2.0 * SHARE_USED * settings.reach_m * survey_speed_mps(data, settings))
         return Outlook(outlook.free_s + way_s + lanes_s, self.place_m)
 

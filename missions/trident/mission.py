@@ -202,9 +202,7 @@ class TridentMission(JobMission):
         self._database = database_of(scenario, type(self))
         self.matching = Matching.of(scenario, self._database.values())
         self.blocks = {
-            block.name: SeabedBlock(
-                block.name, block.x_m[0], block.y_m[0], block.x_m[1], block.y_m[1], scenario.mission.tile_m
-            )
+            block.name: SeabedBlock(block.name, block.x_m, block.y_m, scenario.mission.tile_m)
             for block in scenario.block
         }
         super().__init__(scenario)
@@ -260,10 +258,7 @@ class TridentMission(JobMission):
     def world(self, seed: int) -> Site:
         scenario, blocks = self.scenario, tuple(self.blocks.values())
         objects = lying(blocks, scenario.recovery.target_m, scenario.recovery.decoys, seed)
-        stands = scenario.transponder
-        if stands is None:
-            return Site(blocks, objects, seed=seed)
-        return Site(blocks, objects, stands.position_m, stands.range_m, seed)
+        return Site(blocks, objects, scenario.transponder, seed)
 
     @property
     def places(self) -> Sequence[Place]:

@@ -13,7 +13,8 @@ from pydantic import Field
 
 from exchange.arithmetic import distance, exp
 from exchange.channel import loss
-from missions.trident.scenario import ActivityTable, Response, TridentScenario
+from missions.meeting.survey import rectangle
+from missions.trident.scenario import ActivityTable, Response, TransponderTable, TridentScenario
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
@@ -34,29 +35,29 @@ class SeabedBlock:
     """Rectangle of the seabed with tiles of side ``tile_m``."""
 
     name: str
-    west_m: float
-    south_m: float
-    east_m: float
-    north_m: float
+    x_m: Point
+    y_m: Point
     tile_m: float
 
     @property
     def centre_m(self) -> Point:
         """Centre of the block."""
-        return (self.west_m + self.east_m) / 2.0, (self.south_m + self.north_m) / 2.0
+        return (self.x_m[0] + self.x_m[1]) / 2.0, (self.y_m[0] + self.y_m[1]) / 2.0
+
+    @property
+    def sides_m(self) -> Point:
+        """Extent in x and y."""
+        return self.x_m[1] - self.x_m[0], self.y_m[1] - self.y_m[0]
 
     @property
     def outline_m(self) -> tuple[Point, ...]:
         """Corners, anticlockwise from the south-west."""
-        west, south, east, north = self.west_m, self.south_m, self.east_m, self.north_m
-        return (west, south), (east, south), (east, north), (west, north)
+        return rectangle(self.x_m, self.y_m)
 
     @cached_property  # 5 % of a mission
     def tiles(self) -> tuple[Tile, ...]:
         """Tiles with centre in the block, row by row from the south-west; facts use these indices."""
-        size_m = self.tile_m
-        columns = range(math.ceil(self.west_m / size_m - 0.5), math.ceil(self.east_m / size_m - 0.5))
-        rows = range(math.ceil(self.south_m / size_m - 0.5), math.ceil(self.north_m / size_m - 0.5))
+        columns, rows = (range(*(math.ceil(m / self.tile_m - 0.5) for m in span_m)) for span_m in (self.x_m, self.y_m))
         return tuple((column, row) for row in rows for column in columns)
 
     def centre_of(self, number: int) -> Point:
@@ -71,17 +72,15 @@ class Lying:
 
     name: str
     position_m: Point
-    is_target: bool
 
 
 @dataclass(frozen=True)
 class Site:
-    """Blocks and objects of a run; ``transponder_m`` is None without a transponder."""
+    """Blocks and objects of a run."""
 
     blocks: tuple[SeabedBlock, ...]
     objects: tuple[Lying, ...] = ()
-    transponder_m: Point | None = None
-    transponder_range_m: float = 0.0
+    transponder: TransponderTable | None = None
     seed: int = 0
 
     @cached_property  # 20 % of a mission
@@ -114,7 +113,7 @@ def lying(blocks: Sequence[SeabedBlock], target_m: Point | None, n_decoys: int, 
         name = f"decoy {number}" if number else TARGET
         # Draws are keyed by number, so more decoys leave the other objects unchanged.
         at_m = target_m if target_m is not None and not number else _drawn_m(blocks, number, seed, placed)
-        placed.append(Lying(name, at_m, not number))
+        placed.append(Lying(name, at_m))
     return tuple(placed)
 
 
@@ -123,8 +122,7 @@ def _drawn_m(blocks: Sequence[SeabedBlock], number: int, seed: int, others: Sequ
     for trial in range(DRAWS):
         which, east, north = (loss.uniform(seed, loss.FINDS, number, trial, draw) for draw in range(3))
         block = blocks[int(which * len(blocks))]
-        sides_m = block.east_m - block.west_m, block.north_m - block.south_m
-        width_m, height_m = (max(0.0, side_m - 2.0 * RIM_M) for side_m in sides_m)
+        width_m, height_m = (max(0.0, side_m - 2.0 * RIM_M) for side_m in block.sides_m)
         x_m, y_m = block.centre_m
         at_m = x_m + (east - 0.5) * width_m, y_m + (north - 0.5) * height_m
         if all(distance(at_m, other.position_m) >= APART_M for other in others):
@@ -226,7 +224,7 @@ class Surveyor:
                 continue
             seen, like, *off = self._looks.draws(world.seed, number, 4)
             if seen < settings.p_seen:
-                mean = LIKE_TARGET if thing.is_target else LIKE_DECOY
+                mean = LIKE_TARGET if thing.name == TARGET else LIKE_DECOY
                 likeness = min(1.0, max(0.0, mean + settings.sigma_likeness * normal_error(like)))
                 place = _placed(thing, pose, off, settings.sigma_m)
                 observations.append(_seen(place, (SELF, "likeness", likeness, max(0.0625, settings.sigma_likeness))))
@@ -264,7 +262,7 @@ class Finder:
                 continue
             right, *off = self._looks.draws(world.seed, number, 3)
             place = _placed(thing, pose, off, settings.sigma_m)
-            takes_for = "target" if thing.is_target == (right < settings.p_right) else "decoy"
+            takes_for = "target" if (thing.name == TARGET) == (right < settings.p_right) else "decoy"
             observations.append(_seen(place, (SELF, "looksLike", takes_for, settings.p_right)))
         return observations
 
@@ -340,8 +338,8 @@ class Fixer:
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
         """Return the fix, once."""
-        at_m, place_m = (pose.x_m, pose.y_m), world.transponder_m
-        if place_m is None or distance(at_m, place_m) > world.transponder_range_m:
+        at_m, stands = (pose.x_m, pose.y_m), world.transponder
+        if stands is None or distance(at_m, stands.position_m) > stands.range_m:
             self._since_s = None
             return []
         self._since_s = now_s if self._since_s is None else self._since_s

@@ -11,7 +11,7 @@ from missions.scenarios.fleet import database_of
 from missions.trident.behaviours import survey_lanes
 from missions.trident.conclusions import WithMembers
 from missions.trident.mission import TridentMission
-from missions.trident.scenario import TridentScenario
+from missions.trident.scenario import TransponderTable, TridentScenario
 from missions.trident.services import (
     APART_M,
     CHOOSE,
@@ -127,12 +127,12 @@ def test_plan_without_matching_uses_listed_services_whatever_their_status(
     assert known.ways(HANDLE) == found
 
 
-BLOCK = SeabedBlock("west", 0.0, 0.0, 100.0, 100.0, 20.0)
-TARGET, DECOY = Lying("target", (50.0, 50.0), True), Lying("decoy 1", (90.0, 90.0), False)
+BLOCK = SeabedBlock("west", (0.0, 100.0), (0.0, 100.0), 20.0)
+TARGET, DECOY = Lying("target", (50.0, 50.0)), Lying("decoy 1", (90.0, 90.0))
 
 
 def site(seed: int = 1, *objects: Lying) -> Site:
-    return Site((BLOCK,), objects or (TARGET,), (0.0, 0.0), 30.0, seed)
+    return Site((BLOCK,), objects or (TARGET,), TransponderTable(position_m=(0.0, 0.0), range_m=30.0), seed)
 
 
 def pose(x_m: float, y_m: float, speed_mps: float = 0.0, error_m: tuple[float, float] = (0.0, 0.0)) -> Pose:
@@ -248,14 +248,17 @@ def test_fix_occupies_the_transponder_for_its_duration() -> None:
     assert ticks.index(next(one for one in ticks if one)) == 5
 
 
-WEST = SeabedBlock("west", 0.0, 100.0, 100.0, 200.0, 20.0)
-EAST = SeabedBlock("east", 150.0, 100.0, 250.0, 200.0, 20.0)
+WEST = SeabedBlock("west", (0.0, 100.0), (100.0, 200.0), 20.0)
+EAST = SeabedBlock("east", (150.0, 250.0), (100.0, 200.0), 20.0)
 
 
 def test_block_has_the_tiles_whose_centre_is_inside() -> None:
     assert len(WEST.tiles) == 5 * 5
-    assert all(WEST.west_m < (c + 0.5) * 20.0 < WEST.east_m and 100.0 < (r + 0.5) * 20.0 < 200.0 for c, r in WEST.tiles)
-    assert SeabedBlock("off", 5.0, 5.0, 45.0, 25.0, 20.0).tiles == ((0, 0), (1, 0))  # centres at 10 and 30, and at 10
+    assert all(0.0 < (c + 0.5) * 20.0 < 100.0 and 100.0 < (r + 0.5) * 20.0 < 200.0 for c, r in WEST.tiles)
+    assert SeabedBlock("off", (5.0, 45.0), (5.0, 25.0), 20.0).tiles == (
+        (0, 0),
+        (1, 0),
+    )  # centres at 10 and 30, and at 10
     assert WEST.centre_of(0) == (10.0, 110.0)
 
 
@@ -267,7 +270,9 @@ def test_tiles_in_reach_are_those_with_the_centre_within_range() -> None:
 
 
 @pytest.mark.parametrize("reach_m", [8.0, 14.0, 20.0, 60.0])
-@pytest.mark.parametrize("block", [WEST, SeabedBlock("tall", 0.0, 0.0, 40.0, 120.0, 20.0)], ids=lambda one: one.name)
+@pytest.mark.parametrize(
+    "block", [WEST, SeabedBlock("tall", (0.0, 40.0), (0.0, 120.0), 20.0)], ids=lambda one: one.name
+)
 def test_lanes_pass_every_tile_in_reach(block: SeabedBlock, reach_m: float) -> None:
     found = list(survey_lanes(block, reach_m))
     assert frozenset().union(*(lane.tiles for lane in found)) == frozenset(range(len(block.tiles)))
@@ -282,13 +287,13 @@ def test_lanes_pass_every_tile_in_reach(block: SeabedBlock, reach_m: float) -> N
 def test_objects_lie_inside_blocks_and_apart() -> None:
     for seed in range(50):
         found = lying((WEST, EAST), None, 2, seed)
-        assert [one.is_target for one in found] == [True, False, False]
+        assert [one.name for one in found] == ["target", "decoy 1", "decoy 2"]
         for one in found:
             assert any(
-                block.west_m + RIM_M <= one.position_m[0] <= block.east_m - RIM_M
-                and block.south_m + RIM_M <= one.position_m[1] <= block.north_m - RIM_M
+                block.x_m[0] + RIM_M <= one.position_m[0] <= block.x_m[1] - RIM_M
+                and block.y_m[0] + RIM_M <= one.position_m[1] <= block.y_m[1] - RIM_M
                 for block in (WEST, EAST)
             )
         gaps = [math.dist(a.position_m, b.position_m) for a in found for b in found if a is not b]
         assert min(gaps) >= APART_M
-    assert lying((WEST,), (33.0, 144.0), 1, 3)[0] == Lying("target", (33.0, 144.0), True)  # its place may be given
+    assert lying((WEST,), (33.0, 144.0), 1, 3)[0] == Lying("target", (33.0, 144.0))  # its place may be given
