@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -25,29 +26,20 @@ from remoras.plugins import SAFE_PATH, look_in, plugin_folders, switched_on
 LOOPBACK = "127.0.0.1"
 
 
-@dataclass(frozen=True, slots=True)
-class NodeJob:
-    """Job of the process of one vehicle; ``folders`` find plug-ins."""
-
-    plan: NodePlan
-    speed: float
-    mishaps: Mishaps
-    out: Path | None
-    folders: Sequence[str] = ()
-
-
-def work(job: NodeJob, others: Connection) -> None:
-    """Run the vehicle of a job until its end; send port, then outcome or error."""
-    look_in(job.folders)
+def work(
+    plan: NodePlan, speed: float, mishaps: Mishaps, out: Path | None, folders: Sequence[str], others: Connection
+) -> None:
+    """Run the vehicle of a plan until its end; send port, then outcome or error. Plug-ins are in ``folders``."""
+    look_in(folders)
     try:
-        own = alone(job.plan)
+        own = alone(plan)
         port = Socket()
         others.send(port.address[1])
         start_s, ports = others.recv()
-        pace = Paced(start_s, job.speed)
+        pace = Paced(start_s, speed)
         driver = UdpDriver(port, [(LOOPBACK, number) for number in ports], pace, own.setup.modem.packet_s)
-        log = NodeLog(job.out, job.plan, Began.of(pace)) if job.out is not None else None
-        others.send(VehicleNode(own, driver, pace, log, job.mishaps).run())
+        log = NodeLog(out, plan, Began.of(pace)) if out is not None else None
+        others.send(VehicleNode(own, driver, pace, log, mishaps).run())
     except (ExchangeError, MissionsError, RemorasError) as error:
         others.send(str(error))
     except (KeyboardInterrupt, EOFError):  # the process of the swarm has ended
@@ -79,7 +71,7 @@ Running = Mapping[str, tuple[SpawnProcess, Connection]]  # processes by vehicle,
 
 
 @contextmanager
-def _started(jobs: Mapping[str, NodeJob]) -> Iterator[Running]:
+def _started(jobs: Mapping[str, Callable[[Connection], None]]) -> Iterator[Running]:
     """Start a process for each job; they end with the context."""
     running: dict[str, tuple[SpawnProcess, Connection]] = {}
     context = multiprocessing.get_context("spawn")
@@ -87,7 +79,7 @@ def _started(jobs: Mapping[str, NodeJob]) -> Iterator[Running]:
         with switched_on(SAFE_PATH):
             for name, job in jobs.items():
                 own, theirs = context.Pipe()
-                process = context.Process(target=work, args=(job, theirs), daemon=True)
+                process = context.Process(target=job, args=(theirs,), daemon=True)
                 process.start()
                 # While this process holds the other end, a dead vehicle would not end the connection.
                 theirs.close()
@@ -145,7 +137,7 @@ def swarm(
         begun: called with the process ids at the start of the mission.
     """
     mishaps, folders = Mishaps(*lost_and_doubled), plugin_folders()
-    jobs = {plan.vehicle: NodeJob(plan, speed, mishaps, out, folders) for plan in plans}
+    jobs = {plan.vehicle: partial(work, plan, speed, mishaps, out, folders) for plan in plans}
     vehicles, ended = list[NodeOutcome](), dict[str, str]()
     with _started(jobs) as running:
         _begin(running)
