@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -55,30 +55,21 @@ from worldmodel import suggestion
 Settings = tuple[StudySetting, ...]
 
 
-class Combination(NamedTuple):
-    """Settings of all runs of a configuration, with the name of the unforeseen case, if any."""
-
-    settings: Settings
-    unforeseen: str
-
-
-def combinations(file: StudyFile) -> Iterator[Combination]:
-    """Yield every combination of settings; each scenario runs with all of them."""
+def combinations(file: StudyFile) -> Iterator[tuple[Settings, str]]:
+    """Yield every combination of settings with the name of its unforeseen case, if any; scenarios run with all."""
     axes: list[list[Settings]] = [[tuple(StudySetting(key, value, f"set.{key}") for key, value in dotted(file.set))]]
     for name, key in LISTS.items():
         values: Sequence[Any] = getattr(file.study, name) or ()
         axes.append([(StudySetting(key, value, f"study.{name}"),) for value in values] or [()])
     axes += [_channels(file), points(file)]
-    cases = [
-        Combination(_unforeseen(unforeseen, f"unforeseen.{unforeseen.name}"), unforeseen.name)
-        for unforeseen in file.unforeseen
-    ]
+    cases = [(_unforeseen(case), case.name) for case in file.unforeseen] or [((), "")]
     for chosen in itertools.product(*axes):
-        for case in cases or [Combination((), "")]:
-            yield Combination((*itertools.chain(*chosen), *case.settings), case.unforeseen)
+        for settings, name in cases:
+            yield (*itertools.chain(*chosen), *settings), name
 
 
-def _unforeseen(case: Unforeseen, place: str) -> Settings:
+def _unforeseen(case: Unforeseen) -> Settings:
+    place = f"unforeseen.{case.name}"
     settings = [StudySetting(key, value, f"{place}.set.{key}") for key, value in dotted(case.set)]
     return (*settings, *([StudySetting(FAULT, list(case.fault), f"{place}.fault")] if case.fault else []))
 
@@ -275,21 +266,21 @@ def _resolved(
         base = scenario_from(document)  # raises its faults
         bases.setdefault(source, _naming(base, own))
         has_faults = bool(getattr(base, FAULT, ()))
-        for combination in combinations(file):
-            lacking = [] if has_faults else list(faults_of_no_fault(combination.settings, source))
+        for settings, case in combinations(file):
+            lacking = [] if has_faults else list(faults_of_no_fault(settings, source))
             for fault in lacking:
                 faults.setdefault((fault.key, fault.allowed), fault)
             if lacking:
                 continue
             try:
-                configuration = _configuration(source, document, combination, own)
+                configuration = _configuration(source, document, settings, case, own)
             except ConfigurationError as error:
-                for fault in _in_study(error.faults, combination.settings):
+                for fault in _in_study(error.faults, settings):
                     faults.setdefault((fault.key, fault.allowed), fault)
             else:
                 # Combinations that resolve to one scenario, such as a setting equal to the default, run once.
                 first = resolved_by_text.setdefault(configuration.scenario.model_dump_json(), configuration)
-                if (case := combination.unforeseen) != first.unforeseen:
+                if case != first.unforeseen:
                     allowed = f'{source} runs alike with it and with "{first.unforeseen}"; leave one of the two out'
                     faults.setdefault((case, ""), ConfigurationFault(f"unforeseen.{case}.name", f'"{case}"', allowed))
     resolved = list(resolved_by_text.values())
@@ -307,13 +298,13 @@ def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
     return name if is_file(Path(name)) else None
 
 
-def _configuration(source: str, document: Document, combination: Combination, own: Sequence[str]) -> Configuration:
-    last = {setting.key: setting for setting in combination.settings}
+def _configuration(source: str, document: Document, settings: Settings, case: str, own: Sequence[str]) -> Configuration:
+    last = {setting.key: setting for setting in settings}
     if (channel := last.get("channel.name")) is not None:
         last = {key: setting for key, setting in last.items() if not is_left_aside(key, channel.value)}
     overrides = [(setting.place, f"{setting.key}={toml_value(setting.value)}") for setting in last.values()]
     pairs = tuple((setting.key, setting.value) for setting in last.values())
-    return Configuration(source, pairs, _naming(scenario_from(document, overrides), own), combination.unforeseen)
+    return Configuration(source, pairs, _naming(scenario_from(document, overrides), own), case)
 
 
 def _naming(scenario: Scenario, own: Sequence[str]) -> Scenario:
