@@ -155,10 +155,6 @@ def _check_batteries(record: Record, report: CheckReport) -> None:
             report.add("batteries", "faults", None, name, stated, follows)
 
 
-def _milestones(record: Record, name: str) -> list[dict[str, Any]]:
-    return [milestone for milestone in record.summary["milestones"] if milestone["name"] == name]
-
-
 def _check_milestones(record: Record, report: CheckReport) -> None:
     stones = record.summary["milestones"]
     report.look("milestones", len(stones))
@@ -217,7 +213,7 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
         yield f"none: there is no group {group} with a rally point"
         return
     radius_m = float(record.of("mission").get("arrival_radius_m", math.inf)) + PLACE_STEP_M
-    missing = {stone["vehicle"] for stone in _milestones(record, "missed_meeting") if stone["group"] == group}
+    missing = {stone["vehicle"] for stone in record.milestones("missed_meeting") if stone["group"] == group}
     for name in _members(record, group, time_s):
         track = record.tracks[name]
         n = int((track.time_s <= time_s + CLOSE_S).sum())
@@ -234,7 +230,7 @@ def _members(record: Record, group: str, time_s: float) -> list[str]:
 
 def _check_verdict(record: Record, report: CheckReport) -> None:
     summary, scenario = record.summary, record.of("scenario")
-    ended, is_complete = _milestones(record, "mission_complete"), summary.get("completed")
+    ended, is_complete = record.milestones("mission_complete"), summary.get("completed")
     report.same("verdict", "summary", "completed", is_complete, bool(ended))
     report.look("verdict", 4)
     wrong = partial(report.add, "verdict", "summary")
@@ -253,7 +249,7 @@ def _check_verdict(record: Record, report: CheckReport) -> None:
     # The milestone falls between the last two ticks.
     if ended and not -ROUNDED_S <= record.end_s - ended[-1]["time_s"] <= record.tick_s + ROUNDED_S:
         wrong(ended[-1]["time_s"], "", "milestone mission_complete", f"{record.end_s:g} s, when the run ended")
-    met = {milestone["group"] for milestone in _milestones(record, "gathered")}
+    met = {milestone["group"] for milestone in record.milestones("gathered")}
     for group in record.scenario["group"]:
         if group.get("rally_point") and not group.get("formed_by") and group["name"] not in met:
             wrong(None, "", f"completed without {group['name']}", "its milestone gathered")

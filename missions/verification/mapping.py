@@ -202,7 +202,7 @@ def _check_goal(record: Record, cells: dict[Cell, str], report: CheckReport) -> 
     if not whole:
         return
     first = record.covered
-    inspected_s = [stone["time_s"] for stone in record.summary["milestones"] if stone["name"] == "inspected"]
+    inspected_s = [stone["time_s"] for stone in record.milestones("inspected")]
     goal = float(record.of("mission")["goal"])
     table = record["goal"]
     stated_s = np.append(np.asarray(table["time_s"]), math.inf)

@@ -278,6 +278,10 @@ class Record:
         """True if vehicles have position errors."""
         return bool(self.of("navigation").get("drift"))
 
+    def milestones(self, name: str) -> list[dict[str, Any]]:
+        """Return the milestones of a name in the summary."""
+        return [milestone for milestone in self.summary["milestones"] if milestone["name"] == name]
+
     @cached_property  # 2 % of a check
     def anew(self) -> set[str]:
         """Restarted vehicles."""

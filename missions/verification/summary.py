@@ -163,11 +163,14 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
 
 
 def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    stuck = (stone["time_s"] for stone in record.summary["milestones"] if stone["name"] == "deadlock")
     return {
-        "deadlock_s": (next(stuck, None), 1e-3),
+        "deadlock_s": (_first_s(record, "deadlock"), 1e-3),
         "n_refused_acts": (sum(event == "refused" for event in record["organisation"]["event"]), 0),
     }
+
+
+def _first_s(record: Record, name: str) -> Any:
+    return next((stone["time_s"] for stone in record.milestones(name)), None)
 
 
 def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
@@ -187,9 +190,7 @@ def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
     n_first = Counter(vehicle for _, vehicle in first.values())
     least = min(n_first[holder] for holder in holders) / len(first) if holders and first else None
     derived["least_mapped_fraction"] = least, 1e-9
-    stopped = next((stone for stone in record.summary["milestones"] if stone["name"] == "mapping_stopped"), None)
-    derived["given_up_s"] = (None if stopped is None else stopped["time_s"]), 1e-3
+    derived["given_up_s"] = _first_s(record, "mapping_stopped"), 1e-3
     if n_inspected := int(record.of("finds").get("number", 0)):
-        inspected = sum(milestone["name"] == "inspected" for milestone in record.summary["milestones"])
-        derived["finds_inspected_fraction"] = inspected / n_inspected, 1e-9
+        derived["finds_inspected_fraction"] = len(record.milestones("inspected")) / n_inspected, 1e-9
     return derived
