@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import errno
 import inspect
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Self
@@ -53,6 +54,11 @@ def one_of(key: str, value: Any, allowed: Sequence[str]) -> Iterator[Configurati
     if isinstance(value, str) and value not in allowed:
         hint = suggestion(value, allowed)
         yield ConfigurationFault(key, f'"{value}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
+
+
+def repeated(names: Iterable[str]) -> list[tuple[str, int]]:
+    """Return the names that occur several times, with their numbers."""
+    return [(name, number) for name, number in Counter(names).items() if number > 1]
 
 
 class MissionsError(Exception):

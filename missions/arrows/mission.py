@@ -10,7 +10,6 @@ Objectives are assigned initially, so that vehicles start without messages::
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -36,7 +35,7 @@ from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSetting
 from missions.arrows.scenario import DETECTORS, ArrowsScenario, KindTable
 from missions.arrows.target_selection import Choosing, Hearers, Reach, contact_range_m
 from missions.arrows.truth import FIGURES, FLEET_MAPS, IDENTIFIED, MAPS, METRICS, ArrowsTruth
-from missions.errors import ConfigurationFault, one_of
+from missions.errors import ConfigurationFault, one_of, repeated
 from missions.figure import Place
 from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import OBJECTIVES, Pursuit
@@ -70,9 +69,8 @@ def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    for name, times in Counter(kind.name for kind in scenario.kind).items():
-        if times > 1:
-            yield ConfigurationFault(f"kind.{name}.name", "", f"given {times} times; each kind has one table")
+    for name, times in repeated(kind.name for kind in scenario.kind):
+        yield ConfigurationFault(f"kind.{name}.name", "", f"given {times} times; each kind has one table")
     grid = grid_of(scenario)
     # The fault of the grid is reported already; its arrays could exhaust the memory.
     if grid.n_cells > MOST_CELLS:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, field_validator
 
-from missions.errors import ConfigurationFault, one_of
+from missions.errors import ConfigurationFault, one_of, repeated
 from missions.figure import Place
 from missions.meeting.meeting import (
     GATHERING,
@@ -303,8 +303,8 @@ class JobMission(Mission):
         self.scenario = scenario
         jobs = list(self.jobs_of(scenario))
         self._jobs = {job.name: job for job in jobs}
-        if twice := [name for name, n_jobs in Counter(job.name for job in jobs).items() if n_jobs > 1]:
-            raise PluginError(f"{type(self).__name__}.jobs_of gives several jobs the name {twice[0]!r}; rename one")
+        for name, _ in repeated(job.name for job in jobs):
+            raise PluginError(f"{type(self).__name__}.jobs_of gives several jobs the name {name!r}; rename one")
         self.groups = {group.name: group for group in groups_of(scenario)}
         self.meeting = Meeting(
             self.groups,

@@ -59,8 +59,8 @@ def job_roles(scenario: Scenario) -> set[tuple[str, str]]:
 
 def vehicles_for_jobs(scenario: Scenario) -> tuple[str, ...]:
     """Return the vehicles able to play a role with a job."""
-    names = {name for group, role in job_roles(scenario) for name in (role, f"{group}.{role}")}
-    return tuple(vehicle.name for vehicle in scenario.vehicle if not names.isdisjoint(vehicle.playable_roles or ()))
+    roles = job_roles(scenario)
+    return tuple(vehicle.name for vehicle in scenario.vehicle if any(vehicle.can_play(*role) for role in roles))
 
 
 def closest_approach_m(run: MeasuredRun) -> float | None:

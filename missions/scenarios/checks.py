@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from missions.errors import ConfigurationFault, one_of
@@ -89,13 +90,11 @@ def _order_of(jobs: Mapping[str, Job]) -> Faults:
     for name, job in jobs.items():
         for needed in job.needs:
             yield from one_of(f"job.{name}.needs", needed, list(jobs))
-    before = {name: {needed for needed in job.needs if needed in jobs} for name, job in jobs.items()}
-    # Remove jobs whose needs are met until none is left; the rest is a cycle or waits for one.
-    while free := [name for name, needed in before.items() if not needed & before.keys()]:
-        for name in free:
-            del before[name]
-    if before:
-        yield ConfigurationFault(f"job.{next(iter(before))}.needs", "", f"need each other: {', '.join(before)}")
+    try:
+        TopologicalSorter({name: job.needs for name, job in jobs.items()}).prepare()
+    except CycleError as error:
+        cycle = error.args[1][1:]
+        yield ConfigurationFault(f"job.{cycle[0]}.needs", "", f"need each other: {', '.join(cycle)}")
 
 
 def _names(scenario: Scenario) -> Faults:

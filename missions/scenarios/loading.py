@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
@@ -14,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from missions.document import Document, fault_of, index_of, key_parts, validated
-from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
+from missions.errors import LONGEST_VALUE, ConfigurationFault, cut, repeated
 from missions.files import MOST_LEVELS, SCENARIO, parsed, shipped
 from missions.scenarios.channel import FILE_KEYS, leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
@@ -167,10 +166,9 @@ def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[Configur
                 yield ConfigurationFault(f"{place}.{fault.key}", fault.given, fault.allowed)
         except PluginError as error:
             yield ConfigurationFault(f"{place}.type", json.dumps(table.get("type", "")), str(error))
-    for name, count in Counter(vehicle.sensor_names(next(iter(mission.sensors), ""))).items():
-        if count > 1:
-            allowed = f"{count} sensors of this name, by which activities switch them on; give each its own name"
-            yield ConfigurationFault(key, f'"{name}"', allowed)
+    for name, count in repeated(vehicle.sensor_names(next(iter(mission.sensors), ""))):
+        allowed = f"{count} sensors of this name, by which activities switch them on; give each its own name"
+        yield ConfigurationFault(key, f'"{name}"', allowed)
 
 
 def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[ConfigurationFault]:

@@ -8,7 +8,6 @@ manifests see whole groups.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from missions.document import Document, validated
-from missions.errors import ConfigurationFault, one_of
+from missions.errors import ConfigurationFault, one_of, repeated
 from missions.files import is_file, shown
 from missions.scenarios.fleet import lacking
 from remoras.faults import HEAD_OF
@@ -204,9 +203,8 @@ class _Writer:
 
     def _by_name(self, raw: Raw, kind: str) -> dict[str, TableLayer]:
         tables: list[Raw] = raw.get(kind, [])
-        for name, count in Counter(table["name"] for table in tables).items():
-            if count > 1:
-                self.faults.append(ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', f"used {count} times"))
+        for name, count in repeated(table["name"] for table in tables):
+            self.faults.append(ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', f"used {count} times"))
         return {table["name"]: TableLayer(f"{kind}.{table['name']}", table) for table in tables}
 
     # Groups --------------------------------------------------------------------------------------
@@ -343,9 +341,8 @@ def _head(group: GroupTable) -> Iterator[ConfigurationFault]:
 
 def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
     paths, names = [".".join(key) for key in roles], group.role_names
-    for name, count in Counter(names).items():
-        if count > 1:
-            yield ConfigurationFault(_at((group.name, name)), "", f"listed {count} times")
+    for name, count in repeated(names):
+        yield ConfigurationFault(_at((group.name, name)), "", f"listed {count} times")
     for name in group.succession:
         yield from one_of(f"group.{group.name}.succession", name, names)
     for role in group.role:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from missions.errors import ConfigurationFault, one_of
+from missions.errors import ConfigurationFault, one_of, repeated
 from missions.figure import Mark, Place, Tiles
 from missions.meeting.job_mission import JobMission, names_apart, with_needs
 from missions.meeting.meeting import Pursuit
@@ -143,9 +142,8 @@ def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -
 def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[ConfigurationFault]:
     table, faults = scenario.choreography, list[ConfigurationFault]()
     states = [state.name for state in table.state]
-    for name, count in Counter(states).items():
-        if count > 1:
-            yield ConfigurationFault(f"choreography.state.{name}", "", f"listed {count} times; allowed: once")
+    for name, count in repeated(states):
+        yield ConfigurationFault(f"choreography.state.{name}", "", f"listed {count} times; allowed: once")
     attributes = {attribute.name: attribute for attribute in tbox.attributes}
     needed = [name for name in scenario.communication.needs if name in attributes]
     speakers = list(dict.fromkeys([*scenario.vehicle_names, *(role for _, role in scenario.roles)]))
