@@ -10,6 +10,7 @@ import numpy as np
 
 from missions.verification.record import (
     ANGLE_STEP_RAD,
+    AWAY,
     FLOATING,
     PLACE_STEP_M,
     SPEED_STEP_MPS,
@@ -138,7 +139,8 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
         report.add("away", "trajectories", time_s[row], name, stated, "none: it is lost, off or without energy")
     report.look("limits", 3 * len(speed))
     limit = data["acceleration_mps2"] * dt_s + 1.5 * SPEED_STEP_MPS
-    begins = away & ~record.away(name, track.time_s[:-1])
+    stops_s = sorted(spell.from_s for spell in record.spells if spell.vehicle == name and spell.kind in AWAY)
+    begins = np.diff(np.searchsorted(stops_s, track.time_s, side="right")) > 0
     most_turn = data["turn_rate_radps"] * dt_s
     turned = np.abs((np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi)
     for quantity, wrong, values, most in (

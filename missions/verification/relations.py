@@ -203,14 +203,18 @@ def _check_acknowledgements(record: Record, report: CheckReport) -> None:
     if record.access:
         report.skip("acknowledgements", "packets of other programs carry none")
         return
-    n, packets = len(record.by_slot), record.packet_of_slot
-    policy = record.of("communication").get("policy")
+    policy = record.of("communication").get("policy", "")
+    if ":" in policy:
+        report.skip("acknowledgements", "a policy of the user determines them")
+        return
+    n, packets, refused = len(record.by_slot), record.packet_of_slot, set(record.rows("refused", "vehicle slot"))
+    most = (n - 1) * (n if policy in ("lasting", "lasting-repeat") else n - 1)  # these do not clear a column
     rows = report.each("acknowledgements", record, "packets", "time_s sender slot acks")
     for wrong, at_s, sender, slot, acks in rows:
         # A header acknowledges at least the last packet of each other node, in the n - 1 slots before.
-        last = (packets.get(of, ("", {}))[1] for of in range(slot - n + 1, slot))
-        least = sum(heard_s.get(sender, math.inf) <= at_s for heard_s in last)
-        if sender not in record.anew and not least <= acks <= (least if policy == "ack" else (n - 1) ** 2):
+        last = (of for of in range(slot - n + 1, slot) if (sender, of) not in refused)
+        least = sum(packets.get(of, ("", {}))[1].get(sender, math.inf) <= at_s for of in last)
+        if sender not in record.anew and not least <= acks <= (least if policy == "ack" else most):
             wrong(f"{acks} acknowledgements", f"{least}, number of peers whose last packet it received")
 
 

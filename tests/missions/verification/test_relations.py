@@ -136,6 +136,35 @@ def test_a_run_of_a_single_vehicle_follows(tmp_path: Path) -> None:
     assert list(verify(tmp_path / "run").lines) == []
 
 
+SPARSE_POLICY = """
+from exchange.policy.acknowledgement import Acknowledgement
+from exchange.policy.policies import ACK, AckPolicy
+
+def every_other_frame(n_nodes, frame, sender, row, column):
+    return frame == 0 and row == sender
+
+POLICY = AckPolicy(Acknowledgement("sparse", "rare", every_other_frame, ACK.header, period_frames=2), repeat=True)
+"""
+RARE_SETTINGS = {
+    "off within a tick": 'fault=[{vehicle="AUV01",kind="lost",at_s=60.4,until_s=60.41}]',
+    "two failures of one sensor": 'fault=[{vehicle="AUV00",kind="sensor",at_s=40},'
+    '{vehicle="AUV00",kind="sensor",at_s=60,until_s=80}]',
+    "acknowledgements that last": "communication.policy=lasting",
+    "packets refused by a slow clock": "vehicle.AUV02.clock.drift_ppm=-10000",
+    "policy of the user": "communication.policy=own.py:POLICY",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", RARE_SETTINGS)
+def test_runs_in_rare_settings_follow(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They differ from all others in when a vehicle is off, which sensor works, or what a header acknowledges."""
+    monkeypatch.chdir(tmp_path)
+    Path("own.py").write_text(SPARSE_POLICY, encoding="utf-8")
+    settings = ["scenario.duration_s=160", "channel.per=0.3", RARE_SETTINGS[case]]
+    write_results(run(load("mapping-rendezvous", [("--set", one) for one in settings])), tmp_path / "run")
+    assert verify(tmp_path / "run").findings == []
+
+
 @pytest.mark.parametrize("name", ["whole", "fewer"])
 def test_reports_are_sent_exactly_if_a_vehicle_needs_them(
     name: str, generated: dict[str, Path], tmp_path: Path
