@@ -128,7 +128,9 @@ def _unfit_jobs(scenario: Scenario, jobs: Mapping[str, Job], database: AUVDataba
         return
     for name, job in known.items():
         able = next((data for data in database.values() if job.is_able(data)), None)
-        after = None if able is None else job.after(Outlook(0.0, able.start_m), able)
+        if able is None:
+            continue
+        after = job.after(Outlook(0.0, able.start_m), able)
         if after is not None and not after.free_s >= 0.0:
             of = f"the time (s) at which a vehicle that begins it at 0 s ends it ({able.name}); allowed: 0 or more"
             yield ConfigurationFault(f"job.{name}", f"{after.free_s:g}", of)
