@@ -212,13 +212,13 @@ def event_s(run: MeasuredRun, table: str, event: str) -> dict[str, float]:
 
 
 def mean_wait_s(run: MeasuredRun, table: Table, begin: str, end: str) -> float | None:
-    """Mean time (s) from an event to the next ``end`` for the same subject, or of the run; None without any."""
+    """Mean time (s) from an event to the next ``end`` for the same subject, or the end of the run; None without any."""
     rows = run.recorder.rows(table.name)
     waits_s = []
     for begin_s, _, subject, event, *_ in rows:
         if event == begin:
             ends_s = (row[0] for row in rows if row[2:4] == (subject, end) and row[0] > begin_s)
-            waits_s.append(min(ends_s, default=run.end_s) - begin_s)
+            waits_s.append(min(ends_s, default=run.ended_s) - begin_s)
     return math.fsum(waits_s) / len(waits_s) if waits_s else None
 
 

@@ -201,3 +201,20 @@ def test_rate_of_a_failed_run_is_over_its_own_duration() -> None:
     n_received = sum(row[-1] == "received" for row in run.recorder.knowledge)
     assert n_received > 0
     assert summary(run)["observations_per_min"] == pytest.approx(n_received / 4 / (316 / 60), abs=1e-4)
+
+
+def all_lost(name: str, *keys: str) -> Run:
+    """A run that ends at 250 s, when all vehicles are lost."""
+    fault = toml_value([{"kind": "lost", "vehicle": vehicle, "at_s": 250.0} for vehicle in load(name).vehicle_names])
+    return run_scenario(load(name, [("--set", key) for key in (f"fault={fault}", *keys)]))
+
+
+@pytest.mark.parametrize(("name", "metric"), [("recovery-field", "mean_wait_s"), ("escort-lines", "mean_escort_s")])
+def test_unended_waits_last_to_the_end_of_a_failed_run(name: str, metric: str) -> None:
+    assert 0.0 < summary(all_lost(name))[metric] < 250.0
+
+
+def test_share_of_time_out_of_contact_is_of_the_time_of_a_failed_run() -> None:
+    """Contact ends after 60 s without reception; a frame, of less than 10 s, separates last packet and end."""
+    lossy = "channel={name='bernoulli',per=0.999}"
+    assert 180.0 / 250.0 < summary(all_lost("arrows-archaeology", lossy))["alone_fraction"] < 190.0 / 250.0
