@@ -144,3 +144,56 @@ def test_clock_rounding_puts_no_valid_fact_in_the_future():
             (),
             {} if is_refused else {(0, 0): (0, 0)},
         )
+
+
+# Incarnations -------------------------------------------------------------------------------------
+
+
+def test_an_item_sent_by_another_node_starts_the_new_incarnation_of_its_origin():
+    """What the earlier incarnation acknowledged, its successor may lack."""
+    fleet = ManagerFleet(3, "ack-repeat")
+    uid, later = fleet.maps(1, cell=7), ItemUid(2, 0, 0, 1)
+    fleet.pass_frames(2)
+    assert fleet.managers[1].believes(2, uid)
+    data = fleet.codec.encode(0, 0, [Fragment(2, 0, 0.0, cells(3, 1), epoch=1)], frame=2, slot_start_s=fleet.now_s)
+    fleet.deliver(1, data, fleet.now_s + 1.0)
+    assert fleet.managers[1].believes(2, later)
+    assert not fleet.managers[1].believes(2, uid)
+
+
+def test_an_item_of_the_sender_starts_no_other_incarnation_than_its_head():
+    """After two restarts it sends an item of the middle incarnation, which it may have lost again."""
+    fleet = ManagerFleet(3, carrier_evidence=False)
+    start_s = fleet.schedule.start_s(2)
+    data = fleet.codec.encode(2, 0, [Fragment(2, 0, 0.0, cells(3, 1), epoch=1)], epoch=2, slot_start_s=start_s)
+    assert fleet.deliver(1, data, start_s + 1.0).items == (ItemUid(2, 0, 0, 1),)
+    assert not fleet.managers[1].believes(2, ItemUid(2, 0, 0, 1))
+
+
+def test_an_item_of_a_later_own_incarnation_starts_none():
+    """Another vehicle may use the node id: this one keeps what it holds."""
+    fleet = ManagerFleet(3, "ack-repeat")
+    uid = fleet.maps(1, cell=7)
+    data = fleet.codec.encode(0, 0, [Fragment(1, 0, 0.0, cells(3, 1), epoch=1)])
+    fleet.deliver(1, data, 1.0)
+    assert fleet.managers[1].believes(1, uid)
+
+
+def test_a_gained_belief_about_a_peer_is_reported_once():
+    fleet = ManagerFleet(2)
+    uid = fleet.maps(0, cell=7)
+    fleet.pass_frames(3)
+    assert [reception.beliefs for reception in fleet.heard[0]] == [((1, uid),), (), ()]
+    assert [reception.beliefs for reception in fleet.heard[1]] == [((0, uid),), (), ()]
+
+
+def test_a_block_of_several_items_is_given_out_once_whole():
+    """In whatever order they come, with the last of its items."""
+    fleet = ManagerFleet(2, payload_bytes=20, lost=lambda slot, sender, receiver: slot == 0)
+    uids = fleet.observe(0, *((bay(2), MAPPED_CELL, float(cell)) for cell in range(6)))
+    fleet.pass_frames(2 * len(uids))
+    given = [reception for reception in fleet.heard[1] if reception.blocks]
+    assert len(uids) > 1
+    assert [len(block.facts) for reception in given for block in reception.blocks] == [6]
+    assert sum(len(reception.items) for reception in fleet.heard[1]) == len(uids)
+    assert fleet.heard[1].index(given[0]) >= len(uids) - 1
