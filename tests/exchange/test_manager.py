@@ -179,14 +179,6 @@ def test_an_item_of_a_later_own_incarnation_starts_none():
     assert fleet.managers[1].believes(1, uid)
 
 
-def test_a_gained_belief_about_a_peer_is_reported_once():
-    fleet = ManagerFleet(2)
-    uid = fleet.maps(0, cell=7)
-    fleet.pass_frames(3)
-    assert [reception.beliefs for reception in fleet.heard[0]] == [((1, uid),), (), ()]
-    assert [reception.beliefs for reception in fleet.heard[1]] == [((0, uid),), (), ()]
-
-
 def test_a_block_of_several_items_is_given_out_once_whole():
     """In whatever order they come, with the last of its items."""
     fleet = ManagerFleet(2, payload_bytes=20, lost=lambda slot, sender, receiver: slot == 0)
