@@ -332,6 +332,8 @@ class Beliefs(Known):
         """
 
         def uid(name: str) -> int:
+            if name == SELF and new_uid is None:
+                raise FactError("SELF is the instance that an observation creates; set its found")
             return new_uid if new_uid is not None and name == SELF else self.uid(name)
 
         kind = self._tbox.attribute_named(attribute)

@@ -89,7 +89,8 @@ class WorldModel(Store):
             if uid not in self.own_instances:
                 self.own_instances.add(uid)
                 return uid
-        raise FactError(f"origin {self.owner} has created its {allowed} instances (run_time_instances_per_origin)")
+        sets = "run_time_instances_per_origin, or instances_found_per_vehicle of a mission, sets how many"
+        raise FactError(f"origin {self.owner} has created its {allowed} instances; {sets}")
 
 
 class Reception(NamedTuple):

@@ -355,10 +355,8 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             facts = beliefs.facts_of(observation)
             return beliefs.model.record(facts, now_s, private=not self.radio.tells(facts))
         except (WorldModelError, TypeError, ValueError) as error:
-            hint = "; the mission's instances_found_per_vehicle sets how many" if observation.found else ""
-            raise PluginError(
-                f"sensor {sensed.sensor} of {self.name}: its observation cannot be recorded: {error}{hint}"
-            ) from error
+            message = f"sensor {sensed.sensor} of {self.name}: its observation cannot be recorded: {error}"
+            raise PluginError(message) from error
 
     def _plan(self, now_s: float) -> None:
         deliberation = self.social.plan_missions()

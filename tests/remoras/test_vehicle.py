@@ -1,5 +1,6 @@
 """The vehicle: processing of observations, independent of the mission."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import pytest
@@ -58,11 +59,12 @@ def test_an_observation_is_recorded_stored_and_sent(fleet: Fleet) -> None:
 @pytest.mark.parametrize(
     ("observations", "says"),
     [
-        ([WRECK, WRECK], "created its 1 instances"),
+        ([WRECK, WRECK], "created its 1 instances; .*instances_found_per_vehicle"),
+        ([Observation(((SELF, "location", (0.0, math.nan)),), found="ObjectOfInterest")], "location of [^;]*$"),
         ([Observation((("lefft", "mappedCell", 1),))], "no .*instance is named 'lefft'"),
         ([Observation((("left", "mappedCel", 1),))], "no attribute is named 'mappedCel'"),
         ([Observation((("left", "mappedCell", "one"),))], "mappedCell"),
-        ([Observation(((SELF, "location", (0.0, 0.0)),))], "named ''"),
+        ([Observation(((SELF, "location", (0.0, 0.0)),))], "SELF .* found"),
     ],
 )
 def test_an_observation_that_cannot_be_recorded_is_one_clear_message(fleet, observations, says) -> None:
