@@ -83,7 +83,7 @@ def check_declaration(strategy: Strategy) -> None:
         assert message in words, f"message {message!r} is neither an attribute of the ontology nor an influence signal"
         assert meaning.strip(), f"message {message!r} is not explained"
     assert declaration.influences == (INFLUENCE_SIGNAL in declaration.messages), "influences and messages disagree"
-    assert declaration.communicates or not declaration.messages, "declares messages but does not communicate"
+    assert declaration.tells or not declaration.messages, "declares messages but tells nobody"
     assert declaration.blocks_per_round >= 0, "blocks_per_round is negative"
 
 

@@ -103,6 +103,12 @@ def test_reports_at_a_motion_tick_follow_where_times_are_rounded(tmp_path: Path)
     assert list(verify(tmp_path / "run").lines) == []
 
 
+def test_help_that_the_bound_awards_without_packets_follows(tmp_path: Path) -> None:
+    settings = ("strategy.name=oracle", "scenario.duration_s=600")
+    write_results(run(load("recovery-field", [("--set", one) for one in settings]), 2), tmp_path / "run")
+    assert list(verify(tmp_path / "run").lines) == []
+
+
 NEEDS = ("objectivePositioning = 5\n", "batteryFraction = 1\n")
 
 
